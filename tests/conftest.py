@@ -20,7 +20,9 @@ import torch
 from tests.recorded import Truths
 
 SLOW_S = 1.0
-"""Time of a test, its fixtures included, from which on it is marked `slow`."""
+"""CPU seconds of a test, without the fixtures that it shares, from which on it is marked `slow`."""
+CPU_S = "cpu_s"
+"""Name under which a report has the CPU seconds of its test."""
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -64,12 +66,23 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--accept", default="", metavar="REASON", help="replace recorded truths that disagree")
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
+    """Measure the CPU seconds of a test, of its process and of those that it waited for: clocks tell the load."""
+    before = os.times()
+    try:
+        return (yield)
+    finally:
+        seconds = sum(now - then for now, then in zip(os.times()[:4], before[:4], strict=True))
+        item.user_properties.append((CPU_S, seconds))
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Name the tests that took long and are not marked `slow`; no test fails by its time."""
-    seconds: Counter[str] = Counter()
+    seconds = Counter[str]()
     for report in chain.from_iterable(terminalreporter.stats.values()):
-        if isinstance(report, pytest.TestReport) and "slow" not in report.keywords:
-            seconds[report.nodeid] += report.duration
+        if isinstance(report, pytest.TestReport) and report.when == "call" and "slow" not in report.keywords:
+            seconds[report.nodeid] = dict(report.user_properties)[CPU_S]
     long = [f"{test} ({taken:.1f} s)" for test, taken in seconds.most_common() if taken >= SLOW_S]
     if long:
         terminalreporter.write_line(f"not marked slow: {', '.join(long)}")

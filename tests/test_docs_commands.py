@@ -10,6 +10,7 @@ import shutil
 from argparse import Namespace
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
@@ -71,21 +72,23 @@ class Command:
     words: tuple[str, ...]
     shown: str
 
-    @property
+    @cached_property
     def parsed(self) -> Namespace:
         return parse(list(self.words))
 
 
-def commands(page: Path) -> Iterator[Command]:
+@cache
+def commands(page: Path) -> list[Command]:
     """The commands of the blocks of a page, in its order; blocks are fenced or set in by four spaces."""
-    fenced, lines = False, page.read_text(encoding="utf-8").splitlines()
+    found, fenced, lines = list[Command](), False, page.read_text(encoding="utf-8").splitlines()
     for line, below in zip(lines, [*lines[1:], ""], strict=True):
         if line.startswith("```"):
             fenced = not fenced
         elif fenced or line.startswith("    "):
             text = line.strip().removeprefix("$ ")
             if text.startswith("retouch "):
-                yield Command(tuple(shlex.split(text, comments=True)[1:]), below)
+                found.append(Command(tuple(shlex.split(text, comments=True)[1:]), below))
+    return found
 
 
 def inputs(parsed: Namespace) -> Iterator[str]:

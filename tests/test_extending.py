@@ -93,6 +93,7 @@ class Lowering:
         return None
 
 
+@pytest.mark.slow
 def test_a_descent_method_is_a_class_and_a_row(
     texture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -159,6 +160,7 @@ def slopes_changed(result: Result) -> float:
     return float(np.square(after - before).mean())
 
 
+@pytest.mark.slow
 def test_a_look_is_a_class_and_a_row(texture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match=r"look\.model: Input should be 'exact', "):
         settings(texture, "look.model=slopes")
@@ -180,6 +182,7 @@ def retouch(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "target",
     [
@@ -206,6 +209,7 @@ def test_a_quantity_is_a_row(texture: Path, tmp_path: Path, target: tuple[str, .
     assert "mean gap" in done.stdout
 
 
+@pytest.mark.slow
 def test_a_quantity_is_compared(texture: Path, tmp_path: Path) -> None:
     save_heights_exr(tmp_path / "other.exr", waves(SAMPLES, 1.45).numpy())
     done = retouch(tmp_path / "page.html", "compare", str(texture), str(tmp_path / "other.exr"), "--json")

@@ -222,6 +222,7 @@ def test_the_rooms_lie_in_one_order() -> None:
     assert {room_of(module) for module in MODULES} == set(ALLOWED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "module",
     [

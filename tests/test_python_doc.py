@@ -45,12 +45,13 @@ def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.sentinel
 def test_the_readme() -> None:
     save_heights_png(Path("stone.png"), np.random.default_rng(0).random((64, 64)), None)
     Path("gravel").write_text(SHORT_RUN)
     names: dict[str, Any] = {}
     assert run_blocks("README.md", names) == 1
-    assert names["pictures"].shape == (4, 64, 64) and names["result"].heights.shape == (64, 64)
+    assert names["pictures"].shape == (3, 128, 128) and names["result"].heights.shape == (128, 128)
     assert (Path("runs/gravel") / "report.html").is_file()
 
 

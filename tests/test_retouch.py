@@ -38,6 +38,7 @@ def test_every_name_is_there_and_keeps_its_value(name: str) -> None:
     assert vars(retouch)[name] is getattr(retouch, name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("package", ["retouch", "optimize", "tactile", "visual"])
 def test_no_submodule_hides_a_public_name(package: str) -> None:
     """In a process of its own, where every submodule is imported before a name is used."""

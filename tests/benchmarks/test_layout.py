@@ -50,6 +50,7 @@ def test_files_to_open_are_there(wish: str) -> None:
     assert not missing
 
 
+@pytest.mark.slow
 def test_no_folder_of_benchmarks_is_a_flat_list() -> None:
     own = {path: text for path, text in of_tree(ROOT).items() if path.parts[0] == "benchmarks"}
     assert max(measured(own)["folders"].values()) <= 16

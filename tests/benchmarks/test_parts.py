@@ -19,6 +19,7 @@ def test_pairs_are_those_of_the_full_sum() -> None:
         assert parts.pairs(samples, size_mm) == pairs
 
 
+@pytest.mark.slow
 def test_products_and_transforms_are_counted() -> None:
     one = torch.ones(3, 4, 5)
     assert parts.counted(lambda: one.mT @ one) == 2 * 3 * 4 * 5 * 5

@@ -13,6 +13,7 @@ TETRAHEDRON = Body(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [12, 29, 34])
 def test_a_random_union_is_wrapped_without_crossings(seed):
     row = outcome(seed, coarse())

@@ -81,6 +81,7 @@ def test_the_whole_command_refuses_in_one_line_too(kind: str, bases: dict[str, B
     assert sum(outcomes(Batch(kind, SEED, OF_COMMANDS, whole=True), bases, worker).values()) == OF_COMMANDS
 
 
+@pytest.mark.slow
 def test_a_case_that_ends_or_blocks_the_process_is_a_failure(
     worker: Worker, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -33,11 +33,13 @@ def test_a_ball_bends_by_its_radius_both_ways():
     assert bending[1].high == pytest.approx(1.0 / 6.0, rel=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("turn", "straight"), [(0.0, 1), (90.0, 0)])
 def test_a_cylinder_bends_around_its_axis(turn, straight):
     found, _ = radii(cylinder(6.0, 10.0, 0.8), turn_deg=turn)
     assert found[straight] is None and found[1 - straight] == pytest.approx(6.0, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_box_is_straight():
     assert radii(cube(8.0))[0] == [None, None]

@@ -129,6 +129,7 @@ def test_a_turn_is_counter_clockwise_seen_from_outside():
     assert turned(90.0) @ (0.0, 1.0) == pytest.approx([1.0, 0.0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("projection", ["patches", "plane"])
 def test_an_offset_moves_the_texture_to_its_right_and_its_top(projection):
     base = base_of(box(6.0, 6.0, 3.0))
@@ -158,6 +159,7 @@ def test_patches_follow_a_direction_as_far_as_it_lies_in_the_surface(turn):
     assert np.percentile(aligned, 5) > np.cos(np.radians(30.0)) and aligned.mean() > 0.97
 
 
+@pytest.mark.slow
 def test_a_cone_is_no_cylinder_by_itself_and_its_stretch_is_told():
     def narrow(body):
         return Body(body.vertices * (1.0 - 0.015 * body.vertices[:, 2:]) ** np.array([1, 1, 0]), body.faces)
@@ -230,6 +232,7 @@ def test_a_badge_without_a_place_lies_at_the_top_or_in_the_middle_of_the_mask():
     assert 3.0 < at[0] < 6.0 and abs(at[1]) < 0.5
 
 
+@pytest.mark.slow
 def test_a_badge_lies_on_a_tile_whose_texture_stays_around_it():
     flat = Covering(Tile(np.full((16, 16), 0.2), 0.3))
     high = Covering(Tile(np.full((24, 24), 0.8), 0.25), "angle<20", once=True)

@@ -70,6 +70,7 @@ def cover(body):
     return lay_out(body, np.ones(len(body.vertices), bool), 2.0, normals)
 
 
+@pytest.mark.slow
 def test_patches_of_a_cylinder_fit_and_keep_lengths():
     body = even_mesh(cylinder(12.0, 30.0, 1.5), 1.5).body
     layout = cover(body)
@@ -84,6 +85,7 @@ def test_patches_of_a_cylinder_fit_and_keep_lengths():
     assert weight.sum(axis=1) == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_patches_of_a_ball_keep_lengths_within_a_tenth():
     layout = cover(ball(15.0, 1.0))
     assert np.percentile(layout.stretch, 99) < 0.1
@@ -136,6 +138,7 @@ def missed_rms(body, tile):
     return np.sqrt(np.mean((top[:, 2] - 2.5 - tile.at(top[:, :2])) ** 2))
 
 
+@pytest.mark.slow
 def test_triangles_come_nearer_to_the_tile_than_with_its_heights_at_the_vertices(monkeypatch):
     body, uv = uv_box()
     tile = waves(size_mm=2.0)
@@ -244,6 +247,7 @@ def test_a_picture_whose_name_has_signs_of_masks_is_read(tmp_path, monkeypatch):
     assert mask_at("left & not 'up & down (1).png'", points, 2.0) == pytest.approx([0.0, 0.0, 0.0])
 
 
+@pytest.mark.slow
 def test_texture_lies_where_a_body_is_painted():
     body = ball(8.0, 1.0)
     upper = body.vertices[body.faces][:, :, 2] > 0.0
@@ -255,6 +259,7 @@ def test_texture_lies_where_a_body_is_painted():
     assert wrapped.textured[z < -2.0] == pytest.approx(0.0)
 
 
+@pytest.mark.slow
 def test_a_wrapped_ball_is_a_solid_whose_heights_are_the_tiles():
     tile = waves()
     wrapped = wrap(ball(8.0, 1.0), [Covering(tile)], Settings(edge_mm=0.35))
@@ -265,6 +270,7 @@ def test_a_wrapped_ball_is_a_solid_whose_heights_are_the_tiles():
     assert height.min() > -0.01 and height.max() < tile.heights.max() + 0.01
 
 
+@pytest.mark.slow
 def test_a_flat_bottom_stays_and_the_texture_ends_at_it():
     body = box(12.0, 9.0, 5.0)
     wrapped = wrap(body, [Covering(waves())], Settings(edge_mm=0.4, falloff_mm=1.0))
@@ -276,6 +282,7 @@ def test_a_flat_bottom_stays_and_the_texture_ends_at_it():
     assert mesh.bounds[1, 2] > 2.5 + 0.15
 
 
+@pytest.mark.slow
 def test_a_draft_tells_how_many_triangles_the_file_will_have():
     # 30 mm: edges of the draft's base are 1.25 mm, which halvings bring to other lengths than those of 1 mm.
     body, tiles, settings = box(30.0, 8.0, 6.0), [Covering(waves(), "z>-2")], Settings(edge_mm=0.45)
@@ -286,6 +293,7 @@ def test_a_draft_tells_how_many_triangles_the_file_will_have():
     assert len(wrap(body, tiles, settings).body.faces) == pytest.approx(faces, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_mask_leaves_the_rest_as_it_was():
     wrapped = wrap(ball(8.0, 1.0), [Covering(waves())], Settings(mask="z>2", edge_mm=0.4))
     below = wrapped.original.vertices[:, 2] < 2.0
@@ -296,12 +304,14 @@ def test_a_mask_leaves_the_rest_as_it_was():
     assert areas[low].mean() > 2.0 * areas[~low].mean()
 
 
+@pytest.mark.slow
 def test_a_level_of_one_cuts_into_the_object():
     wrapped = wrap(ball(5.0, 0.8), [Covering(waves())], Settings(level=1.0, edge_mm=0.4))
     assert np.linalg.norm(wrapped.body.vertices, axis=1).max() <= 5.0 + 1e-3
     check_solid(wrapped.body, "ball")
 
 
+@pytest.mark.slow
 def test_a_later_texture_lies_on_top_of_the_first():
     flat = Tile(np.full((16, 16), 0.2), 0.3)
     wrapped = wrap(
@@ -330,6 +340,7 @@ def dumbbell():
     return body_of(field, np.array([-12.5, -6.0, -6.0]), np.array([12.5, 6.0, 6.0]), 0.5)
 
 
+@pytest.mark.slow
 def test_a_relief_is_lowered_where_it_would_meet_itself():
     body, tile = dumbbell(), Tile(np.full((16, 16), 1.5), 0.3)
     wrapped = wrap(body, [Covering(tile)], Settings(edge_mm=0.4))
@@ -340,6 +351,7 @@ def test_a_relief_is_lowered_where_it_would_meet_itself():
     assert self_intersections(unbound) > 0
 
 
+@pytest.mark.slow
 def test_a_deep_relief_stands_on_a_ball_whole_and_is_refused_in_it():
     deep = Covering(waves(12.0, 40, 8.0))
     wrapped = wrap(ball(10.0, 1.0), [deep], Settings(edge_mm=0.6))
@@ -361,6 +373,7 @@ def test_a_relief_that_fits_nowhere_is_refused():
         wrap(box(12.0, 9.0, 1.0), [Covering(Tile(np.full((16, 16), 8.0), 0.3))], Settings(level=1.0))
 
 
+@pytest.mark.slow
 def test_what_passes_through_itself_is_lowered_until_nothing_does(monkeypatch):
     # Without any look at the room the relief of 1.5 mm passes through itself in the groove.
     monkeypatch.setattr(wrapping, "clearance_factor", lambda mesh, *_: np.ones(len(mesh.body.vertices)))
@@ -371,6 +384,7 @@ def test_what_passes_through_itself_is_lowered_until_nothing_does(monkeypatch):
     assert 0.0 < wrapped.lowering.part < 0.6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
@@ -395,6 +409,7 @@ def uv_box():
     return body, np.take_along_axis(corners, keep[:, None, :].repeat(3, axis=1), axis=2) / 20.0
 
 
+@pytest.mark.slow
 def test_texture_coordinates_are_taken_where_they_keep_sizes():
     body, uv = uv_box()
     settings = Settings(edge_mm=0.4)

@@ -99,6 +99,7 @@ def test_between_sliding_sides_uniform_pressure_squeezes_uniaxially(sliding: Ela
     torch.testing.assert_close(strain, expected, atol=1e-14, rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sides", ["free", "sliding"])
 def test_a_smooth_wave_moves_the_block_as_finite_elements_say(sides: Sides) -> None:
     """Every displacement and strain component of the operator, with its sign, in the quarter x, y > 0."""

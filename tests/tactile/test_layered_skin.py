@@ -34,6 +34,7 @@ def relative(found: torch.Tensor, expected: torch.Tensor) -> float:
     return float((found - expected).abs().max() / expected.abs().max())
 
 
+@pytest.mark.slow
 def test_equal_layers_are_the_skin_without_layers() -> None:
     """Up to the rows of elements, which meet boundaries: what the free sides add changes a little."""
     layered = Skin(layers=((0.6, 0.5), (0.9, 0.5)))
@@ -57,6 +58,7 @@ def test_elements_of_equal_layers_are_those_without_layers() -> None:
         np.testing.assert_allclose(function(several), function(one), rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_moduli_count_in_units_of_the_base() -> None:
     """Force and all moduli doubled change nothing but the pressures."""
     skin = SOFT_OVER_STIFF
@@ -67,6 +69,7 @@ def test_moduli_count_in_units_of_the_base() -> None:
     torch.testing.assert_close(other.pressure, 2.0 * one.pressure)
 
 
+@pytest.mark.slow
 def test_every_model_feels_a_layered_skin_alike() -> None:
     """Finite elements with 32 nodes a side hardly resolve the grating: 3.4 % off."""
     skin = SOFT_OVER_STIFF
@@ -95,6 +98,7 @@ def test_slopes_of_the_feel_are_those_of_finite_differences() -> None:
             assert slope_error(function, heights, unit, step=1e-5, scale=scale) < 1e-3
 
 
+@pytest.mark.slow
 @EVERY_SKIN
 def test_elements_make_of_long_waves_what_the_exact_layers_do(skin: Skin) -> None:
     """With sliding sides, mode by mode: the error falls with the square of the mesh's pitch."""

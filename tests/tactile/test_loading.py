@@ -27,6 +27,7 @@ def test_importing_touch_loads_nothing_heavy() -> None:
     assert loaded("import tactile; tactile.Skin(), dir(tactile)") == set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["layer", "quick", "fem"])
 def test_pressing_with_a_cached_operator_builds_nothing(model: ModelName) -> None:
     tactile.press(torch.zeros(16, 16), model=model, mesh=16)  # now on disk

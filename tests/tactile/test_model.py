@@ -169,6 +169,7 @@ def test_a_load_beyond_what_numbers_hold_is_refused_in_one_line(skin: Skin) -> N
     assert f"young_modulus_mpa {skin.young_modulus_mpa:g}" in line
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["layer", "quick", "fem"])
 def test_every_model_honours_the_thickness_and_depth_of_the_skin(model: ModelName) -> None:
     relief, thin = bumps(32), Skin(thickness_mm=1.8, depth_mm=0.5)

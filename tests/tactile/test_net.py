@@ -223,6 +223,7 @@ def test_the_shipped_net_stays_within_its_errors_of_the_layer() -> None:
             assert float(measure(touch)) == pytest.approx(float(measure(layer)), rel=0.05)
 
 
+@pytest.mark.slow
 @shipped
 def test_the_shipped_net_honours_the_depth_and_refuses_another_thickness() -> None:
     relief, deep = waves(128, 0.5).float(), Skin(depth_mm=1.0)

@@ -95,6 +95,7 @@ def test_roughness_scales_with_strain_and_has_the_symmetries_of_the_square(quadr
         torch.testing.assert_close(roughness(moved(strain, turns, mirrored), quadrature=quadrature), value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quadrature", ["full", "polar"])
 def test_gradient_is_that_of_automatic_differentiation(quadrature) -> None:
     strain = torch.randn(12, 12, dtype=torch.float64, requires_grad=True)
@@ -167,6 +168,7 @@ def test_the_number_of_offsets_is_bounded_and_no_direction_is_preferred(samples:
     assert around == Counter((-down, right) for down, right in around.elements())
 
 
+@pytest.mark.slow
 def test_the_bounded_offsets_of_a_fine_grid_are_near_the_sum_over_every_offset() -> None:
     for relief in (waves(192, 1.2), grating(192), bumps(192)):
         strain = press(relief).strain.requires_grad_()

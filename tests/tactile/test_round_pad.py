@@ -83,6 +83,7 @@ def test_exchanged_radii_exchange_rows_and_columns(operator: RoundPadOperator) -
     assert torch.allclose(strains[0].mT, strains[1], atol=2e-3 * float(strains[1].abs().max()))
 
 
+@pytest.mark.slow
 def test_one_radius_stores_three_parities_that_stand_for_four() -> None:
     like, unlike = (
         round_pad_operator(replace(SKIN, across_mm=across), SAMPLES, SIZE, mesh=MESH)
@@ -94,6 +95,7 @@ def test_one_radius_stores_three_parities_that_stand_for_four() -> None:
     assert torch.allclose(like.strain(pressure), unlike.strain(pressure), atol=1e-3 * scale)
 
 
+@pytest.mark.slow
 def test_what_curvature_adds_falls_with_it() -> None:
     added = [
         round_pad_operator(
@@ -107,6 +109,7 @@ def test_what_curvature_adds_falls_with_it() -> None:
         assert 1.9 < near / far < 2.6  # 2 far from flat, more as squares of the curvature join
 
 
+@pytest.mark.slow
 def test_a_small_contact_on_a_thick_pad_is_hertzs() -> None:
     skin = Skin(1.0, force_n=0.05, thickness_mm=8.0, shape="round", radius_mm=12.0)
     operator = round_pad_operator(skin, 96, 9.6, mesh=PadMesh(1.2, 0.8, 0.4, 1.5, 2.0))

@@ -24,6 +24,7 @@ def picture_and_gradient(scene: Scene, samples: int) -> tuple[Array, Array]:
     return picture.detach().numpy(), heights.grad.numpy()
 
 
+@pytest.mark.slow
 def test_a_large_picture_is_rendered_in_passes(
     scene_of: Callable[..., Scene], monkeypatch: pytest.MonkeyPatch
 ) -> None:

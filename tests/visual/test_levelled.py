@@ -45,6 +45,7 @@ def test_from_straight_above_beside_other_shapes_and_above_3_mm_heights_stay(
         assert scene.levelled(lifted) is lifted
 
 
+@pytest.mark.slow
 def test_steps_do_not_see_lifts() -> None:
     scene = load_scene("five_views", {"resolution": str(SIDE)}, relief=Relief(hills(0.6), SIZE_MM))
     method = GaussNewton(Problem(scene.relief, Skin(), Targets.of(0.01, roughness=0.1), scene))

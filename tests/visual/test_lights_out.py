@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 import torch
 
 from tests.visual.scenes import PANEL, hills, sky, sun
@@ -13,6 +14,7 @@ SETTINGS = RenderSettings(samples=4, seed=3, shadow_edges=False)
 LIGHTS = (sun(35), sun(50, 100.0, "a.b"), sun(20, 200.0), sky())
 
 
+@pytest.mark.slow
 def test_each_light_gives_the_picture_that_it_gives_alone(scene_of: Callable[..., Scene]) -> None:
     together = scene_of(*LIGHTS).light_scenes()
     assert len({id(light.scene) for light in together}) == 1
@@ -24,6 +26,7 @@ def test_each_light_gives_the_picture_that_it_gives_alone(scene_of: Callable[...
         np.testing.assert_array_equal(found, expected)
 
 
+@pytest.mark.slow
 def test_a_gradient_is_that_of_the_light_alone(scene_of: Callable[..., Scene]) -> None:
     gradients = []
     for scene in (scene_of(sun(35), sun(50, 100.0)), scene_of(sun(35))):
@@ -35,6 +38,7 @@ def test_a_gradient_is_that_of_the_light_alone(scene_of: Callable[..., Scene]) -
     torch.testing.assert_close(*gradients, rtol=1e-4, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_pictures_of_another_resolution_share_the_scene(scene_of: Callable[..., Scene]) -> None:
     scene = scene_of(sun(35), sky())
     first = scene.render(samples=4)

@@ -24,6 +24,7 @@ def shaded(scene_of: Callable[..., Scene]) -> Callable[[Array], Scene]:
     return lambda heights: scene_of(*LIGHTS, heights=heights, material=PLASTIC)
 
 
+@pytest.mark.slow
 def test_shading_of_a_relief_too_gentle_for_shadows_is_that_of_mitsuba(
     shaded: Callable[[Array], Scene],
 ) -> None:

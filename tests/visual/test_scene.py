@@ -75,6 +75,7 @@ def test_a_flat_plate_is_as_bright_as_its_lights_say(scene_of: Callable[..., Sce
     np.testing.assert_allclose(pictures.mean((1, 2)), ALBEDO * (suns + RADIANCE), rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_lights_rendered_alone_add_up_to_all_of_them_together(
     mi: ModuleType, scene_of: Callable[..., Scene], tmp_path: Path
 ) -> None:
@@ -86,6 +87,7 @@ def test_lights_rendered_alone_add_up_to_all_of_them_together(
     assert differ_by_noise(sums, whole)
 
 
+@pytest.mark.slow
 def test_ambient_light_adds_the_same_to_every_condition(scene_of: Callable[..., Scene]) -> None:
     with_sky = scene_of(sun(35), sun(40, 200), sky()).render()
     around = with_sky - scene_of(sun(35), sun(40, 200)).render()
@@ -161,6 +163,7 @@ def test_gradients_that_would_be_wrong_are_refused_in_one_line_and_pictures_are_
     assert float(pictures.max()) > 0
 
 
+@pytest.mark.slow
 def test_another_resolution_shows_the_same_plate(scene_of: Callable[..., Scene]) -> None:
     loaded = scene_of(sun(35), sky())
     fine = loaded.render(resolution=2 * SIDE, samples=256).numpy()

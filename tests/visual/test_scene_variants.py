@@ -22,6 +22,7 @@ from visual.scene import Scene, load_scene
 ROOT = Path(__file__).resolve().parents[2]
 
 
+@pytest.mark.slow
 def test_every_variant_shows_the_same_pictures(scene_of: Callable[..., Scene], variant: str) -> None:
     seeds = range(12)
     reference = scene_of(sun(35), sky(), material=PLASTIC, variant="llvm_ad_mono")
@@ -73,6 +74,7 @@ def test_other_variants_only_render(scene_of: Callable[..., Scene], tmp_path: Pa
     assert all(refused in lines[line] for line in ("gradients", "fast look"))
 
 
+@pytest.mark.slow
 def test_scenes_in_different_variants_do_not_disturb_each_other(scene_of: Callable[..., Scene]) -> None:
     def gradient(loaded: Scene, before_backward: Callable[[], Any]) -> Array:
         heights = torch.tensor(hills(), requires_grad=True)
@@ -124,6 +126,7 @@ def test_the_white_of_a_coloured_light_is_its_luminance(scene_of: Callable[..., 
     assert scene_of(sun(35, irradiance=RED)).white == pytest.approx(luminance / np.pi, rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("variant", ["scalar_rgb", None], ids=["asked for", "no libLLVM"])
 def test_without_llvm_there_are_pictures_and_no_gradients(
     scene_of: Callable[..., Scene], tmp_path: Path, variant: str | None

@@ -100,20 +100,21 @@ def _explicit_pictures(scene: Scene, seed: int) -> Array:
     return scene.views(seed=seed)[0].evaluate(scene.heights, jacobian=False).pictures
 
 
-@EVERY_TEXTURE
 @pytest.mark.parametrize(
-    ("light", "camera"), [(sun(35), {}), (sky(), {"camera": OBLIQUE})], ids=["sun, above", "sky, side"]
+    ("texture", "view"),
+    [
+        *(("bitmap", "sun, above"), ("bitmap", "sky, side"), ("corners", "sun, above")),
+        *(("checkerboard", "sky, side"), ("roughness", "sun, above"), ("anisotropic", "sky, side")),
+        ("blend", "sun, above"),
+    ],
 )
 def test_a_flat_plate_looks_like_mitsubas_rectangle(
-    mi: ModuleType,
-    scene_of: Callable[..., Scene],
-    tmp_path: Path,
-    material: str,
-    light: str,
-    camera: dict[str, str],
+    mi: ModuleType, scene_of: Callable[..., Scene], tmp_path: Path, texture: str, view: str
 ) -> None:
     """With the same seed the pictures are the same to rounding."""
-    loaded = scene_of(light, heights=np.zeros((SIDE, SIDE)), material=material, **camera).light_scenes()[0]
+    light, camera = {"sun, above": (sun(35), {}), "sky, side": (sky(), {"camera": OBLIQUE})}[view]
+    flat = np.zeros((SIDE, SIDE))
+    loaded = scene_of(light, heights=flat, material=TEXTURED[texture], **camera).light_scenes()[0]
     assert is_textured(loaded.scene)
     scenes = loaded.scene, mi.load_file(str(_rectangle(tmp_path / "scene.xml")))
     ours, theirs = (np.array(mi.render(scene, integrator=loaded.integrator, seed=0)) for scene in scenes)
@@ -146,16 +147,19 @@ def _explicit_are_rendered(scene: Scene) -> bool:
     return differ_by_noise(ours, [scene.render(seed=seed).numpy()[0] for seed in range(12)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("texture", ["bitmap", "checkerboard", "anisotropic", "blend"])
 def test_explicit_pictures_are_the_rendered_ones(scene_of: Callable[..., Scene], texture: str) -> None:
     assert _explicit_are_rendered(scene_of(sun(35), material=TEXTURED[texture]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("texture", ["bitmap", "roughness"])
 def test_from_the_side_too(scene_of: Callable[..., Scene], texture: str) -> None:
     assert _explicit_are_rendered(scene_of(sun(35), material=TEXTURED[texture], camera=OBLIQUE))
 
 
+@pytest.mark.slow
 def test_explicit_pictures_under_ambient_light_are_the_rendered_ones(scene_of: Callable[..., Scene]) -> None:
     scene = scene_of(sun(35), sky(), material=BITMAP)
     ours = _explicit_pictures(scene, 0)
@@ -211,6 +215,7 @@ def test_on_a_slope_seen_from_the_side_the_texture_slides(scene_of: Callable[...
     assert np.linalg.norm(found.reshape(SIDE, SIDE)[middle] - expected) < 0.05 * np.linalg.norm(expected)
 
 
+@pytest.mark.slow
 def test_a_coloured_bitmap_counts_by_its_luminance(scene_of: Callable[..., Scene]) -> None:
     colours = _bsdf("diffuse", _bitmap("reflectance", "colours.png"))
     scene = scene_of(sun(35), material=colours, pixel_format="rgb")

@@ -119,6 +119,7 @@ def test_the_energies_of_a_step_are_those_of_the_paper(
     assert after.energies["visual"] > 1e-3 and after.energies["regularisation"] > 1e-3
 
 
+@pytest.mark.slow
 def test_smoothed_steps_move_hills_rather_than_samples(quick: Problem) -> None:
     def roughening(smoothing: float) -> float:
         method = AdamDescent(quick, AdamSettings(20, smoothing=smoothing))

@@ -79,6 +79,7 @@ def test_its_steps_import_no_mitsuba(problem: Problem, monkeypatch: pytest.Monke
     assert descent.last.step == 3 and descent.last.picture_rms > 0.0
 
 
+@pytest.mark.slow
 def test_adam_goes_down_by_it(problem: Problem) -> None:
     weighted = replace(problem, look_weight=ADAM_LOOK_WEIGHT)
     descent = walk(problem, AdamDescent(weighted, AdamSettings(30, 0.01)), 30)

@@ -48,6 +48,7 @@ def change_of_look(problem: Problem, heights: np.ndarray) -> float:
     return 100.0 * rms_change(before, after) / float(before.mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("jnd", "gain"), [(2, 2.3), (-2, 1.5)])
 def test_roughness_is_reached_with_less_change_of_look_than_by_scaling(
     problem_with: ProblemWith, original: TouchMeasures, jnd: float, gain: float
@@ -144,6 +145,7 @@ def test_a_step_that_promises_nothing_is_not_taken(
     assert method.advance(iterate).cost > (1.0 - STALL) * iterate.cost
 
 
+@pytest.mark.slow
 def test_without_shadow_edges_the_look_changes_more(
     problem_with: ProblemWith, original: TouchMeasures
 ) -> None:
@@ -193,6 +195,7 @@ def test_it_goes_on_from_its_memory_as_if_it_had_not_stopped(
     np.testing.assert_allclose(resumed.memory["trust"], straight.memory["trust"], rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_where_small_changes_leave_the_feel_alone_the_target_is_out_of_reach(
     problem_with: ProblemWith,
 ) -> None:

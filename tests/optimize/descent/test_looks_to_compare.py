@@ -36,6 +36,7 @@ def look_changed(problem: Problem, heights: Array) -> float:
     return 100.0 * rms_change(before, after) / float(before.mean())
 
 
+@pytest.mark.slow
 def test_what_a_look_does_not_see_it_does_not_keep(problem: Problem) -> None:
     changes: dict[str, float] = {}
     for look in ("fast", "shading", "heights"):

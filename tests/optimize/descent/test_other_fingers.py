@@ -110,6 +110,7 @@ def test_soft_targets_are_terms_of_the_least_squares() -> None:
     np.testing.assert_allclose(response.constraint_responses, wanted[:, 1:], atol=1e-5 * np.abs(wanted).max())
 
 
+@pytest.mark.slow
 def test_fingers_come_closer_and_the_pictures_pay(problem_with: ProblemWith, original: TouchMeasures) -> None:
     """The steered finger meets its target all the same; spread and change follow the weight."""
     goal = FACTOR**2 * original.values["roughness"]
@@ -134,6 +135,7 @@ def test_fingers_come_closer_and_the_pictures_pay(problem_with: ProblemWith, ori
     assert rms[0] > 1.2 * rms[1] > 1.2 * 1.2 * rms[2]
 
 
+@pytest.mark.slow
 def test_a_descent_goes_on_from_its_memory_as_it_would_have(
     problem_with: ProblemWith, original: TouchMeasures
 ) -> None:

@@ -81,6 +81,7 @@ def test_what_the_run_refuses_is_refused(
     assert sorted(folder.rglob("*")) == before
 
 
+@pytest.mark.slow
 def test_larger_and_farther_takes_more(folder: Path) -> None:
     def told(*overrides: str) -> Forecast:
         run = load_run("gravel", [f"texture={folder / 'hills.exr'}", "define.resolution=32", *overrides])
@@ -100,6 +101,7 @@ def test_larger_and_farther_takes_more(folder: Path) -> None:
     assert expected_steps(load_run("gravel", ["touch.jnd=-9", "descent.steps=20"])) == 20
 
 
+@pytest.mark.slow
 def test_what_the_cache_lacks_is_counted(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def building(*overrides: str) -> float:
         return _building_seconds(load_run("gravel", overrides), 10.0)
@@ -136,6 +138,7 @@ def test_what_was_built_is_in_the_cache(folder: Path, monkeypatch: pytest.Monkey
     assert is_built(replace(skin, force_n=2.0), 8, 10.0) and not is_built(skin, 16, 10.0)
 
 
+@pytest.mark.slow
 def test_the_most_steps_are_told_where_the_distance_is_not_known(folder: Path) -> None:
     def told(target: str) -> Forecast:
         run = load_run("gravel", [f"texture={folder / 'hills.exr'}", "define.resolution=32", target])

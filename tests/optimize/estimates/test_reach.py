@@ -47,6 +47,7 @@ def test_the_fast_look_takes_the_steps_and_the_change_grows_with_the_way(
             assert jnds == pytest.approx(reaching.CURVE_JND, abs=0.1)
 
 
+@pytest.mark.slow
 def test_other_scenes_fall_back_to_the_exact_models(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -16,6 +16,8 @@ from retouch.commands import main as cli
 from retouch.verbs import runs
 from tests.optimize.descent.test_deep_relief import wavy_pyramids
 
+pytestmark = pytest.mark.slow
+
 RUN = """scene = "{scene}"
 texture = "{texture}"
 define.resolution = 64

@@ -64,6 +64,7 @@ def test_a_number_beyond_any_run_is_refused(texture: Path, tmp_path: Path) -> No
     refused(run, tmp_path / "out", told, f"retouch evaluate {texture} --reach")
 
 
+@pytest.mark.slow
 def test_a_region_and_a_gradient_beyond_any_run_are_refused(texture: Path, tmp_path: Path) -> None:
     mask = tmp_path / "mask.npy"
     np.save(mask, np.ones((8, 8)))

@@ -234,6 +234,7 @@ def test_the_settings_that_are_written_are_those_of_the_run(finished: Result, ru
     assert load_run(finished.run_dir / "run.toml") == load_run(run_file())
 
 
+@pytest.mark.slow
 def test_running_the_written_settings_gives_the_same_relief(finished: Result, out: Path) -> None:
     again = runs.optimize(finished.run_dir / "run.toml", out)
     assert again.summary["stop"] == finished.summary["stop"]
@@ -251,6 +252,7 @@ def test_the_report_asks_nothing_of_a_network(finished: Result) -> None:
     assert not re.search(r"""(@import|url\()\s*["']?\s*(https?:)?//""", page)
 
 
+@pytest.mark.slow
 def test_a_path_may_be_text_and_the_directory_has_a_default(
     finished: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -267,6 +269,7 @@ def test_a_path_may_be_text_and_the_directory_has_a_default(
 # What is refused
 
 
+@pytest.mark.slow
 def test_the_baseline_of_a_target_that_is_met_already_changes_nothing(run_file: RunFile) -> None:
     """Noise of the few samples of its pictures would count as change, were the random numbers others."""
     settings = load_run(run_file(), ["touch.jnd=0.0", "verify.model=none"])
@@ -366,6 +369,7 @@ def test_a_start_that_fails_leaves_the_earlier_run(finished: Result, run_file: R
     assert before == {path: path.read_bytes() for path in finished.run_dir.rglob("*") if path.is_file()}
 
 
+@pytest.mark.slow
 def test_a_folder_that_another_command_writes_into_is_left_to_it(
     copy: Path, run_file: RunFile, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -455,6 +459,8 @@ def test_a_history_that_was_tampered_with_is_refused(copy: Path) -> None:
     not_resumed(copy, results.HISTORY, "force=True")
 
 
+@pytest.mark.slow
+@pytest.mark.sentinel
 def test_more_steps_in_the_settings_are_taken(out: Path, run_file: RunFile) -> None:
     first = runs.optimize(run_file("jnd = 2", SHORT), out)
     assert first.stop is StopReason.SHORT_OF_TARGET
@@ -469,6 +475,7 @@ def full(*_: object, **__: object) -> None:
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "command"),
     [
@@ -510,6 +517,7 @@ def test_a_full_disk_leaves_an_earlier_run_whole(
     assert before == {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
 
 
+@pytest.mark.slow
 def test_what_a_kill_left_half_written_is_not_in_the_way(out: Path, run_file: RunFile) -> None:
     """As a kill while run.toml is written leaves a folder."""
     (out / ".run-abc.partial").mkdir(parents=True)
@@ -521,6 +529,7 @@ def test_what_a_kill_left_half_written_is_not_in_the_way(out: Path, run_file: Ru
 # Going on
 
 
+@pytest.mark.slow
 def test_resuming_a_finished_run_changes_nothing(finished: Result, run_file: RunFile, tmp_path: Path) -> None:
     copy = Path(shutil.copytree(finished.run_dir, tmp_path / "copy"))
     rows, kept = history(copy), load_checkpoint(copy)
@@ -572,6 +581,7 @@ def uninterrupted(run_file: RunFile, tmp_path_factory: pytest.TempPathFactory) -
     return run
 
 
+@pytest.mark.slow
 def test_a_scaled_original_is_verified_and_rendered_as_any_result(out: Path, run_file: RunFile) -> None:
     scaled = runs.optimize(run_file("jnd = -1", 'method = "scaling"'), out)
     assert scaled.stop is StopReason.CONVERGED
@@ -655,7 +665,9 @@ def test_an_interrupted_run_writes_its_best_and_goes_on(
     np.testing.assert_allclose(resumed.heights, whole.heights, atol=SAME_MM["gauss-newton"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("late", ["write", "measure"])
+@pytest.mark.sentinel
 def test_an_interrupt_after_the_descent_leaves_something_to_print(
     out: Path, run_file: RunFile, monkeypatch: pytest.MonkeyPatch, late: str
 ) -> None:

@@ -23,6 +23,8 @@ from retouch.verbs import runs
 from tactile.measures import measure_touch
 from tests.optimize.conftest import SAMPLES
 
+pytestmark = pytest.mark.slow
+
 PRINTER = Printer("own", 312.5, 60.0, 937.5)
 """Pixels as wide as the samples of the waves; the base of 2 mm is no whole number of its layers."""
 COARSE = (

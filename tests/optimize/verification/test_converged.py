@@ -22,6 +22,7 @@ def at_once(before: Batches, after: Batches) -> bool:
     return True
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lights", [(sun(35), sun(50, 100.0), sky()), (sun(35),), (sky(),)])
 def test_the_pictures_are_those_of_the_scene(scene_of: SceneOf, lights: tuple[str, ...]) -> None:
     scene = scene_of(*lights)
@@ -34,12 +35,14 @@ def test_the_pictures_are_those_of_the_scene(scene_of: SceneOf, lights: tuple[st
         assert error < 1.5 * np.sqrt(np.square(found.standard_error).mean()) + 1e-6
 
 
+@pytest.mark.slow
 def test_it_ends_as_soon_as_the_change_is_known(scene_of: SceneOf) -> None:
     scene = scene_of(sun(35), sky())
     before, _ = converged(scene, scene.heights, FLATTER * scene.heights, at_once)
     assert before.samples == LEAST_SAMPLES
 
 
+@pytest.mark.slow
 def test_the_light_with_the_most_noise_gets_the_samples(scene_of: SceneOf) -> None:
     """A faint sun over a bright sky: its noise does not count, and it keeps its first samples."""
     scene = scene_of(sun(35, irradiance=1e-3), sky(3.0))
@@ -55,6 +58,7 @@ def test_the_light_with_the_most_noise_gets_the_samples(scene_of: SceneOf) -> No
     assert errors[2] < 0.7 * errors[0]
 
 
+@pytest.mark.slow
 def test_two_reliefs_share_their_random_numbers(scene_of: SceneOf) -> None:
     scene = scene_of(sun(35), sky())
     before, after = converged(scene, scene.heights, scene.heights, at_once)
@@ -65,6 +69,7 @@ def test_two_reliefs_share_their_random_numbers(scene_of: SceneOf) -> None:
     assert (other.pictures != before.pictures).any()
 
 
+@pytest.mark.slow
 def test_a_change_takes_the_random_numbers_of_the_pictures_before(scene_of: SceneOf) -> None:
     scene = scene_of(sun(35), sky())
     before, after = converged(scene, scene.heights, FLATTER * scene.heights, never, seed=2, most=256)

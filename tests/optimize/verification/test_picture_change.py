@@ -146,6 +146,7 @@ def test_a_change_in_percent_is_a_share_of_a_level() -> None:
 # Rendered
 
 
+@pytest.mark.slow
 def test_few_samples_tell_the_change_that_many_show(scene: Scene) -> None:
     heights = (scene.heights, 0.95 * scene.heights)
     # The reference counts its own noise by the same means; it has 64 times the samples.

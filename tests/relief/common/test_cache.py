@@ -294,6 +294,7 @@ assert cached("thing", {}, build, {"values": ((2,), "<f8")})["values"].sum() == 
 """
 
 
+@pytest.mark.slow
 def test_processes_that_need_the_same_arrays_at_once_build_them_once(tmp_path: Path) -> None:
     log, start = tmp_path / "log", tmp_path / "start"
     environment = os.environ | {"RETOUCH_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(REPOSITORY)}

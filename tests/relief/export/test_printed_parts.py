@@ -66,6 +66,7 @@ def test_a_ring_is_off_by_the_rounding_of_layers():
     assert abs(way.mean()) < 1e-3 and np.abs(way).max() < 0.05
 
 
+@pytest.mark.slow
 def test_layers_lie_across_the_part_as_it_lies():
     body, layer_mm, pixel_mm = drum(4.0, 6.0), COARSE.layer_mm, COARSE.pixel_mm
     standing, on_its_side = off_the_wall(body, COARSE, 2), off_the_wall(lying(body), COARSE, 1)

@@ -80,6 +80,7 @@ def test_bores_of_parts_from_a_cad_kernel_are_found(name: str, diameters: list[i
     assert [round(each) for each in sorted(holes.diameters_mm)] == diameters if holes else not diameters
 
 
+@pytest.mark.slow
 def test_beside_the_flat_of_a_bore_no_texture_is_left_where_the_smooth_surface_leaves_the_facets() -> None:
     shaft = drill(6.0, 24) - Manifold.cube((4.0, 8.0, 40.0)).translate((2.5, -4.0, 0.0))
     body = solid(Manifold.cube((14.0, 14.0, 12.0)) - shaft.translate((7.0, 7.0, -5.0)))

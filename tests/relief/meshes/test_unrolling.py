@@ -20,6 +20,7 @@ def waves(samples: int) -> np.ndarray:
     return 0.5 + 0.2 * np.sin(4 * at)[:, None] + 0.2 * np.sin(3 * at + 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("around", [10, 5])
 def test_a_tube_of_tiles_unrolls_to_the_tile(around: int) -> None:
     """At radii of 16 and 8 mm; seen along the axis, the sides of the patch would fall by 0.8 and 1.8 mm."""

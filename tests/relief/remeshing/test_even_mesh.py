@@ -126,6 +126,8 @@ def rib(radius, facets, length):
     return Body(np.concatenate(places), np.concatenate([*sides, caps]))
 
 
+@pytest.mark.slow
+@pytest.mark.sentinel
 def test_fillets_that_meet_in_mitres_stay_where_they_are():
     # The angle across a mitre fades to 0 at the plate, and those of the other corners do not explain it.
     body = rib(0.5, 8, 24.0)
@@ -153,6 +155,7 @@ def test_the_nearest_point_is_found_past_a_corner():
     assert face[0] == 101 and np.allclose(nearest.places(face, share), [(0.1, -0.3, 0.0)])
 
 
+@pytest.mark.slow
 def test_a_relief_fits_on_a_scan_whose_noise_is_finer_than_it():
     random = np.random.default_rng(3)
     ball = trimesh.creation.icosphere(subdivisions=3, radius=5.0)

@@ -25,6 +25,7 @@ def waves():
     return Tile(HIGH_MM * (1.0 + np.cos(phase)[:, None] * np.cos(phase)), length / 64), length
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("body", "mask", "side"),
     [(ROD, "z>-1 & z<1 & turn<60", 1.0), (TUBE, "z>-1 & z<1 & x<0 & angle:x<30", -1.0)],

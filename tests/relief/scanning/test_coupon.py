@@ -12,6 +12,8 @@ from relief.scanning.coupon_reading import CouponNumbers, printer_file, read_cou
 from relief.scanning.pose import Pose
 from relief.scanning.simulated import Scanner, scanned
 
+pytestmark = pytest.mark.slow
+
 POSE = Pose(turn=3.0, log_scale=float(np.log(0.995)), shift_x_mm=0.3, height_scale=0.99, tilt_x=0.01)
 
 

@@ -97,6 +97,7 @@ def test_a_part_of_a_plate_is_enough(design: Relief) -> None:
     assert print_scanned(found).notes()[0].endswith("elsewhere its design is pressed")
 
 
+@pytest.mark.slow
 def test_a_finer_scan_is_averaged_and_its_blur_is_not_told(design: Relief) -> None:
     fine = scanned(design, POSE, Scanner(0.0125, noise_mm=0.02), np.random.default_rng(0))
     found = register(fine, design)
@@ -104,6 +105,7 @@ def test_a_finer_scan_is_averaged_and_its_blur_is_not_told(design: Relief) -> No
     assert found.blur_mm.value == pytest.approx(0.07, abs=0.002)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changed", "line"),
     [
@@ -166,6 +168,7 @@ def test_points_go_to_the_scan_and_back() -> None:
     assert Pose.of(POSE.array()) == POSE
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say(design: Relief) -> None:
     surface, held = Design(surface_of(design, 256), design.width_mm, 256), []
     for seed in range(24):

@@ -60,6 +60,7 @@ def test_factors_rise_over_the_falloff():
     assert even[middle].min() > 0.1 and even[middle].max() < 0.9
 
 
+@pytest.mark.slow
 def test_a_part_with_a_fillet_under_the_relief_comes_out_lowered():
     bracket = rounded(1.0, 8)
     wrapped = wrap(bracket, [Covering(Tile(np.full((16, 16), 1.2), 0.3))], Settings(faces=8_000, mask="z>4"))
@@ -74,6 +75,7 @@ def test_a_part_with_a_fillet_under_the_relief_comes_out_lowered():
     assert len(wrapped.body.faces) == pytest.approx(8_000, rel=0.1)
 
 
+@pytest.mark.slow
 def test_no_relief_goes_below_the_bottom():
     wrapped = wrap(LENS, [Covering(Tile(np.full((16, 16), 2.0), 0.3))], Settings(mask="z<-4", edge_mm=0.6))
     height = wrapped.body.vertices[:, 2] - LENS_LOW
@@ -82,6 +84,7 @@ def test_no_relief_goes_below_the_bottom():
     assert ((height < 1e-12) & (wrapped.textured > 0.1)).any()
 
 
+@pytest.mark.slow
 def test_a_relief_that_carries_little_beside_a_bottom_needs_little_room():
     tube = even_mesh(TUBE, 1.0)
     bore = (np.hypot(*tube.body.vertices[:, :2].T) < 4.1) & (np.abs(tube.body.vertices[:, 2]) < 4.0)

@@ -218,6 +218,7 @@ def test_a_feel_is_painted_in_grades_and_shown_at_every_place(window: Window, tm
         assert whole(window) == []
 
 
+@pytest.mark.sentinel
 def test_two_windows_show_one_session(app: App, window: Window) -> None:
     window.visit(app.address, 1280, 800)
     window.wait(SHOWN)

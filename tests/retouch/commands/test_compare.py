@@ -60,6 +60,7 @@ def page(path: Path = Path("comparison.html")) -> tuple[str, Outline]:
     return " ".join(outline.text.split()), outline
 
 
+@pytest.mark.slow
 def test_two_textures_differ_as_evaluate_says(capsys: pytest.CaptureFixture[str]) -> None:
     found = compared(capsys, "waves.exr", "taller.exr", "--distance-cm", "80")
     assert main(["evaluate", "waves.exr", "taller.exr", "--json"]) == 0
@@ -78,6 +79,7 @@ def test_two_textures_differ_as_evaluate_says(capsys: pytest.CaptureFixture[str]
     assert outline.tags.count("script") == 2  # heights of the figure whose lamp moves, and the program
 
 
+@pytest.mark.slow
 def test_a_relief_differs_from_itself_by_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     found = compared(capsys, "waves.exr", "waves.exr")
     assert (found["jnd_apart"], found["told_apart_probability"]) == (0.0, 0.5)
@@ -86,6 +88,7 @@ def test_a_relief_differs_from_itself_by_nothing(capsys: pytest.CaptureFixture[s
     assert "To a finger the same, to the eye the same." in text and "differ by 0.0 µm" in text
 
 
+@pytest.mark.slow
 def test_grids_of_two_kinds_are_compared_where_the_plates_agree(capsys: pytest.CaptureFixture[str]) -> None:
     found = compared(capsys, "waves.exr", "finer.exr")
     assert [found[side]["samples"] for side in ("first", "second")] == [32, 64]
@@ -95,6 +98,7 @@ def test_grids_of_two_kinds_are_compared_where_the_plates_agree(capsys: pytest.C
     assert "averaged to the samples of the coarser ones" in page()[0]
 
 
+@pytest.mark.slow
 def test_the_film_of_the_finer_grid_is_that_of_both() -> None:
     """The film grows with the samples, from 16 pixels here."""
     studio = find_file("studio", ".xml").read_text().replace("textures/gravel.png", "waves.exr")
@@ -111,6 +115,7 @@ def test_plates_of_two_depths_are_compared_by_touch_alone(capsys: pytest.Capture
     assert "no map of the change" in page()[0]
 
 
+@pytest.mark.slow
 def test_plates_of_two_sizes_are_compared_by_touch_alone(capsys: pytest.CaptureFixture[str]) -> None:
     found = compared(capsys, "waves.exr", "smaller.exr")
     assert found["look"] is None and found["scene"] is None and found["jnd_apart"] < 0.0
@@ -138,6 +143,7 @@ def finished(folder: Path) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_run_is_compared_with_its_original(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     finished(tmp_path / "run")
     found = compared(capsys, "run")
@@ -152,6 +158,7 @@ def test_a_run_is_compared_with_its_original(tmp_path: Path, capsys: pytest.Capt
     assert both["look"] == found["look"] and both["second"]["name"] == "B"
 
 
+@pytest.mark.slow
 def test_the_screen_tells_touch_and_sight(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", "waves.exr", "taller.exr", *SMALL, "-o", "both.html"]) == 0
     printed = capsys.readouterr()
@@ -165,6 +172,7 @@ def test_the_screen_tells_touch_and_sight(capsys: pytest.CaptureFixture[str]) ->
         assert words in printed.out
 
 
+@pytest.mark.slow
 def test_a_script_compares_without_a_page(tmp_path: Path) -> None:
     found = retouch.compare("waves.exr", "smaller.exr")
     assert found["look"] is None and "page" not in found
@@ -209,6 +217,7 @@ def test_a_scene_whose_pictures_are_black_is_refused(tmp_path: Path) -> None:
         retouch.compare("waves.exr", "taller.exr", scene="scene.xml", samples=4)
 
 
+@pytest.mark.slow
 def test_the_name_of_a_file_stays_a_name() -> None:
     hostile = "<img src=x onerror=alert(1)>\x1b[2J\u202e.npy"
     np.save(hostile, relief(32, 0.6))

@@ -23,6 +23,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     return err
 
 
+@pytest.mark.slow
 def test_it_makes_a_data_set_and_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "data"
     assert main(["dataset", "-o", str(out), *FEW]) == 0
@@ -37,6 +38,7 @@ def test_it_makes_a_data_set_and_says_so(tmp_path: Path, capsys: pytest.CaptureF
     assert json.loads(capsys.readouterr().out) == {"folder": str(out), "textures": 2, "failures": []}
 
 
+@pytest.mark.slow
 def test_textures_are_cut_from_the_users_pictures(tmp_path: Path) -> None:
     folder = tmp_path / "materials"
     folder.mkdir()
@@ -87,6 +89,7 @@ def test_a_bad_picture_is_told_before_any_work(tmp_path: Path, capsys: pytest.Ca
     assert "broken.png" in line and not (tmp_path / "data").exists()
 
 
+@pytest.mark.slow
 def test_another_data_set_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["dataset", "-o", str(tmp_path / "data"), "-q", *FEW]) == 0
     assert "count: 2, not 1" in refusal(capsys, "-o", str(tmp_path / "data"), *FEW, "--count", "1")

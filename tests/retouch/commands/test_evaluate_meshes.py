@@ -25,6 +25,7 @@ def bumps() -> np.ndarray:
     return 0.4 + 0.2 * np.sin(at)[:, None] + 0.2 * np.sin(at)
 
 
+@pytest.mark.slow
 def test_meshes_and_textures_are_told_in_one_list(
     bumps: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -41,6 +42,7 @@ def test_meshes_and_textures_are_told_in_one_list(
     assert np.linalg.norm(mesh["touches"][0]["axis"]) == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_a_print_of_a_part_is_felt_as_that_of_its_heights(
     bumps: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -145,6 +145,7 @@ def test_what_is_refused_is_refused_before_anything_heavy_is_imported(command: s
     assert packages & HEAVY == set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("argv", [["evaluate", "waves.exr"], ["export", "waves.exr", "-o", "waves.stl"]])
 def test_what_only_touches_does_not_load_mitsuba(argv: list[str]) -> None:
     status, packages = loaded(*argv)
@@ -152,6 +153,7 @@ def test_what_only_touches_does_not_load_mitsuba(argv: list[str]) -> None:
     assert packages & {"mitsuba", "drjit"} == set()
 
 
+@pytest.mark.slow
 def test_a_reader_who_leaves_early_is_no_error(waves: Path) -> None:
     command = [sys.executable, "-m", "optimize", "evaluate", str(waves), "--json"]
     process = subprocess.Popen(
@@ -277,6 +279,7 @@ def test_render_writes_a_picture_of_every_condition(capsys: pytest.CaptureFixtur
         assert float(line.split()[1]) == pytest.approx(radiance.mean(), rel=0.01)
 
 
+@pytest.mark.slow
 def test_render_tells_the_noise_of_each_picture(capsys: pytest.CaptureFixture[str]) -> None:
     errors = []
     for samples in ("16", "256"):
@@ -288,6 +291,7 @@ def test_render_tells_the_noise_of_each_picture(capsys: pytest.CaptureFixture[st
     assert 4.0 < errors[0] / errors[1] < 16.0
 
 
+@pytest.mark.slow
 def test_render_shows_another_texture_and_repeats_itself(capsys: pytest.CaptureFixture[str]) -> None:
     save_heights_exr("flat.exr", np.zeros((32, 32)))
     same = ["render", str(STUDIO), *SMALL, "--samples", "4", "--seed", "5"]
@@ -321,6 +325,7 @@ def test_explain_tells_a_line_for_each_rule_and_writes_nothing(
     assert list(waves.parent.iterdir()) == [waves]
 
 
+@pytest.mark.slow
 def test_explain_makes_no_scene_and_renders_no_picture() -> None:
     script = """
 import mitsuba
@@ -402,6 +407,7 @@ def test_a_scenes_parameter_arrives_as_it_was_typed(value: str) -> None:
     assert run.define == {"texture": value}
 
 
+@pytest.mark.slow
 def test_optimize_tells_everything_on_one_screen(waves: Path, capsys: pytest.CaptureFixture[str]) -> None:
     status = main(["optimize", str(STUDIO), "--texture", "waves.exr", "--jnd", "0.3", *FAST])
     result = json.loads(Path("runs/waves/result.json").read_text())
@@ -448,6 +454,7 @@ FEW = 3
 """Samples a pixel that nothing else takes."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["gauss-newton", "adam"])
 def test_a_descent_renders_the_look_to_keep_once(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     targets: list[str] = []
@@ -475,6 +482,7 @@ def test_a_descent_renders_the_look_to_keep_once(method: str, monkeypatch: pytes
     assert targets == [method]
 
 
+@pytest.mark.slow
 def test_an_earlier_run_is_replaced_only_by_force(capsys: pytest.CaptureFixture[str]) -> None:
     command = ["optimize", str(STUDIO), "--texture", "waves.exr", "--jnd", "0.3", "-o", "out", "-q", *FAST]
     status = main(command)

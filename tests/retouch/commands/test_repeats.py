@@ -67,6 +67,7 @@ def test_sides_that_do_not_fit_are_refused(verb: str, capsys: pytest.CaptureFixt
     assert not Path("runs").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("options", "repeats"), [((), False), (("--repeats",), True)])
 def test_the_run_file_says_whether_it_repeats(
     options: tuple[str, ...], repeats: bool, capsys: pytest.CaptureFixture[str]
@@ -123,6 +124,7 @@ def test_two_files_are_compared_as_tiles_if_both_are(
     assert [one.relief.repeats for one in read_subjects(*pair, lengths, stated)] == [ends, ends]
 
 
+@pytest.mark.slow
 def test_the_screen_tells_the_places_and_names_one_that_missed(capsys: pytest.CaptureFixture[str]) -> None:
     loud = [word for word in QUICK if word != "-q"]
     assert main(["optimize", "tile.exr", "--jnd", "1", "--repeats", *SMALL, *loud, "-o", "run"]) == 0
@@ -144,6 +146,7 @@ def test_axes_are_rows_and_columns() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_a_run_of_many_touches_that_is_cut_off_goes_on_to_the_same_relief(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -174,6 +177,7 @@ def test_a_run_of_many_touches_that_is_cut_off_goes_on_to_the_same_relief(
     )
 
 
+@pytest.mark.slow
 def test_a_run_is_compared_as_the_tile_that_it_is(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["optimize", "tile.exr", "--jnd", "1", "--repeats", *SMALL, *QUICK, "-o", "run"]) == 0
     found = printed(capsys, "compare", "run", "-q", "--samples", "4")

@@ -33,6 +33,8 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
+@pytest.mark.sentinel
 def test_two_prints_are_laid_on_their_design_and_compared(
     files: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -91,6 +93,7 @@ def test_bad_input_is_refused_in_one_line(
     assert not (files / "scans").exists() and not (files / "mine.toml").exists()
 
 
+@pytest.mark.slow
 def test_a_coupon_is_written_and_read_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -60,6 +60,8 @@ def refused(capsys, *argv):
     return line
 
 
+@pytest.mark.slow
+@pytest.mark.sentinel
 def test_a_mesh_of_a_file_is_wrapped_and_told(capsys, tmp_path):
     assert main(["wrap", "waves.exr", "box.stl", "-o", "out.stl", "--mask", "z>0", *FEW, "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
@@ -89,6 +91,7 @@ def test_one_command_gives_a_region_another_feel(capsys, tmp_path):
     assert "region: a change of +0 JND is 0" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_printer_shows_no_finer_triangles_and_what_it_makes_is_told(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr("retouch.verbs.objects.wrap_preview.SHOWN_FACES", 5000)
     argv = ["wrap", "waves.exr", "box.stl", "-o", "out.3mf", "--mask", "z>0", "--preview", "page.html"]
@@ -105,6 +108,7 @@ def test_a_printer_shows_no_finer_triangles_and_what_it_makes_is_told(capsys, tm
     assert printed["printer"] == "mask-50" and printed["lost"] < 0.01 and printed["rms_mm"] < 0.05
 
 
+@pytest.mark.slow
 def test_units_make_inches_millimetres(capsys):
     assert main(["wrap", "flat.exr", "inches.stl", "--units", "in", "-o", "out.stl", *FEW, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["size_mm"] == pytest.approx([16.2, 14.2, 6.1], abs=0.02)
@@ -118,6 +122,7 @@ def test_a_cylinder_is_told_how_the_period_was_fitted(capsys):
     assert re.search(r"Side: period [\d.]+ mm instead of 6 and turned by .* degrees instead of 5, so", text)
 
 
+@pytest.mark.slow
 def test_a_texture_whose_sides_do_not_fit_is_placed_once_and_that_is_told(capsys, tmp_path):
     argv = ["wrap", "slope.exr", "box.stl", "--at", "2,0,3", "--along", "y", "--turn", "90", "-o", "out.stl"]
     assert main([*argv, *FEW, "--size-mm", "8", "--json"]) == 0
@@ -146,6 +151,7 @@ def test_one_list_of_options_is_that_of_command_preview_and_python():
         retouch.wrap("waves.exr", "box.stl", "out.stl", masks="z>0")  # type: ignore[call-arg]
 
 
+@pytest.mark.slow
 def test_regions_carry_other_textures(capsys, tmp_path):
     argv = ["wrap", "flat.exr", "box.stl", "--mask", "z>0", "--region", "x>0..1=waves.exr"]
     assert main([*argv, "-o", "out.stl", *FEW]) == 0
@@ -155,6 +161,7 @@ def test_regions_carry_other_textures(capsys, tmp_path):
     assert np.ptp(left[:, 2]) < 0.06 and np.ptp(right[:, 2]) > 0.2
 
 
+@pytest.mark.slow
 def test_parts_that_cross_are_wrapped_where_no_texture_crosses_or_united(capsys, tmp_path):
     argv = ["wrap", "waves.exr", "pegged.stl", *FEW, "--json", "-o", "out.stl", "--no-bottom", "--mask"]
     assert main([*argv, "z>1"]) == 0
@@ -173,6 +180,7 @@ def test_parts_that_cross_are_wrapped_where_no_texture_crosses_or_united(capsys,
     assert trimesh.load_mesh(tmp_path / "out.stl").body_count == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("most", "says"), [("5", "keeps 1 round holes of 4 mm"), ("3", "no round hole")])
 def test_round_holes_are_kept_without_texture(capsys, tmp_path, most, says):
     bore = Manifold.cylinder(20.0, 2.0, 2.0, 16).translate((4.5, 3.5, -10.0))

@@ -25,6 +25,7 @@ def _files(tmp_path, monkeypatch):
     monkeypatch.setattr(wrap_preview, "SHOWN_FACES", 4000)
 
 
+@pytest.mark.slow
 def test_the_page_alone_is_written_and_told(capsys):
     assert main(["wrap", "waves.exr", "box.stl", "--mask", "z>0", "--preview", "page.html"]) == 0
     assert sorted(path.name for path in Path().iterdir()) == ["box.stl", "page.html", "waves.exr"]
@@ -38,6 +39,7 @@ def test_the_page_alone_is_written_and_told(capsys):
         assert told in text
 
 
+@pytest.mark.slow
 def test_what_is_told_is_what_will_come_out(capsys):
     # Faces of a box are planes, so that the triangles of both are alike.
     options = ["waves.exr", "box.stl", "--mask", "angle<5", "--edge-mm", "0.4"]
@@ -53,6 +55,7 @@ def test_what_is_told_is_what_will_come_out(capsys):
     assert told["seconds"] > 0.0 and told["bytes"] > 10 * told["faces"]
 
 
+@pytest.mark.slow
 def test_names_are_shown_as_they_are():
     heights = retouch.load_heights("waves.exr")
     Path("box.stl").rename(f"{HOSTILE}.stl")
@@ -62,6 +65,7 @@ def test_names_are_shown_as_they_are():
     assert "heights on &lt;img src=x" in text
 
 
+@pytest.mark.slow
 def test_seams_are_shown_where_patches_do_not_fit():
     trimesh.creation.icosphere(3, 7.0).export("ball.stl")
     shown = retouch.preview_wrap("waves.exr", "ball.stl", "page.html").preview.shown

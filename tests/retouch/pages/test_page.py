@@ -192,6 +192,7 @@ def test_energies_are_drawn_where_the_history_has_them(tmp_path: Path) -> None:
     assert "Energies, without weights" in text
 
 
+@pytest.mark.slow
 def test_large_pictures_under_many_lights_stay_below_6_mb(tmp_path: Path) -> None:
     small = plausible(azimuths=tuple(range(0, 360, 30)))
     noise = np.random.default_rng(0).uniform(0.0, 0.2, (12, 700, 700))

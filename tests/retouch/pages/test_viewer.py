@@ -81,6 +81,7 @@ def test_a_figure_holds_its_models() -> None:
     assert re.findall(r'data-split="(\w+)"', figure) == ["100", "50", "0"]
 
 
+@pytest.mark.slow
 def test_the_still_picture_shows_the_layer_that_is_shown_first() -> None:
     for start, blue in (("Feel", True), ("Plain", False)):
         figure = viewer_figure("a ball", ball(layers=("Feel",)), start=start)

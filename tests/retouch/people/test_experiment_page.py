@@ -83,6 +83,7 @@ def shown(browser: Browser) -> str:
     return text
 
 
+@pytest.mark.sentinel
 def test_an_experiment_is_run_by_keys_and_goes_on_after_a_reload(
     browser: Browser, made: Path, tmp_path: Path, served: Callable[[Path], str]
 ) -> None:

@@ -42,6 +42,7 @@ def answers(stiffness: int, depth: int, rng: np.random.Generator) -> Question:
     return Question.of("rougher", pairs)
 
 
+@pytest.mark.slow
 def test_the_finger_of_the_answers_is_found(rng: np.random.Generator) -> None:
     stiffness, depth = 6, 3
     question = answers(stiffness, depth, rng)

@@ -14,6 +14,8 @@ from retouch.people.plates import read_plates
 from retouch.people.skin_fit import proposal, tried_fingers
 from retouch.stimulus_sets.stimulus_set import Experiment, read_set
 
+pytestmark = pytest.mark.slow
+
 
 def answered(folder: Path) -> Path:
     """A file of three people's answers to which of two plates is rougher."""

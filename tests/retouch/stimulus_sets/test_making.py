@@ -26,6 +26,8 @@ from retouch.studies.rows import expand
 from tests.retouch.stimulus_sets.conftest import request
 from tests.retouch.studies.conftest import in_process
 
+pytestmark = pytest.mark.slow
+
 SCALES = (("a", 1.0), ("b", 2.0))
 LABELS = ["hills 0", "hills +1", "hills area 1.1", "hills +1 scaled"]
 
@@ -248,7 +250,6 @@ def test_the_folder_of_another_set_is_refused(copy: Path, tile: Path, tmp_path: 
         make(request(tile), tmp_path / "notes", None)
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(chromium() is None, reason="no Chromium here")
 def test_one_plate_at_a_time_is_under_a_lamp_that_moves(whole: Path) -> None:
     """On the page of the set, and in the rows of the page of its study."""

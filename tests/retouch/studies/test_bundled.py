@@ -25,6 +25,7 @@ def value(run: Run, quantity: str) -> float:
     return measure_touch(Relief(heights, PATCH_SIDE_MM), run.touch.finger, "layer").means[quantity]
 
 
+@pytest.mark.slow
 def test_the_seven_textures_of_figure_15_are_0_06_to_0_08_rough() -> None:
     runs = textures("figure15")
     assert len(runs) == 7
@@ -32,6 +33,7 @@ def test_the_seven_textures_of_figure_15_are_0_06_to_0_08_rough() -> None:
         assert 0.06 <= value(run, ROUGHNESS.name) <= 0.08, name
 
 
+@pytest.mark.slow
 def test_more_contact_fits_on_every_plate_of_figure_17() -> None:
     runs = textures("figure17")
     assert len(runs) == 12
@@ -39,6 +41,7 @@ def test_more_contact_fits_on_every_plate_of_figure_17() -> None:
         assert 1.4 * value(run, CONTACT_AREA.name) < 0.98 * PATCH_SIDE_MM**2, name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("study", ["exact-vs-surrogate", "range"])
 def test_the_studies_of_all_textures_have_all_twelve(study: str) -> None:
     tables = expand(load_study(find_study(study))).tables

@@ -157,6 +157,7 @@ def test_a_new_version_of_a_measure_is_measured_without_a_run(
         assert record.cells["cpu_s"] is not None
 
 
+@pytest.mark.slow
 def test_a_row_whose_settings_name_files_that_are_gone_is_computed(
     study_file: Path, copy: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -168,6 +169,8 @@ def test_a_row_whose_settings_name_files_that_are_gone_is_computed(
     assert begun == [folder.name] and table(copy) == before
 
 
+@pytest.mark.slow
+@pytest.mark.sentinel
 def test_again_computes_anew(study_file: Path, copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     begun, before = computed(monkeypatch), table(copy)
     done(study_file, copy, quick=True, again=True)
@@ -203,6 +206,7 @@ def test_a_document_is_not_believed(whole: Path, tmp_path: Path, hostile: str) -
     assert "\n" not in str(caught.value) and "\x1b" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_all_bundled_studies_by_one_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["study", "--all", "--quick", "--redraw", "-o", str(tmp_path)]) == 0
     names = [path.stem for path in bundled_studies()]
@@ -227,6 +231,7 @@ def test_two_commands_do_not_compute_in_one_folder(study_file: Path, copy: Path)
         done(study_file, copy)
 
 
+@pytest.mark.slow
 def test_a_full_disk_ends_the_study_and_the_same_command_goes_on(
     study_file: Path, whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -248,6 +253,7 @@ def test_a_full_disk_ends_the_study_and_the_same_command_goes_on(
     assert len(begun) == 1 and table(out) == table(whole)
 
 
+@pytest.mark.slow
 def test_a_row_that_fails_is_tried_once_more_and_listed(
     study_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

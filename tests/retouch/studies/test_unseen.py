@@ -15,6 +15,7 @@ from tests.retouch.pages.plausible import verified
 from tests.visual.scenes import SIDE, SIZE_MM, hills
 
 
+@pytest.mark.slow
 def test_a_changed_relief_differs_everywhere_and_a_lifted_one_nowhere(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -34,6 +35,7 @@ def test_a_changed_relief_differs_everywhere_and_a_lifted_one_nowhere(
     assert max(value for value in unseen(tmp_path, run, verified()).values() if value is not None) < 0.01
 
 
+@pytest.mark.slow
 def test_twenty_pictures_are_seen_as_in_the_hand(tmp_path: Path) -> None:
     original = hills(0.6)
     np.save(tmp_path / "hills.npy", original)
@@ -50,6 +52,7 @@ def test_twenty_pictures_are_seen_as_in_the_hand(tmp_path: Path) -> None:
     assert changes[2][0] == pytest.approx(2.0 * changes[1][0], rel=0.3)
 
 
+@pytest.mark.slow
 def test_a_tile_of_another_size_is_seen_as_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Scenes fit its plate, and light comes in from its neighbours: rolled, its pictures change alike."""
     monkeypatch.setattr(measure, "UNSEEN", {"lights": UNSEEN["lights"]})

@@ -166,6 +166,7 @@ def test_a_shard_that_is_damaged_is_made_again(whole: Path, tmp_path: Path) -> N
         assert not (out / "shards" / ".00002-abc.partial").exists()
 
 
+@pytest.mark.slow
 def test_processes_make_the_same_files_and_a_killed_one_loses_nothing(whole: Path, tmp_path: Path) -> None:
     killed = partial(dies_once, mark=tmp_path / "died")
     make_dataset(small(), tmp_path / "data", partial(run_here, workers=2, work=killed), ignore)
@@ -181,6 +182,7 @@ def test_pictures_are_the_same_in_every_process(tmp_path: Path) -> None:
     assert files(tmp_path / "here") == files(tmp_path / "there")
 
 
+@pytest.mark.slow
 def test_a_shard_that_always_takes_its_worker_down_is_given_up_and_the_others_are_not(
     whole: Path, tmp_path: Path
 ) -> None:
@@ -193,6 +195,7 @@ def test_a_shard_that_always_takes_its_worker_down_is_given_up_and_the_others_ar
     assert files(out) == files(whole)
 
 
+@pytest.mark.slow
 def test_a_mistake_in_a_worker_is_shown_with_its_traceback(tmp_path: Path) -> None:
     with pytest.raises(WorkerError, match="ZeroDivisionError"):
         make_dataset(small(), tmp_path / "data", partial(run_here, workers=1, work=is_mistaken), ignore)
@@ -335,6 +338,7 @@ def test_marked_shards_are_there_to_be_killed() -> None:
     assert MARKED in range(small().request.shards)
 
 
+@pytest.mark.slow
 def test_a_polite_kill_takes_the_workers_along(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "optimize", "dataset", "-o", str(tmp_path / "data"), "--count", "4000"]
     options = ["--touch", "layer", "--lights", "none", "--workers", "2", "-q"]

@@ -60,6 +60,7 @@ def test_a_relief_that_is_no_number_is_refused(reliefs: np.ndarray) -> None:
         touch_fields(spoilt, SIZE, SKIN, "layer")
 
 
+@pytest.mark.slow
 def test_sums_of_pictures_are_the_studios(reliefs: np.ndarray) -> None:
     checked = check_scene(STUDIO, {"resolution": str(SIDE)})
     scene = Scene(checked, Relief(reliefs[5]), "llvm_ad_mono")

@@ -35,6 +35,8 @@ from tactile.net import CHANNELS
 from tests.tactile.reliefs import SIZE
 from visual.fast import ambient_net
 
+pytestmark = pytest.mark.slow
+
 SIDE = 32
 SETTINGS = Settings(seed=1, epochs=12, batch=8, warmup=5)
 
@@ -232,7 +234,6 @@ def cards_of_three_seeds(kind: Kind, trained: TrainingRequest, folder: Path) -> 
         yield train_net(kind, replace(trained, out=folder / str(seed), settings=replace(SETTINGS, seed=seed)))
 
 
-@pytest.mark.slow
 def test_three_seeds_make_touch_nets_that_err_alike(trained: TrainingRequest, tmp_path: Path) -> None:
     """What is told of a net is no luck: the smallest configuration, from three beginnings."""
     found = []
@@ -243,7 +244,6 @@ def test_three_seeds_make_touch_nets_that_err_alike(trained: TrainingRequest, tm
     assert max(found) < 0.4 and max(found) < 1.3 * min(found)
 
 
-@pytest.mark.slow
 def test_three_seeds_make_rendering_nets_that_err_alike(
     look_trained: TrainingRequest, tmp_path: Path
 ) -> None:

@@ -64,6 +64,7 @@ def alike(one: Training, other: Training) -> bool:
     return timeless[0] == timeless[1] and all(torch.equal(a[name], b[name]) for a, b in pairs for name in a)
 
 
+@pytest.mark.slow
 def test_errors_fall_below_a_third_of_what_they_were() -> None:
     before = errors(new_net(), Blur(), VALIDATION).mean()
     net, training = trained(replace(SETTINGS, epochs=30))
@@ -73,6 +74,7 @@ def test_errors_fall_below_a_third_of_what_they_were() -> None:
     assert training.epochs[-1].loss < training.epochs[0].loss / 3
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_weights_bit_for_bit_and_another_does_not() -> None:
     assert alike(trained()[1], trained()[1])
     assert not alike(trained()[1], trained(replace(SETTINGS, seed=4))[1])

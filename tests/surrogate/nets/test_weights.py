@@ -178,6 +178,7 @@ def test_what_comes_with_the_package_is_whole_and_small() -> None:
     assert sum(path.stat().st_size for path in FOLDER.glob("*")) < 20_000_000
 
 
+@pytest.mark.slow
 def test_loading_a_net_loads_no_textures() -> None:
     script = """
 import sys

@@ -12,6 +12,8 @@ from tactile.unstructured import meshing
 from tactile.unstructured.meshing import MeshingError, Sizing, Tetrahedra, signed_volumes, tetrahedralise
 from tactile.unstructured.surface import Surface, block_surface, fingertip_surface, outward_normals
 
+pytestmark = pytest.mark.slow
+
 COARSE = Sizing(0.8, 1.2)
 
 
@@ -56,7 +58,6 @@ def test_edges_follow_the_sizing_from_face_to_bone() -> None:
     assert np.mean(at_bone) == pytest.approx(1.0, rel=0.35)
 
 
-@pytest.mark.slow
 def test_a_fingertip_keeps_its_cap() -> None:
     surface = fingertip_surface(10.0, 3.0, 12.0)
     mesh = tetrahedralise(surface, COARSE)

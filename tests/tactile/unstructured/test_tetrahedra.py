@@ -26,6 +26,8 @@ from tactile.unstructured.tetrahedra import (
 from tests.tactile.reliefs import SIZE, bumps, grating, waves
 from tests.taylor import dot_test
 
+pytestmark = pytest.mark.slow
+
 Body = TetrahedralOperator | FiniteElementOperator
 
 SAMPLES = 32
@@ -163,7 +165,6 @@ def test_a_mirrored_relief_gives_a_mirrored_field(block: TetrahedralOperator) ->
     assert float(roughness(mirrored, SIZE)) == pytest.approx(float(roughness(strain, SIZE)), rel=0.03)
 
 
-@pytest.mark.slow
 def test_a_fingertip_touches_a_plate_as_hertz_says() -> None:
     """Contact radius a = (3 F R / 4 E*)^(1/3) (Johnson, Contact Mechanics, 1985, section 4.2).
 
@@ -202,7 +203,6 @@ def test_a_rounded_skin_feels_nothing_of_a_flat_plate(rounded: TetrahedralOperat
     assert float(touch.gap.min()) > -1e-8
 
 
-@pytest.mark.slow
 def test_a_fingertip_given_as_a_surface_feels_what_its_structured_mesh_feels() -> None:
     """Meshed by pytetwild and pressed, end to end; 2 % in V and 3 % in A when this was written."""
     surface = fingertip_surface(SIZE, FINGER.thickness_mm, 12.0)

@@ -203,6 +203,7 @@ def test_ten_millimetres_fill_the_picture_exactly(mi: ModuleType, studio: Any) -
     np.testing.assert_allclose(np.array(ray.o)[:2], [[-5, 5], [5, -5]], atol=1e-5)
 
 
+@pytest.mark.slow
 def test_light_adds_up(mi: ModuleType, studio: Any) -> None:
     nodes = [light.node for light in describe(studio).lights]
 

@@ -5,6 +5,8 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
+import pytest
+
 from visual.backend import mitsuba, variants
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -21,6 +23,7 @@ print(*sorted({"mitsuba", "drjit"} & sys.modules.keys()))
 """
 
 
+@pytest.mark.slow
 def test_the_first_use_loads_and_chooses_llvm_before() -> None:
     process = subprocess.run(
         [sys.executable, "-c", SCRIPT], cwd=ROOT, capture_output=True, text=True, check=True

@@ -44,6 +44,7 @@ def test_light_between_faces_makes_pictures_brighter(scene_of: Callable[..., Sce
     assert float(twice.mean()) > 1.02 * float(once.mean())
 
 
+@pytest.mark.slow
 def test_the_edges_that_bouncing_light_moves_are_a_small_part(
     scene_of: Callable[..., Scene], truths: Truths
 ) -> None:
@@ -64,6 +65,7 @@ def test_explicit_pictures_are_of_direct_light(scene_of: Callable[..., Scene]) -
     assert (direct.jacobians[0] != paths.jacobians[0]).nnz == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", [3, -1])
 def test_rendered_pictures_have_gradients_however_long_the_paths(
     scene_of: Callable[..., Scene], depth: int

@@ -19,7 +19,9 @@ STRIPES = waves((9, 4), 0.3)
 """Weights of the pixels, of 3 pixels a period: half of a picture of such stripes passes a Gaussian filter."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rfilter", FILTERS)
+@pytest.mark.sentinel
 def test_pictures_are_mitsubas_within_noise_at_the_border_too(
     scene_of: Callable[..., Scene], rfilter: str
 ) -> None:
@@ -39,6 +41,7 @@ def differences(picture: Callable[[Array], Array], heights: Array, change: Array
     return float(ends[0] - ends[1]) / (2.0 * step)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("camera", "allowed"),
     [(ABOVE, 0.14), pytest.param(OBLIQUE, 0.25, marks=pytest.mark.slow)],

@@ -41,6 +41,7 @@ def cosine(one: Array, other: Array) -> float:
     return float((one * other).sum() / np.linalg.norm(one) / np.linalg.norm(other))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "lights", [(sun(35), sun(40, 200)), (sun(35), sun(40, 200), sky())], ids=["suns", "suns and sky"]
 )
@@ -92,6 +93,7 @@ def test_the_gradient_is_that_of_the_pictures(
     assert truth.error(slopes.mean) < allowed
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_pictures_and_gradients(scene: Scene) -> None:
     first, again, other = (scene.render(seed=seed) for seed in (7, 7, 8))
     assert torch.equal(first, again)
@@ -105,6 +107,7 @@ def test_any_seed_will_do(scene: Scene) -> None:
     assert np.isfinite(gradient(scene, ADJOINTS[0], seed=seed)).all()
 
 
+@pytest.mark.slow
 def test_heights_changed_in_place_after_the_picture_leave_its_gradient_alone(scene: Scene) -> None:
     expected = gradient(scene, ADJOINTS[0])
     heights = leaf(scene.heights)
@@ -146,6 +149,7 @@ def test_pictures_and_gradients_have_the_type_of_the_heights(scene: Scene) -> No
     torch.testing.assert_close(*gradients, rtol=1e-4, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lights", [(sun(35),), (sun(35), sky()), (sky(),)], ids=["sun", "both", "sky"])
 def test_a_flat_plate_has_a_gradient_without_shadow_edges(
     scene_of: Callable[..., Scene], lights: tuple[str, ...]

@@ -64,6 +64,7 @@ def test_the_halo_is_one_period_at_most_and_ends_with_the_surface() -> None:
     assert halo_of(Surface((SIDE, SIDE), SIZE_MM), 1.5, [None]) == (0, 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("light", [sun(20), sky()], ids=["sun", "sky"])
 def test_pictures_of_a_tile_are_those_of_the_middle_of_nine(
     tile_of: Callable[..., Scene], tmp_path: Path, light: str
@@ -133,6 +134,7 @@ def test_derivatives_through_the_seam_are_those_of_mitsubas_pictures(
         assert truth.error(by_gradients(at_the_rim(gradient), 2).mean) < 0.06
 
 
+@pytest.mark.slow
 def test_neighbours_are_seen_from_the_side_and_count_for_nothing(tile_of: Callable[..., Scene]) -> None:
     tile, alone = (
         tile_of(sun(60), sky(), camera=ASLANT, repeats=repeats) for repeats in (BOTH, (False, False))

@@ -39,6 +39,7 @@ CAMERAS: dict[str, dict[str, Any]] = {
 EVERY_CAMERA = pytest.mark.parametrize("camera", CAMERAS.values(), ids=CAMERAS.keys())
 
 
+@pytest.mark.slow
 @EVERY_CAMERA
 def test_pictures_are_mitsubas_within_noise(scene_of: Callable[..., Scene], camera: dict[str, Any]) -> None:
     seeds = range(12)
@@ -68,6 +69,7 @@ def test_a_shape_between_camera_and_plate_is_shown_and_has_no_gradients(
             gradients()
 
 
+@pytest.mark.slow
 def test_a_shape_beside_or_under_the_plate_keeps_its_gradients(scene_of: Callable[..., Scene]) -> None:
     ball = """<shape type="sphere"><point name="center" x="9" y="9" z="3"/><float name="radius" value="2"/>
         <bsdf type="diffuse"/></shape>"""
@@ -94,6 +96,7 @@ def test_the_jacobian_is_that_of_mitsubas_pictures(
     assert plain > 5 * error
 
 
+@pytest.mark.slow
 def test_under_ambient_light_the_background_shines_too(scene_of: Callable[..., Scene]) -> None:
     scene = scene_of(sun(35), sky(), **CAMERAS["orthographic"])
     ours = scene.views()[0].evaluate(scene.heights, jacobian=False).pictures
@@ -125,6 +128,7 @@ def test_the_gradient_of_rendered_pictures_is_that_of_the_jacobian(scene_of: Cal
     assert np.linalg.norm(by_rendering - by_jacobian) < 0.1 * np.linalg.norm(by_jacobian)
 
 
+@pytest.mark.slow
 def test_cameras_make_conditions_of_their_own_and_share_the_look(scene_of: Callable[..., Scene]) -> None:
     further = sensor("side", OBLIQUE, 0.1) + sensor("idle", OBLIQUE, 0.0)
     scene = scene_of(sun(35, name="a"), sun(50, name="b"), sky(), weight=0.3, further=further)
@@ -149,6 +153,7 @@ def test_a_weight_is_a_share(scene_of: Callable[..., Scene], weight: float) -> N
         scene_of(sun(35), further=sensor("side", OBLIQUE, weight))
 
 
+@pytest.mark.slow
 def test_the_five_views_of_the_paper_share_the_look_as_it_says() -> None:
     scene = load_scene(ROOT / "mitsuba_scenes" / "five_views.xml", {"resolution": "32"})
     assert len(scene.conditions) == 15

@@ -88,6 +88,7 @@ def test_a_plate_that_is_lifted_moves_in_the_picture(scene_of: Callable[..., Sce
     np.testing.assert_allclose(high[:-1], low[1:], atol=1e-6)
 
 
+@pytest.mark.slow
 @EVERY_CAMERA
 def test_pictures_are_near_those_of_mitsuba(scene_of: Callable[..., Scene], camera: dict[str, Any]) -> None:
     scene = scene_of(sun(35), sky(), material=PLASTIC, heights=smooth(), **camera)
@@ -96,6 +97,7 @@ def test_pictures_are_near_those_of_mitsuba(scene_of: Callable[..., Scene], came
     assert np.abs(ours - theirs).mean() < 0.02 * theirs.mean()
 
 
+@pytest.mark.slow
 def test_environment_maps_light_pictures_from_the_side(tmp_path: Path, mi: Any) -> None:
     (tmp_path / "sky.exr").write_bytes(SKY_MAP.read_bytes())
     window = """<emitter type="envmap"><string name="filename" value="sky.exr"/>

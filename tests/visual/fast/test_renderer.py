@@ -25,6 +25,7 @@ NEAR_ABOVE = '<lookat origin="-1, -1, 30" target="0, 0, 0" up="0, 1, 0"/>'
 SPECTRAL = '<emitter type="constant"><spectrum name="radiance" value="400:0.1, 700:0.4"/></emitter>'
 
 
+@pytest.mark.slow
 def test_pictures_are_near_those_of_mitsuba(scene: Scene, with_net: None) -> None:
     """With a net that corrects nothing: most of the difference is what a trained net corrects."""
     heights = waves(SIDE, 1.0).numpy()
@@ -76,6 +77,7 @@ def test_a_light_straight_above_casts_no_shadow() -> None:
     np.testing.assert_allclose(FastView(look).evaluate(heights.numpy()).pictures, 1.0)
 
 
+@pytest.mark.slow
 def test_pictures_and_gradients_take_no_mitsuba() -> None:
     script = """
 import sys, torch

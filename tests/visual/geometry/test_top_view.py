@@ -120,6 +120,7 @@ def test_pictures_are_mitsubas_within_noise(
     assert differ_by_noise(ours, [scene.render(seed=seed).numpy()[0] for seed in seeds])
 
 
+@pytest.mark.slow
 def test_ambient_light_is_mitsubas_within_noise(scene_of: Callable[..., Scene]) -> None:
     heights, seeds = hills(0.8), range(24)
     scene = scene_of(sky(), heights=heights)
@@ -165,6 +166,7 @@ def test_without_shadows_the_jacobian_is_that_of_the_samples(
 
 
 @pytest.mark.parametrize("elevation", [70, 80])
+@pytest.mark.sentinel
 def test_without_shadows_the_jacobian_is_that_of_mitsubas_pictures(
     scene_of: Callable[..., Scene], truths: Truths, elevation: float
 ) -> None:

@@ -127,6 +127,7 @@ def test_lights_lie_within_the_shape(kind: str) -> None:
     assert 0.95 * reach < off.max() < 1.001 * reach
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("elevation", "allowed"), [(35.0, 2.0), (15.0, 2.6)])
 def test_the_plate_looks_as_under_the_light_itself(mi: ModuleType, elevation: float, allowed: float) -> None:
     """The sun of 2 degrees at the least distance that is taken as parallel; the rest is its falling off."""

@@ -133,6 +133,7 @@ def picture_errors(mi: ModuleType, picture: Array, to_world: Array, counts: tupl
     return [float(100.0 * np.abs(found - truth).mean() / truth.mean()) for found in pictures]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("to_world", "plate"),
     [(UPRIGHT, "flat"), (UPRIGHT, "rough"), (TURNED, "rough"), (MIRRORED, "rough"), (np.eye(4), "rough")],
@@ -203,6 +204,7 @@ def test_a_sun_of_one_pixel_stays_sharp(count: int) -> None:
         assert near.sum() <= max(1, count // 10)
 
 
+@pytest.mark.slow
 def test_directions_drawn_anew_are_right_on_average() -> None:
     toward = directions(33, 64)
     colours = np.stack([np.exp(3.0 * toward @ axis) for axis in np.eye(3)], axis=-1)

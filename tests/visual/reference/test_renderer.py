@@ -42,6 +42,7 @@ def test_a_flat_plate_is_as_bright_everywhere(renderer: ReferenceRenderer) -> No
     assert 0.2 < parallel.mean() < 0.5
 
 
+@pytest.mark.slow
 def test_the_studio_is_rendered_as_mitsuba_does(scene: Scene, renderer: ReferenceRenderer) -> None:
     heights = waves(SIDE, 1.5).numpy()
     ours = renderer.parallel_pictures(heights, TOWARD) + AMBIENT * renderer.ambient_picture(

@@ -30,6 +30,8 @@ from tactile.skin import Skin
 from tests.relief.meshes.bodies import cube, joined
 from tests.relief.meshes.rolled import rolled
 
+pytestmark = pytest.mark.slow
+
 SIZE_MM, SIDE = 16.0, 160
 
 
@@ -78,7 +80,6 @@ def test_colours_are_grey_where_no_finger_was(feel: MeshFeel) -> None:
     assert low < feel.means["roughness"] < high
 
 
-@pytest.mark.slow
 def test_the_coloured_file_and_the_picture_are_written(feel: MeshFeel, tmp_path: Path) -> None:
     solid, picture, page = write_coloured(tmp_path / "out", "plate", feel, "paper")
     assert "plate in the colours of its roughness" in page.read_text(encoding="utf-8")

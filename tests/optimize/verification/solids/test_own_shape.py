@@ -61,6 +61,7 @@ def test_a_fillet_between_planes_is_no_texture() -> None:
     assert heights is not None and roughness(heights) < 0.003 < 0.02 < roughness(crop.heights)
 
 
+@pytest.mark.slow
 def test_gravel_on_a_torus_feels_as_gravel() -> None:
     tile = np.tile(load_heights(find_texture("gravel-tile")), (2, 2))[:192, :192]
     body = on_torus(12.0, 30.0, tile, 10.0 / 128)
