@@ -68,7 +68,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
-    """Measure the CPU seconds of a test, of its process and of those that it waited for: clocks tell the load."""
+    """Measure a test by the CPU seconds of its process and of those that it waited for."""
     before = os.times()
     try:
         return (yield)

@@ -30,8 +30,8 @@ FLAGS = (
 )
 SOFTWARE_WEBGL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 """Flags with which the processor draws what pages ask of a graphics card."""
-PATIENCE_S = 60.0
-"""Longest wait for one answer of the browser, s."""
+PATIENCE_S = 300.0
+"""Longest wait for an answer of the browser or of the app, s; far beyond that of a busy machine."""
 COMPLAINTS = ("Log.entryAdded", "Runtime.exceptionThrown", "Runtime.consoleAPICalled")
 """Events that the console of the browser would show."""
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Self
 
-from benchmarks.shared.browser import COMPLAINTS, Browser
+from benchmarks.shared.browser import COMPLAINTS, PATIENCE_S, Browser
 from benchmarks.shared.common import ROOT
 
 KEYS = {
@@ -66,7 +66,7 @@ class App:
         assert self.process.stdout is not None
         self.process.send_signal(signal.SIGINT)
         with self.process.stdout:
-            return self.process.wait(60)
+            return self.process.wait(PATIENCE_S)
 
     def __enter__(self) -> Self:
         return self
@@ -104,7 +104,7 @@ class Window(Browser):
         screen = {"deviceScaleFactor": 1, "mobile": False}
         self._call("Emulation.setDeviceMetricsOverride", width=width, height=height, **screen)
 
-    def wait(self, condition: str, seconds: float = 60.0) -> float:
+    def wait(self, condition: str, seconds: float = PATIENCE_S) -> float:
         """Wait until an expression is true; returns how long that took, s."""
         begun = time.monotonic()
         while not self.evaluate(f"Boolean({condition})"):

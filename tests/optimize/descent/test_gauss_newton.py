@@ -14,6 +14,7 @@ import tactile
 from optimize.descent.driver import STALL, DescentResult, check_memory, descend
 from optimize.descent.gauss_newton import method as gauss_newton
 from optimize.descent.gauss_newton.forces import BoundedTargetForces
+from optimize.descent.gauss_newton.layers import HEIGHTS, Layers
 from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.gauss_newton.trust import LARGEST_SHARE, RISING_SHARE
 from optimize.descent.linear_scaling import linear_scaling
@@ -22,6 +23,8 @@ from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from optimize.verification.picture_metrics import rms_change
 from relief.common.limits import HEIGHT_LIMIT_MM
+from relief.printed import printed
+from relief.printers import Printer
 from relief.relief import Relief
 from tactile.measures import TouchMeasures, measure_touch
 from tests.optimize.conftest import SAMPLES, ProblemWith, with_heights
@@ -193,6 +196,25 @@ def test_it_goes_on_from_its_memory_as_if_it_had_not_stopped(
     assert resumed.step == straight.step == 2
     np.testing.assert_allclose(resumed.heights, straight.heights, atol=1e-6)
     np.testing.assert_allclose(resumed.memory["trust"], straight.memory["trust"], rtol=1e-6)
+
+
+def test_once_the_target_is_met_each_step_brings_heights_nearer_to_whole_layers(
+    problem_with: ProblemWith, original: TouchMeasures
+) -> None:
+    printer = Printer("own", pixel_um=312.5, layer_um=60.0, min_feature_um=937.5)
+    free = replace(problem_with(rougher(original, 1)), look="fast")
+    relief = replace(free.relief, heights=printed(free.heights, 0.3125, printer), printer=printer)
+    problem = replace(free, relief=relief)
+    layers = Layers(problem.heights, printer, problem.surface)
+    method = GaussNewton(problem)
+    iterate, off = method.begin(0, problem.heights, {}), []
+    for _ in range(4):
+        iterate = method.advance(iterate)
+        assert problem.targets.met(iterate.values)
+        off.append(np.abs(layers.to_nearest(iterate.memory[HEIGHTS])).mean() / printer.layer_mm)
+    # The first step meets the target: its heights lie anywhere between two layers.
+    assert off[0] == pytest.approx(0.25, abs=0.02)
+    assert off == sorted(off, reverse=True) and off[-1] < 0.6 * off[0]
 
 
 @pytest.mark.slow

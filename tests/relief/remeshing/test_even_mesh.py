@@ -143,7 +143,8 @@ def test_fillets_that_meet_in_mitres_stay_where_they_are():
 
 
 def test_the_nearest_point_is_found_past_a_corner():
-    turn = np.linspace(0.0, np.pi, 101)
+    """Slivers that meet in a corner of a plane, whose every point is the nearest one to itself."""
+    turn = np.radians(np.linspace(20.0, 160.0, 101))
     rim = 10.0 * np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])
     vertices = np.concatenate([np.zeros((1, 3)), rim, [(-10.0, -10.0, 0.0), (10.0, -10.0, 0.0)]])
     k = np.arange(1, 101)
@@ -151,8 +152,9 @@ def test_the_nearest_point_is_found_past_a_corner():
     body = Body(vertices, np.concatenate([fan, [(0, 101, 102), (0, 102, 103), (0, 103, 1)]]))
     none, region = np.zeros(body.faces.shape, bool), np.zeros(len(body.faces), np.int64)
     nearest = NearestPoints(body, none, region, 0.5)
-    face, share = nearest.at(np.array([(0.1, -0.3, 0.0)]), region[:1], np.array([50]))
-    assert face[0] == 101 and np.allclose(nearest.places(face, share), [(0.1, -0.3, 0.0)])
+    points = np.random.default_rng(0).uniform(-0.5, 0.5, (100, 3)) * (1.0, 1.0, 0.0)
+    face, share = nearest.at(points, region[:100], np.full(100, 50))
+    assert nearest.places(face, share) == pytest.approx(points, abs=1e-9)
 
 
 @pytest.mark.slow

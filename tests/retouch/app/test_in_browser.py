@@ -103,7 +103,7 @@ def test_the_whole_way_by_mouse(app: App, window: Window, tmp_path: Path) -> Non
     window.wait("document.querySelector('.state')?.innerText.includes('-1: running')")
     window.visit(app.address, 1280, 800)  # loaded again while it runs
     to(window, "Run")
-    window.wait(DONE, 120)
+    window.wait(DONE)
     folder = app.folder / "runs" / "b-photo-1"
     result = json.loads((folder / "result.json").read_text())
     assert abs(result["touch"]["jnd_from_original"] - wanted) < 0.1
@@ -166,7 +166,7 @@ def test_the_whole_way_by_keys(app: App, window: Window) -> None:
     stage("Run")
     tab_to("button.primary")
     window.key("Enter")
-    window.wait("/dots-1: done/.test(document.querySelector('.state')?.innerText)", 120)
+    window.wait("/dots-1: done/.test(document.querySelector('.state')?.innerText)")
     stage("Print")
     tab_to("button.primary")
     window.key("Enter")
@@ -211,7 +211,7 @@ def test_a_feel_is_painted_in_grades_and_shown_at_every_place(window: Window, tm
         window.wait(f"!{COMMAND}.includes({json.dumps(mask[1])}) && {COMMAND}.includes('graded')")
         to(window, "Run")
         window.click_text(".side button", "Run")
-        window.wait(DONE, 120)
+        window.wait(DONE)
         to(window, "Compare")
         window.click_text(".ways button", "Feel")
         window.wait("document.querySelectorAll('.felt-places ellipse').length > 16")
@@ -252,7 +252,7 @@ def test_a_closed_app_leaves_a_run_that_goes_on(window: Window, tmp_path: Path) 
         window.wait(SHOWN)
         to(window, "Run")
         window.click_text(".side button", "Run")
-        window.wait("document.querySelectorAll('.step-chart .dot').length > 1", 60)
+        window.wait("document.querySelectorAll('.step-chart .dot').length > 1")
         assert app.close() == 0
     assert (tmp_path / "runs" / "waves-1" / "heights.exr").is_file()
     with App(tmp_path) as app:

@@ -53,6 +53,17 @@ def test_intervals_hold_what_was_simulated(rng: np.random.Generator) -> None:
     assert sum(person) >= 70 and sum(equality) >= 70
 
 
+def test_the_interval_of_two_people_who_differ_holds_what_is_true_of_all(rng: np.random.Generator) -> None:
+    """Two people say little of how far others differ: their interval is wider than that of many would be."""
+    grid = Grid(math.log(JND) + np.linspace(-1.2, 1.2, 41), np.linspace(-0.6, 0.6, 7))
+    held = 0
+    for _ in range(100):
+        noises = JND * np.exp(0.25 * rng.standard_normal(2))
+        fitted = fit([answered(rng, np.tile(PAIRS, 12), noise) for noise in noises], grid)
+        held += holds(fitted.middle.noise, math.log(JND))
+    assert held >= 95
+
+
 def test_who_makes_no_error_has_a_bound_and_no_jnd() -> None:
     perfect = PairAnswers(np.tile(PAIRS, 3), np.tile(PAIRS, 3) > 0.0)
     one = fit([perfect]).middle.noise

@@ -390,6 +390,6 @@ def test_a_killed_command_takes_its_workers_along_and_is_repeated(
             time.sleep(0.02)
         workers = parent.children(recursive=True)
         process.send_signal(signal.SIGKILL)
-    assert psutil.wait_procs(workers, timeout=30.0)[1] == []
+    assert psutil.wait_procs(workers, timeout=300.0)[1] == []
     done(study_file, out)
     same(table(out), table(whole))

@@ -79,6 +79,25 @@ def test_skins_are_an_axis(tmp_path: Path) -> None:
     assert len({row_key(row.settings) for row in table.rows}) == 2
 
 
+def test_regions_are_an_axis_however_long_the_paths_of_their_masks(tmp_path: Path) -> None:
+    folder = tmp_path / ("long" * 50)
+    folder.mkdir()
+    for name in ("scene.xml", "texture.png", "left.png", "right.png"):
+        (folder / name).write_text(name)
+    (folder / "run.toml").write_text('scene = "scene.xml"\ntexture = "texture.png"\n')
+    one = '{ mask = "left.png", jnd = 2 }'
+    two = f'{one}, {{ mask = "right.png", jnd = -1, graded = true }}'
+    regions = f"regions = [{{ label = 1, touch.region = [{one}] }}, {{ label = 2, touch.region = [{two}] }}]"
+    text = HEAD.replace("gravel.toml", "run.toml") + AXES + regions
+    (table,) = expand(load_study(written(folder, text))).tables
+    left, right = (folder / "left.png", [2], False), (folder / "right.png", [-1], True)
+    told = [
+        [(region.mask, [goal for *_, goal in region.goals()], region.graded) for region in each]
+        for each in (row.settings.touch.region for row in table.rows)
+    ]
+    assert told == [[left], [left, right]]
+
+
 def test_rows_that_coincide_between_tables_are_one(study_file: Path) -> None:
     expanded = expand(load_study(study_file))
     assert [len(table.rows) for table in expanded.tables] == [2, 2]

@@ -349,6 +349,6 @@ def test_a_polite_kill_takes_the_workers_along(tmp_path: Path) -> None:
             assert process.poll() is None and time.monotonic() < deadline
             time.sleep(0.05)
         process.terminate()
-        assert process.wait(60.0) == 130
+        assert process.wait() == 130
         assert process.stderr is not None and "the same command goes on" in process.stderr.read()
-    assert psutil.wait_procs(workers, timeout=30.0)[1] == []
+    assert psutil.wait_procs(workers, timeout=300.0)[1] == []
