@@ -91,10 +91,13 @@ def test_a_truth_that_is_computed_now_is_the_recorded_one(
     test = "test_without_shadows_the_jacobian_is_that_of_mitsubas_pictures[70]"
     identifier = f"tests/visual/geometry/test_top_view.py::{test}"
     scene = scene_of(sun(70), material=PLASTIC, heights=hills(0.6, 3.0))
-    settings = {"step_mm": 0.01, "seeds": 2, "samples": 256}
-    then = slopes_of_pictures(Truths(identifier, False, ""), scene, **settings)
+
+    def slopes(truths: Truths) -> Truth:
+        return slopes_of_pictures(truths, scene, step_mm=0.01, seeds=2, samples=256)
+
+    then = slopes(Truths(identifier, recording=False, reason=""))
     monkeypatch.setattr(recorded, "FOLDER", tmp_path_factory.mktemp("truths"))
-    now = slopes_of_pictures(Truths(identifier, True, ""), scene, **settings)
+    now = slopes(Truths(identifier, recording=True, reason=""))
     assert then.agrees(now) and then.relative_error < 2e-3
 
 
