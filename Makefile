@@ -18,11 +18,11 @@ ACCEPT ?=
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check \
     -c constraints.txt $(if $(TORCH_INDEX),--extra-index-url $(TORCH_INDEX)) $(PIP_EXTRA)
-# What a run needs is installed, and what tests and linters need besides.
-# Tests start hundreds of processes; without compiled files each compiles all modules that it imports.
-unexport PYTHONDONTWRITEBYTECODE
+# Marks: what a run needs is installed, and what tests and linters need besides.
 RUNS := .venv/.runs
 TESTS := .venv/.tests
+# Tests start hundreds of processes; without compiled files each compiles all modules that it imports.
+unexport PYTHONDONTWRITEBYTECODE
 # A process for each core, four at most, of some GB each. Tests of a file share what it makes.
 PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadfile
 

@@ -130,19 +130,18 @@ class Truths:
     def __init__(self, test: str, recording: bool, reason: str) -> None:
         self._test, self._recording, self._reason = test, recording, reason
 
-    def __call__(self, inputs: Any, compute: Callable[[], Truth], label: str = "") -> Truth:
+    def __call__(self, inputs: Any, compute: Callable[[], Truth]) -> Truth:
         """The recorded truth, or where truths are recorded that which `compute` gives.
 
         Args:
             inputs: what the value depends on, for `digest`.
             compute: computes the truth.
-            label: tells the truths of one test apart.
 
         Raises:
             pytest.fail.Exception: there is no truth of these inputs and versions, or, where truths are
                 recorded, one that disagrees.
         """
-        path = FOLDER / f"{self._name(label)}.json"
+        path = FOLDER / f"{self._name}.json"
         key = {"inputs": digest(inputs), **{name: version(name) for name in LIBRARIES}}
         known = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
         if not self._recording:
@@ -162,11 +161,10 @@ class Truths:
         path.write_text(_lines(written), encoding="utf-8")
         return _read(written)
 
-    def _name(self, label: str) -> str:
-        test = re.sub(
-            r"^tests/|\.py|(?<=/)test_|(?<=::)test_", "", self._test + (f" {label}" if label else "")
-        )
-        return re.sub(r"[^\w.]+", "-", test).strip("-")
+    @property
+    def _name(self) -> str:
+        """The test's identifier as a name of a file."""
+        return re.sub(r"[^\w.]+", "-", re.sub(r"^tests/|\.py|(?<=[/:])test_", "", self._test)).strip("-")
 
 
 def _written(truth: Truth) -> dict[str, Any]:

@@ -18,6 +18,7 @@ def mesh_of(name):
     return trimesh.Trimesh(*OBJECTS[name].make(), process=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", OBJECTS)
 def test_an_object_is_one_closed_body_with_outward_normals(name):
     mesh = mesh_of(name)

@@ -28,6 +28,7 @@ def scene_with_a_pixel_a_sample(
     return scene_of(*lights, heights=heights, rows=rows, cols=cols, **more)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heights", [WIDE, TALL], ids=["wide", "tall"])
 def test_pictures_of_oblong_plates_are_mitsubas_within_noise(
     scene_of: Callable[..., Scene], heights: Array
@@ -63,6 +64,7 @@ def test_the_jacobian_of_an_oblong_plate_is_that_of_mitsubas_pictures(
     assert (weights * ours).sum() == pytest.approx((weights * (up - low)).sum() / 2.0, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_square_film_shows_a_wide_plate_with_empty_rows_that_do_not_count(
     scene_of: Callable[..., Scene],
 ) -> None:
@@ -113,7 +115,9 @@ def test_what_the_user_defines_stays(texture: Path, mi: object) -> None:
         load_scene("studio", {"size_mm": "20"}, texture=texture)
 
 
-@pytest.mark.parametrize(("samples", "pixels"), [(32, 128), (160, 160), (1100, 1024)])
+@pytest.mark.parametrize(
+    ("samples", "pixels"), [(32, 128), (160, 160), pytest.param(1100, 1024, marks=pytest.mark.slow)]
+)
 def test_a_fine_texture_has_a_pixel_a_sample_up_to_1024(
     tmp_path: Path, mi: object, samples: int, pixels: int
 ) -> None:

@@ -33,6 +33,7 @@ def test_every_variant_shows_the_same_pictures(scene_of: Callable[..., Scene], v
     assert differ_by_noise([scene.render(seed=100 + seed).numpy()[0] for seed in seeds], expected)
 
 
+@pytest.mark.slow
 @pytest.mark.gradients
 def test_in_every_variant_explicit_pictures_are_the_rendered_ones(
     scene_of: Callable[..., Scene], variant: str
@@ -42,6 +43,7 @@ def test_in_every_variant_explicit_pictures_are_the_rendered_ones(
     assert differ_by_noise(ours, [scene.render(seed=seed).numpy()[0] for seed in seeds])
 
 
+@pytest.mark.slow
 @pytest.mark.gradients
 def test_in_every_variant_the_gradient_is_that_of_the_explicit_jacobian(
     scene_of: Callable[..., Scene], variant: str

@@ -67,6 +67,7 @@ def test_both_targets_are_approached_together(quick: Problem, original: TouchMea
     assert at.means["contact_area_mm2"] < start.means["contact_area_mm2"]
 
 
+@pytest.mark.slow
 def test_it_goes_on_from_its_memory_as_if_it_had_not_stopped(quick: Problem) -> None:
     first = AdamDescent(quick, AdamSettings(6))
     middle = first.begin(0, quick.heights, {})

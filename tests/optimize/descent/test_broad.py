@@ -79,6 +79,7 @@ def test_the_load_of_a_step_is_the_slope_of_all_that_it_minimises(problem_with: 
     assert -float(system.load @ way) == pytest.approx(slope, rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("around", [False, True])
 def test_a_descent_changes_broad_brightness_less(
     problem_with: ProblemWith, original: TouchMeasures, around: bool

@@ -69,6 +69,7 @@ def test_roughness_is_reached_with_less_change_of_look_than_by_scaling(
     assert gain * change_of_look(problem, heights) < change_of_look(problem, scaled)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.8, 1.15])
 def test_contact_area_alone_is_reached(
     problem_with: ProblemWith, original: TouchMeasures, factor: float

@@ -82,6 +82,7 @@ def test_a_change_takes_the_random_numbers_of_the_pictures_before(scene_of: Scen
     assert np.sqrt(np.square(few - change).mean()) < 0.9 * noise
 
 
+@pytest.mark.slow
 def test_the_samples_can_be_given(scene_of: SceneOf) -> None:
     scene = scene_of(sun(35), sky())
     for wanted, samples in ((1, BATCHES), (16, 16)):

@@ -95,7 +95,8 @@ def test_what_helps_a_smooth_relief_is_told(capsys: pytest.CaptureFixture[str]) 
     "name",
     [
         *("my stone.jpg", "colour.png", "colour.tif", "palette.png"),
-        *("alpha.png", "huge.png", "several.png", "colour.npy"),
+        *("alpha.png", "several.png", "colour.npy"),
+        pytest.param("huge.png", marks=pytest.mark.slow),
     ],
 )
 def test_a_refusal_names_the_command_that_mends_it(name: str, capsys: pytest.CaptureFixture[str]) -> None:

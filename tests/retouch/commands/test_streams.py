@@ -113,7 +113,7 @@ def test_the_streams_of_the_caller_come_back(relief: Path, capsys: pytest.Captur
         "evaluate {0} {0}",
         "export {0} -o {0}.stl",
         "optimize {0} --jnd 1 --dry-run",
-        "optimize relief.npy --feel-of {0} --dry-run",
+        pytest.param("optimize relief.npy --feel-of {0} --dry-run", marks=pytest.mark.slow),
         "evaluate {0}.absent",
         "export relief.npy -o {0}/a/b.stl",
     ],

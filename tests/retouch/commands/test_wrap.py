@@ -230,9 +230,10 @@ def test_round_holes_are_kept_without_texture(capsys, tmp_path, most, says):
         ),
         (("waves.exr", "box.stl", "--mask", "z>500"), "leaves nothing of the surface to the texture"),
         (("waves.exr", "box.stl", "--mask", "angle<0.01"), "leaves nothing .* take a wider mask"),
-        (
+        pytest.param(
             ("waves.exr", "box.stl", "--region", "z>500=flat.exr", "--edge-mm", "3"),
             "mask: z>500: leaves nothing",
+            marks=pytest.mark.slow,
         ),
         (("waves.exr", "box.stl", "--region", "nowhere=flat.exr"), "'nowhere' is no mask"),
     ],

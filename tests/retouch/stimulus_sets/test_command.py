@@ -16,6 +16,7 @@ def test_a_negative_list_needs_no_equals_sign() -> None:
         assert arguments.jnd == (-2.0, -0.5, 0.0, 1.0) and arguments.textures == [Path("gravel-tile")]
 
 
+@pytest.mark.slow
 def test_a_redraw_prints_the_set(copy: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["stimuli", "--redraw", "-o", str(copy), "--bed-mm", "60x60", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)

@@ -101,6 +101,7 @@ def test_the_same_seed_gives_the_same_pictures_and_gradients(scene: Scene) -> No
     assert_same(*(gradient(scene, ADJOINTS[0], seed=7) for _ in range(2)))
 
 
+@pytest.mark.slow
 def test_any_seed_will_do(scene: Scene) -> None:
     seed = 2**31
     assert torch.isfinite(scene.render(seed=seed)).all()
@@ -119,6 +120,7 @@ def test_heights_changed_in_place_after_the_picture_leave_its_gradient_alone(sce
     assert_same(heights.grad.numpy(), expected)
 
 
+@pytest.mark.slow
 def test_pictures_of_other_heights_in_between_leave_it_alone_too(scene: Scene) -> None:
     expected = gradient(scene, ADJOINTS[0])
     heights = leaf(scene.heights)
@@ -136,6 +138,7 @@ def test_a_gradient_leaves_no_trace_in_the_kept_scene(scene: Scene) -> None:
     assert not scene.render().requires_grad
 
 
+@pytest.mark.slow
 def test_pictures_and_gradients_have_the_type_of_the_heights(scene: Scene) -> None:
     gradients = []
     for dtype in (torch.float32, torch.float64):

@@ -110,6 +110,7 @@ def test_environment_maps_light_pictures_from_the_side(tmp_path: Path, mi: Any) 
     assert np.abs(ours - theirs)[~shown].mean() < 0.05 * theirs[~shown].mean()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lights", [(sun(35), sun(20, 200)), (sky(),)], ids=["suns", "sky"])
 @EVERY_CAMERA
 def test_the_jacobian_is_that_of_small_changes(

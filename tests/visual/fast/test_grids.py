@@ -31,6 +31,7 @@ def test_weights_of_a_film_are_shares_of_area(pixels: int) -> None:
     np.testing.assert_allclose(weights.sum(0), pixels / (2 * SIDE))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples", [20, 64, 100])
 def test_ambient_light_is_that_of_mitsuba_on_every_grid(scene_of: Callable[..., Scene], samples: int) -> None:
     """By the net that comes with the package, which was trained on 128 samples."""
