@@ -572,7 +572,9 @@ def uninterrupted(run_file: RunFile, tmp_path_factory: pytest.TempPathFactory) -
 
     @cache
     def run(method: str, fingers: str = "one") -> Result:
-        path = run_file(f'jnd = 2\nfingers = "{fingers}"', f'method = "{method}"\nsteps = 9')
+        descent = f'method = "{method}"\nsteps = 9\n[verify]\nbaseline = false'
+        path = run_file(f'jnd = 2\nfingers = "{fingers}"', descent)
+        path.write_text(path.read_text().replace("baseline = false\n[verify]\n", "baseline = false\n"))
         folder = tmp_path_factory.mktemp("runs")
         with pytest.MonkeyPatch.context() as patch:
             copied_at_every_step(patch, folder / "copies")
