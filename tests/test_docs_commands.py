@@ -173,7 +173,8 @@ def test_quick_commands_work(
         there = all(comes_with_retouch(name) or os.path.exists(name) for name in inputs(parsed))
         slow = any(getattr(parsed, option, False) for option in SLOW) or (verb == "wrap" and parsed.out)
         # Prints of tiles are pressed at many places.
-        slow = slow or (verb == "evaluate" and parsed.printer and parsed.repeats)
+        tile = getattr(parsed, "repeats", False) or any(name.endswith("-tile") for name in inputs(parsed))
+        slow = slow or (verb == "evaluate" and parsed.printer and tile)
         if not quick or not there or slow:
             continue
         refused = command.shown.startswith("retouch: ")

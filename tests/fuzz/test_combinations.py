@@ -1,4 +1,4 @@
-"""Eight whole runs with random settings: each key has an effect, or is refused in one line.
+"""Six whole runs with random settings: each key has an effect, or is refused in one line.
 
 `python -m tests.fuzz.combinations --runs 2000 --log FILE` makes as many as are wanted, these among them.
 """
@@ -11,7 +11,7 @@ import pytest
 from tests.fuzz.combinations import combination, runs, verdict, write_inputs
 
 SEED = 26
-RUNS = 8
+RUNS = 6
 
 
 @pytest.mark.slow

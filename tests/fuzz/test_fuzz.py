@@ -30,8 +30,8 @@ from tests.fuzz.worker import Outcome
 SEED = 12
 NEVER_REFUSED = ("caches", "results")
 """Kinds of which a bad file is as good as none: the operator is built anew, the run goes on."""
-OF_READERS = dict.fromkeys(KINDS, 120) | {"caches": 30, "results": 30}
-"""Cases of each kind by readers alone: a thousand in all."""
+OF_READERS = dict.fromkeys(KINDS, 60) | {"caches": 30, "results": 30}
+"""Cases of each kind by readers alone: some hundreds in all."""
 OF_COMMANDS = 4
 """Cases of each kind that go through the whole command, about one in fifty."""
 

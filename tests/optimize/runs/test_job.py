@@ -60,6 +60,7 @@ define.resolution = {samples}
 [verify]
 resolution = 16
 samples = 16
+{verify}
 """
 
 RunFile = Callable[..., Path]
@@ -70,11 +71,22 @@ def run_file(studio: Path, texture: Path, tmp_path_factory: pytest.TempPathFacto
     """Writes run files that differ in what they aim at."""
 
     def write(
-        target: str = "jnd = 1", descent: str = "", scene: Path = studio, texture: Path = texture
+        target: str = "jnd = 1",
+        descent: str = "",
+        scene: Path = studio,
+        texture: Path = texture,
+        verify: str = "",
     ) -> Path:
         path = tmp_path_factory.mktemp("run") / "waves.toml"
         path.write_text(
-            RUN.format(scene=scene, texture=texture, samples=SAMPLES, target=target, descent=descent)
+            RUN.format(
+                scene=scene,
+                texture=texture,
+                samples=SAMPLES,
+                target=target,
+                descent=descent,
+                verify=verify,
+            )
         )
         return path
 
@@ -572,9 +584,8 @@ def uninterrupted(run_file: RunFile, tmp_path_factory: pytest.TempPathFactory) -
 
     @cache
     def run(method: str, fingers: str = "one") -> Result:
-        descent = f'method = "{method}"\nsteps = 9\n[verify]\nbaseline = false'
-        path = run_file(f'jnd = 2\nfingers = "{fingers}"', descent)
-        path.write_text(path.read_text().replace("baseline = false\n[verify]\n", "baseline = false\n"))
+        goal, descent = f'jnd = 2\nfingers = "{fingers}"', f'method = "{method}"\nsteps = 9'
+        path = run_file(goal, descent, verify="baseline = false")
         folder = tmp_path_factory.mktemp("runs")
         with pytest.MonkeyPatch.context() as patch:
             copied_at_every_step(patch, folder / "copies")

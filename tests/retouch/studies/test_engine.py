@@ -345,11 +345,12 @@ def test_a_mistake_of_the_program_fails_its_row_alone(
 def test_a_row_that_was_killed_goes_on_where_it_was(
     study_file: Path, whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    out, copies = tmp_path / "out", tmp_path / "copies"
+    out, copies = Path(shutil.copytree(whole, tmp_path / "out")), tmp_path / "copies"
     first = next(iter(expand(load_study(study_file), quick=True).rows.values()))
     with monkeypatch.context() as patch:
         copied_at_every_step(patch, copies)
         done(study_file, tmp_path / "quick", quick=True)
+    shutil.rmtree(row_folder(out, first))
     shutil.copytree(copies / "2", row_folder(out, first))
     rows = done(study_file, out)
     assert not rows.failures
