@@ -74,6 +74,20 @@ def slopes_of_pictures(
     return truths(inputs, lambda: _central_differences(scene, step_mm, seeds, samples, pixels))
 
 
+def pictures_of_mitsuba(
+    truths: Truths, scene: Scene, samples: int, seeds: int = 2, tile: bool = False
+) -> Truth:
+    """Recorded pictures (conditions, rows, cols) of a scene's own heights by Mitsuba: their mean over seeds.
+
+    For tests of other looks; arguments are those of `slopes_of_pictures`.
+    """
+
+    def rendered() -> Truth:
+        return over_seeds([scene.render(samples=samples, seed=seed).numpy() for seed in range(seeds)])
+
+    return truths([files_of(scene), samples, seeds] + (["a tile both ways"] if tile else []), rendered)
+
+
 def _central_differences(
     scene: Scene, step_mm: float, seeds: int, samples: int, pixels: Array | None
 ) -> Truth:

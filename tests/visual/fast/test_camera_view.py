@@ -9,7 +9,8 @@ import pytest
 import torch
 
 from relief.surface import Surface
-from tests.visual.differences import ADJOINTS
+from tests.recorded import Truths
+from tests.visual.differences import ADJOINTS, pictures_of_mitsuba
 from tests.visual.exact.test_view import CAMERAS, EVERY_CAMERA, OBLIQUE
 from tests.visual.scenes import PLASTIC, SIDE, Array, hills, sensor, sky, sun, write_scene
 from visual.exact.background import black_background
@@ -88,11 +89,12 @@ def test_a_plate_that_is_lifted_moves_in_the_picture(scene_of: Callable[..., Sce
     np.testing.assert_allclose(high[:-1], low[1:], atol=1e-6)
 
 
-@pytest.mark.slow
 @EVERY_CAMERA
-def test_pictures_are_near_those_of_mitsuba(scene_of: Callable[..., Scene], camera: dict[str, Any]) -> None:
+def test_pictures_are_near_those_of_mitsuba(
+    scene_of: Callable[..., Scene], truths: Truths, camera: dict[str, Any]
+) -> None:
     scene = scene_of(sun(35), sky(), material=PLASTIC, heights=smooth(), **camera)
-    ours, theirs = (scene.render(samples=512, model=model).numpy() for model in ("fast", "exact"))
+    ours, theirs = scene.render(model="fast").numpy(), pictures_of_mitsuba(truths, scene, 512).mean
     assert ours.shape == theirs.shape
     assert np.abs(ours - theirs).mean() < 0.02 * theirs.mean()
 
@@ -153,9 +155,11 @@ def test_each_camera_has_a_picture_under_each_light(scene_of: Callable[..., Scen
     np.testing.assert_allclose(gradient[1].numpy().ravel(), explicit, rtol=1e-9, atol=1e-12)
 
 
-def test_a_filter_of_the_film_blurs_pictures_from_the_side(scene_of: Callable[..., Scene]) -> None:
+def test_a_filter_of_the_film_blurs_pictures_from_the_side(
+    scene_of: Callable[..., Scene], truths: Truths
+) -> None:
     scene = scene_of(sun(50), heights=smooth(), camera=OBLIQUE, rfilter="gaussian")
-    ours, theirs = (scene.render(samples=512, model=model).numpy() for model in ("fast", "exact"))
+    ours, theirs = scene.render(model="fast").numpy(), pictures_of_mitsuba(truths, scene, 512).mean
     assert np.abs(ours - theirs).mean() < 0.015 * theirs.mean()
     jacobian = view_of(scene).evaluate(scene.heights).jacobians[0]
     assert jacobian.shape == (SIDE**2, SIDE**2)

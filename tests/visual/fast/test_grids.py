@@ -6,17 +6,21 @@ import numpy as np
 import pytest
 import torch
 
+from tests.recorded import Truths
 from tests.tactile.reliefs import waves
+from tests.visual.differences import pictures_of_mitsuba
 from tests.visual.scenes import IRRADIANCE, PLASTIC, SIDE, sky, sun
 from visual.fast.renderer import box_weights
 from visual.scene import Scene
 
 
 @pytest.mark.parametrize("pixels", [16, 24, 48, 64])
-def test_films_of_any_size_take_means_of_quarters(scene_of: Callable[..., Scene], pixels: int) -> None:
+def test_films_of_any_size_take_means_of_quarters(
+    scene_of: Callable[..., Scene], truths: Truths, pixels: int
+) -> None:
     heights = waves(SIDE, 1.0).numpy()
     scene = scene_of(sun(35), heights=heights, rows=pixels, cols=pixels)
-    theirs = scene.render(samples=1024).numpy()
+    theirs = pictures_of_mitsuba(truths, scene, 1024).mean
     field = torch.tensor(heights, requires_grad=True)
     ours = scene.render(field, model="fast")
     assert np.abs(ours.detach().numpy() - theirs).mean() < 0.02 * theirs.mean()

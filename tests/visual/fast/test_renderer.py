@@ -11,7 +11,9 @@ import torch
 
 from relief.common.errors import InputError
 from relief.surface import Surface
+from tests.recorded import Truths
 from tests.tactile.reliefs import waves
+from tests.visual.differences import pictures_of_mitsuba
 from tests.visual.scenes import CUBE, FLOOR, LOW, sun
 from visual.fast.bsdf_table import BsdfTable
 from visual.fast.jacobian import FastView
@@ -39,11 +41,11 @@ def test_pictures_are_near_those_of_mitsuba(scene: Scene, with_net: None) -> Non
 
 
 def test_pictures_under_parallel_lights_are_those_of_mitsuba(
-    two_lights: FastRenderer, scene_of: Callable[..., Scene]
+    two_lights: FastRenderer, scene_of: Callable[..., Scene], truths: Truths
 ) -> None:
     heights = waves(SIDE, 1.5).numpy()
     scene = scene_of(sun(35.0, 20.0), sun(50.0, 145.0), heights=heights)
-    theirs = scene.render(samples=1024).numpy()
+    theirs = pictures_of_mitsuba(truths, scene, 1024).mean
     ours = two_lights.pictures(torch.as_tensor(heights)).numpy()
     assert np.abs(ours - theirs).mean() < 0.012 * theirs.mean()
 

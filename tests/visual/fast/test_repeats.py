@@ -11,7 +11,9 @@ import pytest
 import torch
 
 from relief.surface import Surface
+from tests.recorded import Truths
 from tests.tactile.reliefs import waves
+from tests.visual.differences import pictures_of_mitsuba
 from tests.visual.scenes import (
     IRRADIANCE,
     PLASTIC,
@@ -69,10 +71,10 @@ def test_clearances_of_a_tile_are_those_of_the_middle_of_nine(
     assert bool(((alone.clearance(refined(torch.as_tensor(OBLONG))) > 0.0) != (ours > 0.0)).any())
 
 
-def test_pictures_of_a_tile_are_those_of_mitsuba(tile_of: Callable[..., Scene]) -> None:
+def test_pictures_of_a_tile_are_those_of_mitsuba(tile_of: Callable[..., Scene], truths: Truths) -> None:
     heights = hills()
     scene = tile_of(sun(25, 20), sun(40, 145), heights=heights)
-    theirs = scene.render(samples=1024).numpy()
+    theirs = pictures_of_mitsuba(truths, scene, 1024, tile=True).mean
     ours = scene.render(model="fast").numpy()
     ended = tile_of(sun(25, 20), sun(40, 145), heights=heights, repeats=NEITHER).render(model="fast").numpy()
     error = np.abs(ours - theirs).mean() / theirs.mean()
