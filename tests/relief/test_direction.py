@@ -247,6 +247,7 @@ def test_a_badge_lies_on_a_tile_whose_texture_stays_around_it():
     assert height[far > 3.6] == pytest.approx(0.2, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_badge_on_a_cylinder_lies_on_one_side_of_it():
     settings = Settings(edge_mm=0.6, draft=True)
     placement = placement_of("cylinder", at=(-9.0, 0.0, 15.0))

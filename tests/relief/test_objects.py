@@ -39,6 +39,7 @@ def test_an_object_has_its_size(name):
     assert mesh_of(name).extents == pytest.approx(OBJECTS[name].size_mm, abs=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["starfish", "slider", "frog", "cylinder", "curved"])
 def test_what_lies_flat_has_a_bottom_at_zero(name):
     mesh = mesh_of(name)

@@ -176,6 +176,7 @@ def test_a_plate_alone_is_surrounded_by_nothing() -> None:
     assert float(tactile.roughness(touch)) == pytest.approx(plate["roughness"], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_models_agree_on_a_round_finger() -> None:
     heights = torch.as_tensor(waves(128))
     exact = float(tactile.roughness(tactile.press(heights, 10.0, ROUND)))

@@ -60,6 +60,7 @@ def test_the_jackknife_of_a_ratio_keeps_pairs_together() -> None:
 # Rendered
 
 
+@pytest.mark.slow
 def test_batches_are_renders_of_their_share_of_the_samples(
     scene_of: Callable[..., Scene], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -98,6 +99,7 @@ def converged(scene_of: Callable[..., Scene]) -> tuple[Scene, Array]:
     return scene, np.mean([scene.render(samples=4096, seed=s).numpy() for s in range(2)], axis=0)
 
 
+@pytest.mark.slow
 def test_the_standard_error_is_how_far_the_picture_lies_from_the_truth(
     converged: tuple[Scene, Array],
 ) -> None:

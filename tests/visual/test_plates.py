@@ -48,6 +48,7 @@ def test_pictures_of_oblong_plates_are_mitsubas_within_noise(
     assert (scene.plate_weights() == 1.0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heights", [WIDE, TALL], ids=["wide", "tall"])
 def test_the_jacobian_of_an_oblong_plate_is_that_of_mitsubas_pictures(
     scene_of: Callable[..., Scene], heights: Array
@@ -143,6 +144,7 @@ def test_a_larger_plate_fills_as_much_of_the_picture(tmp_path: Path, mi: object,
     assert shown[1] == pytest.approx(shown[0], abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_lamp_too_near_for_the_longer_side_is_a_near_one(
     scene_of: Callable[..., Scene],
 ) -> None:

@@ -139,6 +139,7 @@ def test_a_roughness_out_of_reach_both_ways_is_missed_by_less_than_the_original_
     assert TOLERANCE < missed < problem.targets.relative_error(original.values)
 
 
+@pytest.mark.slow
 def test_the_method_arrives_in_one_step_from_wherever_it_stands(
     problem_with: ProblemWith, original: TouchMeasures
 ) -> None:

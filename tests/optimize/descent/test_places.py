@@ -66,6 +66,7 @@ def test_gradients_of_all_places_come_from_one_press(tile: Problem, seed: int) -
     np.testing.assert_allclose(slopes, differences, rtol=5e-3, atol=1e-3 * np.abs(differences).max())
 
 
+@pytest.mark.slow
 def test_the_gradient_by_splines_is_that_of_the_relief(scene: Scene) -> None:
     plate = np.pad(tile_of(144), ((0, 0), (0, 36)), mode="wrap")[:, :180]
     problem = Problem(
@@ -160,6 +161,7 @@ def test_the_laplacian_of_a_tile_goes_around() -> None:
 # Descents
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["jnd", "contact_area_scale"])
 def test_every_place_of_a_tile_reaches_its_own_goal(tile: Problem, key: str) -> None:
     quantity, goal_key = goal_keys()[key]

@@ -680,7 +680,6 @@ def test_an_interrupted_run_writes_its_best_and_goes_on(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("late", ["write", "measure"])
-@pytest.mark.sentinel
 def test_an_interrupt_after_the_descent_leaves_something_to_print(
     out: Path, run_file: RunFile, monkeypatch: pytest.MonkeyPatch, late: str
 ) -> None:
@@ -699,6 +698,7 @@ def test_an_interrupt_after_the_descent_leaves_something_to_print(
     np.testing.assert_allclose(resumed.heights, best, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_an_interrupt_before_the_first_step_measures_nothing(
     out: Path, run_file: RunFile, monkeypatch: pytest.MonkeyPatch
 ) -> None:

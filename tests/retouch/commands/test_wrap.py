@@ -114,6 +114,7 @@ def test_units_make_inches_millimetres(capsys):
     assert json.loads(capsys.readouterr().out)["size_mm"] == pytest.approx([16.2, 14.2, 6.1], abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_cylinder_is_told_how_the_period_was_fitted(capsys):
     trimesh.creation.cylinder(5.0, 14.0, sections=48).export("rod.stl")
     assert main(["wrap", "waves.exr", "rod.stl", "--along", "-z", "--turn", "5", *FEW, "-o", "out.stl"]) == 0

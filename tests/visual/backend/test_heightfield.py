@@ -213,6 +213,7 @@ def test_light_adds_up(mi: ModuleType, studio: Any) -> None:
     assert mean(nodes) == pytest.approx(sum(mean([node]) for node in nodes), rel=0.01)
 
 
+@pytest.mark.slow
 def test_plain_mitsuba_opens_the_studio_too(mi: ModuleType, studio: Any) -> None:
     heightfield.register()
     scene = mi.load_file(str(SCENES / "studio.xml"), resolution="64", spp="16")

@@ -131,6 +131,7 @@ def test_pictures_of_other_heights_in_between_leave_it_alone_too(scene: Scene) -
     assert_same(heights.grad.numpy(), expected)
 
 
+@pytest.mark.slow
 def test_a_gradient_leaves_no_trace_in_the_kept_scene(scene: Scene) -> None:
     before = scene.render()
     gradient(scene, ADJOINTS[0])
@@ -163,6 +164,7 @@ def test_a_flat_plate_has_a_gradient_without_shadow_edges(
     assert_same(*gradients)
 
 
+@pytest.mark.slow
 def test_a_gradient_flows_on_through_what_made_the_heights(scene: Scene) -> None:
     factor = torch.tensor(1.0, dtype=torch.float64, requires_grad=True)
     pictures = scene.render(factor * torch.as_tensor(scene.heights))
