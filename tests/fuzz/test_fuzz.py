@@ -1,4 +1,4 @@
-"""A thousand hostile inputs: each is accepted with finite numbers or refused in one line; nothing is left.
+"""Hundreds of hostile inputs: each is accepted with finite numbers or refused in one line; nothing is left.
 
 `python -m tests.fuzz` runs as many more as are wanted. The cases are the same in every run.
 """
