@@ -24,8 +24,8 @@ from typing import IO, Any
 
 from benchmarks.shared.common import ROOT, load, machine, parser_of, save, table
 from benchmarks.shared.studies import FILE, STUDIES
-from relief.common.formatting import duration
-from relief.common.progress import say
+from relief.ground.formatting import duration
+from relief.ground.progress import say
 from tactile.skin import Skin
 
 RUNS = Path("runs") / "remade"

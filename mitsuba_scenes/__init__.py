@@ -5,8 +5,8 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from relief.common.errors import InputError
-from relief.common.formats import HEIGHT_MAPS, RUN_HEIGHTS
+from relief.ground.errors import InputError
+from relief.ground.formats import HEIGHT_MAPS, RUN_HEIGHTS
 
 FOLDER = Path(__file__).resolve().parent
 FOLDERS = (FOLDER, FOLDER / "textures")

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 from mitsuba_scenes import FOLDER
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 
 SKINS = FOLDER / "skins"
 """Folder of the bundled skins."""

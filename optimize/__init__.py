@@ -3,7 +3,7 @@
 import sys
 from typing import TYPE_CHECKING
 
-from relief.common.lazy import lazy_names
+from relief.ground.lazy import lazy_names
 
 if TYPE_CHECKING:
     from optimize.runs.job import Result, resume, run

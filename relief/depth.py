@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.common.arrays import Array
-from relief.common.errors import InputError
-from relief.common.limits import HEIGHT_LIMIT_MM
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
+from relief.ground.limits import HEIGHT_LIMIT_MM
 
 CLEARANCE_MM = 0.1
 """Least distance, mm, of the skin from the level at which a relief is cut off for touch: 25 times what models

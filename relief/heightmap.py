@@ -17,19 +17,19 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from relief.common.arrays import Array
-from relief.common.errors import InputError, PictureError, naming
-from relief.common.files import partial_file
-from relief.common.formats import PICTURES
-from relief.common.lengths import Lengths, header_of, in_range
-from relief.common.limits import (
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError, PictureError, naming
+from relief.ground.files import partial_file
+from relief.ground.formats import PICTURES
+from relief.ground.lengths import Lengths, header_of, in_range
+from relief.ground.limits import (
     DEEPEST_RELIEF_MM,
     HEIGHT_LIMIT_MM,
     LARGEST_SIDE,
     PATCH_SIDE_MM,
     SMALLEST_SIDE,
 )
-from relief.common.progress import say
+from relief.ground.progress import say
 from relief.readers import (
     LARGEST_FIELD_SIDE,
     TILE,

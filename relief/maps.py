@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from relief.common.arrays import Array, Index
-from relief.common.errors import InputError, PictureError
+from relief.ground.arrays import Array, Index
+from relief.ground.errors import InputError, PictureError
 from relief.heightmap import holds_mm, load_field
 from relief.places import cut, patch_shape
 from relief.surface import Surface

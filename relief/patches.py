@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.fft import next_fast_len
 
-from relief.common.arrays import Array, Index
-from relief.common.limits import PATCH_SIDE_MM
 from relief.depth import within_reach
+from relief.ground.arrays import Array, Index
+from relief.ground.limits import PATCH_SIDE_MM
 from relief.places import patch_shape
 from relief.surface import Surface
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.common.arrays import Index
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.arrays import Index
+from relief.ground.limits import PATCH_SIDE_MM
 from relief.surface import Surface
 
 SPACING_MM = 2.5

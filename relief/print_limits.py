@@ -7,8 +7,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from relief.common.arrays import Array
-from relief.common.errors import InputError
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
 from relief.printers import STEEPEST_DEGREES, Printer
 
 _QUARTER = ((0, 1), (1, 2), (1, 1), (2, 1))

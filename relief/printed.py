@@ -10,9 +10,9 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from relief.common.arrays import Array
-from relief.common.errors import InputError, naming
-from relief.common.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM, LARGEST_SIDE, SMALLEST_SIDE
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError, naming
+from relief.ground.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM, LARGEST_SIDE, SMALLEST_SIDE
 from relief.print_limits import SAME, PrintLimits
 from relief.printers import Printer
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from relief.common.errors import InputError, naming
-from relief.common.limits import BASE_MM, DEEPEST_RELIEF_MM
+from relief.ground.errors import InputError, naming
+from relief.ground.limits import BASE_MM, DEEPEST_RELIEF_MM
 
 FEATURE_PIXELS = 3
 """Smallest feature of a printer in pixels, where no other is given: thinner ones break off or fill up."""
@@ -137,8 +137,8 @@ def read_printer(path: str | os.PathLike[str]) -> Printer:
     # Imported here: a printer by its name reads no file.
     import tomllib
 
-    from relief.common.files import read_limited
-    from relief.common.lengths import shown
+    from relief.ground.files import read_limited
+    from relief.ground.lengths import shown
 
     path = Path(path)
     try:
@@ -170,7 +170,7 @@ def find_printer(name: str) -> Printer:
         return read_printer(name)
     if name not in PRINTERS:
         # Imported here, so that --help needs no numpy.
-        from relief.common.lengths import shown
+        from relief.ground.lengths import shown
 
         raise InputError(f"printer: {shown(name)} is none of {', '.join(PRINTERS)}, nor a file (.toml)")
     return PRINTERS[name]

@@ -14,10 +14,10 @@ import OpenEXR
 from numpy.typing import NDArray
 from PIL import Image
 
-from relief.common.arrays import Array
-from relief.common.errors import InputError, PictureError
-from relief.common.lengths import HEADER, lengths_of, shown
-from relief.common.limits import LARGEST_SIDE
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError, PictureError
+from relief.ground.lengths import HEADER, lengths_of, shown
+from relief.ground.limits import LARGEST_SIDE
 from relief.surface import Repeats
 
 LARGEST_FIELD_SIDE = 8192

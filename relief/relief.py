@@ -7,10 +7,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from relief.common.arrays import Array
-from relief.common.errors import InputError
-from relief.common.lengths import in_range
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
+from relief.ground.lengths import in_range
+from relief.ground.limits import PATCH_SIDE_MM
 from relief.heightmap import check_heights, fitting_repeats, load_height_map
 from relief.printers import Printer
 from relief.seam import check_seams

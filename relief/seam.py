@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 
 LARGEST_SEAM = 1.2
 """Largest step across the border of a tile, in the largest step inside.

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from relief.common.arrays import Array, FloatArray
+from relief.ground.arrays import Array, FloatArray
 
 SKY_DIRECTIONS = 8
 """Directions in which the horizon is looked for, evenly all around."""

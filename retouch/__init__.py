@@ -6,20 +6,20 @@ Importing this package loads none of them; each name loads what it needs when it
 import sys
 from typing import TYPE_CHECKING
 
-from relief.common.lazy import lazy_names
+from relief.ground.lazy import lazy_names
 
 if TYPE_CHECKING:
     from optimize.estimates.forecast import Forecast
     from optimize.runs.job import Result
     from optimize.settings.run_file import Run, load_run, run_from_scene
     from optimize.settings.skins import load_skin
-    from relief.common.errors import InputError
-    from relief.common.progress import Progress, progress
-    from relief.export.plate import export_plate
+    from relief.ground.errors import InputError
+    from relief.ground.progress import Progress, progress
     from relief.heightmap import load_heights, save_heights_exr, save_heights_png
     from relief.preparing.preparation import Prepared, prepare
     from relief.relief import Relief
-    from retouch.stimulus_sets.making import StimulusPlates
+    from relief.solids.export.plate import export_plate
+    from retouch.laboratory.stimulus_sets.making import StimulusPlates
     from retouch.verbs.answering import PeoplesAnswers, answers
     from retouch.verbs.comparison import compare
     from retouch.verbs.evaluation import Evaluation, evaluate, read_solid

@@ -4,7 +4,7 @@ from typing import TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 
 T = TypeVar("T")
 

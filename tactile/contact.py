@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import torch
 from torch import Tensor
 
-from relief.common.progress import stage, this_stage
+from relief.ground.progress import stage, this_stage
 
 MAX_STEPS = 1000
 """Conjugate gradient steps after which a contact counts as not converged; reliefs of 3 mm take about 100."""

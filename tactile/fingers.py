@@ -12,10 +12,10 @@ import torch
 from numpy.typing import ArrayLike
 from scipy import ndimage
 
-from relief.common.arrays import Array
-from relief.common.limits import PATCH_SIDE_MM
-from relief.common.progress import stage
-from relief.common.threads import one_torch_thread
+from relief.ground.arrays import Array
+from relief.ground.limits import PATCH_SIDE_MM
+from relief.ground.progress import stage
+from relief.ground.threads import one_torch_thread
 from tactile.layer.cosine_layer import sliding_layer
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.pair_variation import roughness

@@ -11,10 +11,10 @@ import scipy.sparse as sp
 import torch
 
 import tactile
-from relief.common.arrays import Array, Index
-from relief.common.progress import stage
-from relief.common.threads import one_torch_thread
 from relief.depth import check_reach, floor_mm
+from relief.ground.arrays import Array, Index
+from relief.ground.progress import stage
+from relief.ground.threads import one_torch_thread
 from relief.patches import Patches
 from relief.places import places
 from relief.relief import Relief

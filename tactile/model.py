@@ -10,10 +10,10 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from relief.common.errors import InputError
-from relief.common.limits import PATCH_SIDE_MM
-from relief.common.progress import say, stage
-from relief.common.threads import one_torch_thread
+from relief.ground.errors import InputError
+from relief.ground.limits import PATCH_SIDE_MM
+from relief.ground.progress import say, stage
+from relief.ground.threads import one_torch_thread
 from relief.patches import Patches
 from relief.places import patch_shape
 from relief.surface import Surface

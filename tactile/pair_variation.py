@@ -10,8 +10,8 @@ from typing import Any, Literal
 import torch
 from torch import Tensor
 
-from relief.common.errors import InputError
-from relief.common.progress import stage
+from relief.ground.errors import InputError
+from relief.ground.progress import stage
 from tactile.touch import Touch, map_and_size
 
 PAIR_DISTANCE_MM = 2.2

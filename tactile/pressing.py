@@ -6,7 +6,7 @@ from typing import Protocol, Self
 import torch
 from torch import Tensor
 
-from relief.common.limits import HEIGHT_LIMIT_MM
+from relief.ground.limits import HEIGHT_LIMIT_MM
 from tactile.contact import Compliance, Solver, solve_contact
 from tactile.contact import press as differentiable_contact
 from tactile.skin import Skin

@@ -18,7 +18,7 @@ import tactile
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from relief.common.arrays import Array
+    from relief.ground.arrays import Array
     from tactile.touch import Touch
 
 Values = Mapping[str, "Array"]

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, get_args
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 
 MAX_POISSON_RATIO = 0.499
 """Largest Poisson's ratio: the hexahedra of `tactile.structured` are measured up to here, and lock at 0.5."""

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from torch import Tensor
 
-from relief.common.errors import InputError
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.errors import InputError
+from relief.ground.limits import PATCH_SIDE_MM
 
 
 @dataclass(frozen=True)

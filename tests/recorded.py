@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 
 if TYPE_CHECKING:
     from visual.scene import Scene

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from benchmarks.prints.prusa import PRINTER, Slicer, plate_heights
-from relief.body import Part
-from relief.export.parts import write_parts
-from relief.export.plate import plate_mesh, repeated
-from relief.meshes.solid import volume_mm3
 from relief.printed import printed
+from relief.solids.body import Part
+from relief.solids.export.parts import write_parts
+from relief.solids.export.plate import plate_mesh, repeated
+from relief.solids.meshes.solid import volume_mm3
 
 PROGRAM = "prusa-slicer"
 pytestmark = pytest.mark.skipif(shutil.which(PROGRAM) is None, reason="there is no PrusaSlicer here")

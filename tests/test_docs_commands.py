@@ -19,8 +19,8 @@ from PIL import Image
 
 from mitsuba_scenes import bundled
 from mitsuba_scenes.studies import STUDIES
-from relief.common.formats import HEIGHT_MAPS
-from relief.objects.table import OBJECTS
+from relief.ground.formats import HEIGHT_MAPS
+from relief.solids.objects.table import OBJECTS
 from retouch.commands.main import main, parse
 
 ROOT = Path(__file__).parents[1]

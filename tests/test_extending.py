@@ -22,8 +22,8 @@ from optimize.descent.stop_reason import StopReason
 from optimize.estimates.forecast import expected_steps, rough_seconds
 from optimize.runs.job import Result, resume, run
 from optimize.settings.run_file import Run, run_from_scene
-from relief.common.arrays import Array
-from relief.common.errors import InputError
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
 from relief.heightmap import save_heights_exr
 from tests.tactile.reliefs import waves
 from visual.exact.view import Pictures

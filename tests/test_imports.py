@@ -16,142 +16,150 @@ WITH_NICEGUI = pytest.mark.skipif(importlib.util.find_spec("nicegui") is None, r
 PACKAGES = ("retouch", "optimize", "visual", "tactile", "surrogate", "relief", "mitsuba_scenes")
 
 _ALLOWED = {
-    "mitsuba_scenes": "relief.common",
-    "relief": "relief.common",
-    "relief.common": "",
-    "relief.export": "relief relief.common relief.meshes",
-    "relief.mending": "relief relief.common relief.meshes",
-    "relief.meshes": "relief relief.common",
-    "relief.objects": "relief relief.common relief.export",
-    "relief.preparing": "relief relief.common",
-    "relief.remeshing": "relief relief.common relief.meshes",
-    "relief.scanning": "relief relief.common relief.export relief.meshes",
-    "relief.wrapping": "relief relief.common relief.mending relief.meshes relief.remeshing",
-    "surrogate": "relief.common",
-    "surrogate.corpus": "relief relief.common relief.preparing surrogate surrogate.families",
-    "surrogate.data": "relief.common surrogate surrogate.corpus",
-    "surrogate.families": "relief.common",
-    "surrogate.nets": "relief.common surrogate",
-    "tactile": "relief relief.common surrogate.nets",
-    "tactile.unstructured": "relief.common tactile",
+    "mitsuba_scenes": "relief.ground",
+    "relief": "relief.ground",
+    "relief.ground": "",
+    "relief.preparing": "relief relief.ground",
+    "relief.scans": "relief relief.ground relief.solids relief.solids.export relief.solids.meshes",
+    "relief.solids": "relief.ground",
+    "relief.solids.export": "relief relief.ground relief.solids relief.solids.meshes",
+    "relief.solids.mending": "relief.ground relief.solids relief.solids.meshes",
+    "relief.solids.meshes": "relief relief.ground relief.solids",
+    "relief.solids.objects": "relief.ground relief.solids relief.solids.export",
+    "relief.solids.remeshing": "relief.ground relief.solids relief.solids.meshes",
+    "relief.solids.wrapping": (
+        "relief relief.ground relief.solids relief.solids.mending relief.solids.meshes "
+        "relief.solids.remeshing"
+    ),
+    "surrogate": "relief.ground",
+    "surrogate.corpus": "relief relief.ground relief.preparing surrogate surrogate.families",
+    "surrogate.data": "relief.ground surrogate surrogate.corpus",
+    "surrogate.families": "relief.ground",
+    "surrogate.nets": "relief.ground surrogate",
+    "tactile": "relief relief.ground surrogate.nets",
+    "tactile.unstructured": "relief.ground tactile",
     "visual": (
-        "relief relief.common visual.backend visual.exact visual.fast visual.geometry visual.lights "
+        "relief relief.ground visual.backend visual.exact visual.fast visual.geometry visual.lights "
         "visual.scene_file"
     ),
-    "visual.backend": "relief relief.common",
-    "visual.exact": "relief.common visual.backend visual.geometry visual.lights",
-    "visual.fast": "relief relief.common surrogate.nets visual.exact visual.geometry visual.lights",
-    "visual.geometry": "relief relief.common visual.backend",
-    "visual.lights": "relief.common visual.backend",
-    "visual.reference": "relief.common visual visual.backend visual.exact visual.geometry visual.lights",
-    "visual.scene_file": "mitsuba_scenes relief relief.common visual.backend visual.lights",
-    "optimize": "optimize.runs relief.common",
+    "visual.backend": "relief relief.ground",
+    "visual.exact": "relief.ground visual.backend visual.geometry visual.lights",
+    "visual.fast": "relief relief.ground surrogate.nets visual.exact visual.geometry visual.lights",
+    "visual.geometry": "relief relief.ground visual.backend",
+    "visual.lights": "relief.ground visual.backend",
+    "visual.reference": "relief.ground visual visual.backend visual.exact visual.geometry visual.lights",
+    "visual.scene_file": "mitsuba_scenes relief relief.ground visual.backend visual.lights",
+    "optimize": "optimize.runs relief.ground",
     "optimize.__main__": "",
-    "optimize.descent": "relief relief.common tactile visual visual.exact",
-    "optimize.descent.gauss_newton": "optimize.descent relief relief.common tactile visual visual.exact",
+    "optimize.descent": "relief relief.ground tactile visual visual.exact",
+    "optimize.descent.gauss_newton": "optimize.descent relief relief.ground tactile visual visual.exact",
     "optimize.estimates": (
         "optimize.descent optimize.descent.gauss_newton optimize.runs optimize.settings "
-        "optimize.verification relief relief.common tactile visual"
+        "optimize.verification relief relief.ground tactile visual"
     ),
     "optimize.run_directory": (
-        "optimize.descent optimize.settings optimize.verification relief relief.common relief.export "
+        "optimize.descent optimize.settings optimize.verification relief relief.ground relief.solids.export "
         "tactile visual.lights"
     ),
     "optimize.runs": (
         "optimize.descent optimize.descent.gauss_newton optimize.run_directory optimize.settings "
-        "optimize.verification relief relief.common tactile visual"
+        "optimize.verification relief relief.ground tactile visual"
     ),
-    "optimize.settings": "mitsuba_scenes optimize.descent relief relief.common tactile visual",
+    "optimize.settings": "mitsuba_scenes optimize.descent relief relief.ground tactile visual",
     "optimize.verification": (
-        "optimize.descent optimize.settings relief relief.common tactile visual visual.exact"
+        "optimize.descent optimize.settings relief relief.ground tactile visual visual.exact"
     ),
     "optimize.verification.solids": (
-        "relief relief.common relief.meshes relief.objects relief.remeshing tactile"
+        "relief.ground relief.solids relief.solids.meshes relief.solids.objects relief.solids.remeshing "
+        "tactile"
     ),
     "retouch": (
-        "optimize.estimates optimize.runs optimize.settings relief relief.common relief.export "
-        "relief.preparing retouch.stimulus_sets retouch.verbs retouch.verbs.objects surrogate.data "
-        "tactile visual visual.scene_file"
+        "optimize.estimates optimize.runs optimize.settings relief relief.ground relief.preparing "
+        "relief.solids.export retouch.laboratory.stimulus_sets retouch.verbs retouch.verbs.objects "
+        "surrogate.data tactile visual visual.scene_file"
     ),
     "retouch.__main__": "optimize.runs retouch.commands",
     "retouch.app": (
-        "mitsuba_scenes optimize.run_directory relief.common retouch.app.stages retouch.app.state "
+        "mitsuba_scenes optimize.run_directory relief.ground retouch.app.stages retouch.app.state "
         "retouch.app.values retouch.pages.plate_viewer"
     ),
     "retouch.app.computing": (
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.settings optimize.verification "
-        "relief relief.common relief.preparing retouch retouch.app.values retouch.pages retouch.verbs tactile"
+        "relief relief.ground relief.preparing retouch retouch.app.values retouch.pages retouch.verbs "
+        "tactile"
     ),
     "retouch.app.stages": (
-        "mitsuba_scenes optimize.run_directory optimize.verification relief relief.common retouch.app.state "
+        "mitsuba_scenes optimize.run_directory optimize.verification relief relief.ground retouch.app.state "
         "retouch.app.values"
     ),
     "retouch.app.state": (
-        "optimize.descent optimize.run_directory relief relief.common retouch.app.computing "
-        "retouch.app.values"
+        "optimize.descent optimize.run_directory relief.ground retouch.app.computing retouch.app.values"
     ),
-    "retouch.app.values": "mitsuba_scenes optimize.settings relief.common",
+    "retouch.app.values": "mitsuba_scenes optimize.settings relief.ground",
     "retouch.commands": (
         "mitsuba_scenes optimize.descent optimize.run_directory optimize.runs optimize.settings "
-        "optimize.verification relief relief.common relief.preparing retouch retouch.app "
-        "retouch.app.state retouch.pages retouch.verbs surrogate.nets tactile"
+        "optimize.verification relief relief.ground relief.preparing retouch retouch.app retouch.app.state "
+        "retouch.pages retouch.verbs surrogate.nets tactile"
     ),
-    "retouch.pages": (
-        "optimize.run_directory optimize.runs optimize.verification relief relief.common relief.scanning "
-        "retouch.pages.plate_viewer retouch.pages.viewer tactile visual"
+    "retouch.laboratory": "",
+    "retouch.laboratory.people": (
+        "optimize.run_directory relief.ground retouch.laboratory.stimulus_sets retouch.pages tactile"
     ),
-    "retouch.pages.objects": (
-        "optimize.verification.solids relief relief.common relief.export relief.meshes relief.wrapping "
-        "retouch.pages retouch.pages.viewer tactile visual.backend"
+    "retouch.laboratory.people.skin_fit": (
+        "mitsuba_scenes optimize.settings optimize.verification relief relief.ground "
+        "retouch.laboratory.people retouch.laboratory.stimulus_sets tactile"
     ),
-    "retouch.pages.plate_viewer": "relief relief.common retouch.pages.viewer visual visual.lights",
-    "retouch.pages.viewer": "relief relief.common relief.meshes",
-    "retouch.people": ("optimize.run_directory relief.common retouch.pages retouch.stimulus_sets tactile"),
-    "retouch.people.skin_fit": (
-        "mitsuba_scenes optimize.settings optimize.verification relief relief.common retouch.people "
-        "retouch.stimulus_sets tactile"
+    "retouch.laboratory.stimulus_sets": (
+        "optimize.run_directory optimize.settings optimize.verification relief relief.ground "
+        "relief.preparing relief.solids relief.solids.export retouch.laboratory.studies "
+        "retouch.laboratory.workers retouch.pages retouch.pages.plate_viewer tactile"
     ),
-    "retouch.stimulus_sets": (
-        "optimize.run_directory optimize.settings optimize.verification relief relief.common "
-        "relief.export relief.preparing retouch.pages retouch.pages.plate_viewer retouch.studies "
-        "retouch.workers tactile"
-    ),
-    "retouch.studies": (
+    "retouch.laboratory.studies": (
         "mitsuba_scenes optimize.descent optimize.estimates optimize.run_directory optimize.runs "
-        "optimize.settings "
-        "optimize.verification relief relief.common retouch.pages retouch.pages.plate_viewer "
-        "retouch.studies.measuring "
-        "retouch.workers visual.backend"
+        "optimize.settings optimize.verification relief relief.ground retouch.laboratory.studies.measuring "
+        "retouch.laboratory.workers retouch.pages retouch.pages.plate_viewer visual.backend"
     ),
-    "retouch.studies.measuring": (
-        "mitsuba_scenes optimize.run_directory optimize.settings optimize.verification relief "
-        "relief.common tactile visual"
+    "retouch.laboratory.studies.measuring": (
+        "mitsuba_scenes optimize.run_directory optimize.settings optimize.verification relief relief.ground "
+        "tactile visual"
     ),
-    "retouch.training": (
-        "mitsuba_scenes relief relief.common retouch.pages retouch.workers surrogate.corpus "
+    "retouch.laboratory.training": (
+        "mitsuba_scenes relief relief.ground retouch.laboratory.workers retouch.pages surrogate.corpus "
         "surrogate.data surrogate.nets tactile visual visual.backend visual.fast visual.reference "
         "visual.scene_file"
     ),
+    "retouch.laboratory.workers": "relief.ground",
+    "retouch.pages": (
+        "optimize.run_directory optimize.runs optimize.verification relief relief.ground relief.scans "
+        "retouch.pages.plate_viewer retouch.pages.viewer tactile visual"
+    ),
+    "retouch.pages.objects": (
+        "optimize.verification.solids relief.ground relief.solids relief.solids.export relief.solids.meshes "
+        "relief.solids.wrapping retouch.pages retouch.pages.viewer tactile visual.backend"
+    ),
+    "retouch.pages.plate_viewer": "relief relief.ground retouch.pages.viewer visual visual.lights",
+    "retouch.pages.viewer": "relief relief.ground relief.solids relief.solids.meshes",
     "retouch.verbs": (
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
-        "optimize.verification optimize.verification.solids relief relief.common relief.export "
-        "relief.mending relief.meshes relief.objects relief.preparing relief.scanning relief.wrapping "
-        "retouch.pages retouch.pages.objects retouch.people retouch.people.skin_fit retouch.stimulus_sets "
-        "retouch.studies retouch.training retouch.workers surrogate.corpus surrogate.data surrogate.nets "
-        "tactile visual visual.backend visual.scene_file"
+        "optimize.verification optimize.verification.solids relief relief.ground relief.preparing "
+        "relief.scans relief.solids.export relief.solids.mending relief.solids.meshes relief.solids.objects "
+        "retouch.laboratory.people retouch.laboratory.people.skin_fit retouch.laboratory.stimulus_sets "
+        "retouch.laboratory.studies retouch.laboratory.training retouch.laboratory.workers retouch.pages "
+        "retouch.pages.objects surrogate.corpus surrogate.data surrogate.nets tactile visual visual.backend "
+        "visual.scene_file"
     ),
     "retouch.verbs.objects": (
-        "mitsuba_scenes optimize.settings relief relief.common relief.export relief.mending relief.meshes "
-        "relief.objects relief.wrapping retouch.pages.objects retouch.verbs"
+        "mitsuba_scenes optimize.settings relief relief.ground relief.solids relief.solids.export "
+        "relief.solids.mending relief.solids.meshes relief.solids.objects relief.solids.wrapping "
+        "retouch.pages.objects retouch.verbs"
     ),
-    "retouch.workers": "relief.common",
 }
 ALLOWED = {room: set(names.split()) for room, names in _ALLOWED.items()}
 """Rooms that each room may import: what it builds on, and never what builds on it."""
 
 PART_OF = {
     **dict.fromkeys(("tactile.structured", "tactile.elements", "tactile.layer"), "tactile"),
-    "relief.wrapping.coordinates": "relief.wrapping",
+    "relief.solids.wrapping.coordinates": "relief.solids.wrapping",
 }
 """Folders that belong to another room: builders of its operators, loaded only where nothing is cached, and
 the coordinates in which textures are laid."""

@@ -10,8 +10,8 @@ import pytest
 
 from mitsuba_scenes import FOLDER, bundled, find_file, find_texture, sky
 from optimize.settings.run_file import Run, load_run, run_from_scene
-from relief.common.errors import InputError
-from relief.common.formats import HEIGHT_MAPS
+from relief.ground.errors import InputError
+from relief.ground.formats import HEIGHT_MAPS
 from relief.heightmap import load_height_map
 from relief.seam import check_seams
 from retouch.commands import main as command

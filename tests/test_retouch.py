@@ -12,7 +12,7 @@ from types import ModuleType
 import pytest
 
 import retouch
-from relief.common import lazy
+from relief.ground import lazy
 from retouch.commands.main import VERBS
 
 ROOT = Path(__file__).parents[1]
@@ -24,7 +24,7 @@ def test_the_import_loads_nothing_heavy() -> None:
         "print(*sorted({'tactile', 'visual', 'optimize', 'surrogate', 'torch', 'numpy', 'scipy', 'mitsuba',"
         " 'drjit', 'pydantic', 'rich', 'trimesh', 'PIL'} & sys.modules.keys()),"
         " *sorted({name for name in sys.modules if name.startswith('relief.')}"
-        " - {'relief.common', 'relief.common.lazy'}))"
+        " - {'relief.ground', 'relief.ground.lazy'}))"
     )
     child = subprocess.run(
         [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True

@@ -3,10 +3,10 @@
 import sys
 from typing import TYPE_CHECKING
 
-from relief.common.lazy import lazy_names
+from relief.ground.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from relief.common.errors import InputError
+    from relief.ground.errors import InputError
     from relief.heightmap import load_heights
     from visual.scene import Scene, load_scene
 

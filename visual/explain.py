@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.relief import Relief
 from visual.backend import variants
 from visual.geometry.film_samples import hidden_plate

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 import torch
 from torch import Tensor
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.exact.view import Pictures
 
 LEVEL = 0.2

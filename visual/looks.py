@@ -10,12 +10,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from relief.common.arrays import Array
+    from relief.ground.arrays import Array
     from visual.exact.discontinuities import EdgeSamples
     from visual.exact.view import Pictures
 

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.lights.kind import Light
 from visual.lights.quadrature import light_obstacle, parallel_obstacle
 from visual.needs import DIRECT_DEPTH, Needs

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from visual.lights.kind import Light, shines
 from visual.lights.quadrature import kind_of
 from visual.scene_file.parsed import Camera, Description

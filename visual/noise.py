@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from relief.common.arrays import Array
-from relief.common.progress import stage
+from relief.ground.arrays import Array
+from relief.ground.progress import stage
 from visual.lights.parallel import LUMINANCE
 
 if TYPE_CHECKING:

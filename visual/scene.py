@@ -17,10 +17,10 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from relief.common.arrays import Array
-from relief.common.errors import InputError
-from relief.common.limits import HEIGHT_LIMIT_MM
-from relief.common.progress import stage
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
+from relief.ground.limits import HEIGHT_LIMIT_MM
+from relief.ground.progress import stage
 from relief.relief import Relief
 from visual.backend import variants
 from visual.backend.plate import plate_bsdf

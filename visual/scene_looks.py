@@ -4,7 +4,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.fast.jacobian import FastView
 from visual.height_view import HeightView
 from visual.looks import FixedSamples, Rendering, StepView

@@ -32,13 +32,13 @@ import tactile
 from benchmarks.learned.unseen import spread
 from benchmarks.shared.common import load, machine, parser_of, save, table
 from relief.surface import Surface
-from retouch.training.fields import studio_material
-from retouch.training.look_loss import LookLoss
-from retouch.training.look_loss import examples_of as look_examples
-from retouch.training.look_setup import studio_sky
-from retouch.training.touch_accuracy import LEAST_ROUGHNESS
-from retouch.training.touch_loss import LEAST_STRAIN, TouchLoss, skin_of, touch_loss
-from retouch.training.touch_loss import examples_of as touch_examples
+from retouch.laboratory.training.fields import studio_material
+from retouch.laboratory.training.look_loss import LookLoss
+from retouch.laboratory.training.look_loss import examples_of as look_examples
+from retouch.laboratory.training.look_setup import studio_sky
+from retouch.laboratory.training.touch_accuracy import LEAST_ROUGHNESS
+from retouch.laboratory.training.touch_loss import LEAST_STRAIN, TouchLoss, skin_of, touch_loss
+from retouch.laboratory.training.touch_loss import examples_of as touch_examples
 from surrogate.corpus.splits import Split
 from surrogate.data.field_set import Fieldset, open_fieldset
 from surrogate.nets.augmentation import transformed

@@ -27,8 +27,8 @@ from torch import Tensor
 
 from benchmarks.learned.unseen import Reliefs, arguments, kept, sets, spread, unseen
 from benchmarks.shared.common import load, machine, save, table
-from relief.common.arrays import Array
-from retouch.training.fields import STUDIO
+from relief.ground.arrays import Array
+from retouch.laboratory.training.fields import STUDIO
 from visual.exact.discontinuities import EdgeSamples
 from visual.fast.bsdf_table import BsdfTable
 from visual.fast.renderer import FastRenderer

@@ -20,9 +20,9 @@ import torch
 
 import tactile
 from benchmarks.shared.common import machine, save, table
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.relief import Relief
-from retouch.training.fields import STUDIO, VARIANT, light_directions, touch_fields
+from retouch.laboratory.training.fields import STUDIO, VARIANT, light_directions, touch_fields
 from surrogate.corpus.photographs import bundled
 from surrogate.corpus.recipes import heights, recipes
 from visual.exact.light_scene import LightScene

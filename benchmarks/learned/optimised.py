@@ -21,13 +21,13 @@ import torch
 import tactile
 from optimize.settings.run_file import run_from_scene
 from relief.heightmap import load_heights
-from retouch.studies.engine import compute, row_folder
-from retouch.studies.row_key import row_key
-from retouch.studies.rows import Expanded, Row, Table
-from retouch.training.fields import STUDIO
+from retouch.laboratory.studies.engine import compute, row_folder
+from retouch.laboratory.studies.row_key import row_key
+from retouch.laboratory.studies.rows import Expanded, Row, Table
+from retouch.laboratory.training.fields import STUDIO
+from retouch.laboratory.workers.choice import runner
 from retouch.verbs.progress_display import shown
 from retouch.verbs.subjects import RESULT
-from retouch.workers.choice import runner
 from surrogate.corpus import recipes as corpus
 from surrogate.corpus.manifest import MANIFEST_FILE, entry, write_manifest
 from surrogate.corpus.optimised import checksum, load, store

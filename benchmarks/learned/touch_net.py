@@ -24,7 +24,7 @@ import torch
 import tactile
 from benchmarks.learned.unseen import Reliefs, arguments, kept, sets, spread, unseen
 from benchmarks.shared.common import load, machine, save, table
-from retouch.training.touch_accuracy import (
+from retouch.laboratory.training.touch_accuracy import (
     LEAST_ROUGHNESS,
     Press,
     TextureMeasures,

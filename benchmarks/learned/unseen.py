@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.shared.common import parser_of
-from relief.common.arrays import Array
-from relief.common.files import write_atomically
+from relief.ground.arrays import Array
+from relief.ground.files import write_atomically
 from surrogate.corpus import recipes as corpus
 from surrogate.corpus.manifest import optimised, read
 from surrogate.corpus.optimised import checksum

@@ -19,23 +19,23 @@ from benchmarks.shared.common import load, machine, parser_of, save, table
 from mitsuba_scenes import find_texture
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.mesh_feel import MeshFeel, feel_of, pressed
-from relief.body import Body
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.heightmap import load_height_map
-from relief.meshes.crops import Cropper
-from relief.meshes.intersections import self_intersections
-from relief.meshes.mesh import Mesh
-from relief.meshes.places import Frame
-from relief.meshes.solid import volume_mm3
-from relief.meshes.unrolling import Unroller, feet
-from relief.objects.table import OBJECTS
-from relief.remeshing.fine_object import smooth_object
-from relief.wrapping.coordinates.layout import Layout
-from relief.wrapping.laying import Layer
-from relief.wrapping.placement import Placement
-from relief.wrapping.surfaces import FALLOFF_MM, BaseSurface, Settings
-from relief.wrapping.tiles import Covering, Tile
-from relief.wrapping.wrap import wrap
+from relief.solids.body import Body
+from relief.solids.meshes.crops import Cropper
+from relief.solids.meshes.intersections import self_intersections
+from relief.solids.meshes.mesh import Mesh
+from relief.solids.meshes.places import Frame
+from relief.solids.meshes.solid import volume_mm3
+from relief.solids.meshes.unrolling import Unroller, feet
+from relief.solids.objects.table import OBJECTS
+from relief.solids.remeshing.fine_object import smooth_object
+from relief.solids.wrapping.coordinates.layout import Layout
+from relief.solids.wrapping.laying import Layer
+from relief.solids.wrapping.placement import Placement
+from relief.solids.wrapping.surfaces import FALLOFF_MM, BaseSurface, Settings
+from relief.solids.wrapping.tiles import Covering, Tile
+from relief.solids.wrapping.wrap import wrap
 
 SIDE_MM, SAMPLES = 10.0, 128
 """Side of the patch that is pressed, mm, and its samples."""

@@ -19,14 +19,14 @@ from benchmarks.objects.bundled import TEXTURE, roughness, tile_of
 from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.mesh_feel import feel_of
-from relief.body import Body, Part, joined
-from relief.export.parts import write_parts
-from relief.meshes import self_intersections
-from relief.meshes.crops import Cropper
-from relief.meshes.mesh import Mesh, read_mesh
-from relief.objects.table import OBJECTS
-from relief.wrapping.surfaces import Settings
-from relief.wrapping.wrap import Covering, wrap
+from relief.solids.body import Body, Part, joined
+from relief.solids.export.parts import write_parts
+from relief.solids.meshes import self_intersections
+from relief.solids.meshes.crops import Cropper
+from relief.solids.meshes.mesh import Mesh, read_mesh
+from relief.solids.objects.table import OBJECTS
+from relief.solids.wrapping.surfaces import Settings
+from relief.solids.wrapping.wrap import Covering, wrap
 from retouch.verbs.evaluation import read_solid
 
 PLACES, FACES, APART_MM = 100, 150_000, 22.0

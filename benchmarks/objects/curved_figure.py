@@ -34,13 +34,13 @@ from benchmarks.objects.views import (
 from benchmarks.shared.common import DOCS, IMAGES, load, machine, parser_of, put, save, table
 from benchmarks.shared.studies import folder_of, rows_in
 from optimize.verification.jod import jod_obstacle
-from relief.body import Body
-from relief.common.arrays import Array
-from relief.export.plate import plate_mesh
-from relief.objects.table import OBJECTS
-from relief.wrapping.surfaces import Settings
-from relief.wrapping.tiles import Tile
-from relief.wrapping.wrap import Covering, wrap
+from relief.ground.arrays import Array
+from relief.solids.body import Body
+from relief.solids.export.plate import plate_mesh
+from relief.solids.objects.table import OBJECTS
+from relief.solids.wrapping.surfaces import Settings
+from relief.solids.wrapping.tiles import Tile
+from relief.solids.wrapping.wrap import Covering, wrap
 
 IMAGE = IMAGES / "curved.png"
 TEXTURES = ("gravel", "leather", "knit")

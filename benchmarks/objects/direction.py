@@ -30,19 +30,19 @@ from benchmarks.objects.direction_figure import sheet, shown
 from benchmarks.shared.common import DOCS, IMAGES, ROOT, machine, put, save, table
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.mesh_feel import feel_of
-from relief.body import Body
-from relief.common.arrays import Array
-from relief.common.errors import InputError
-from relief.meshes import read_mesh
-from relief.meshes.mesh import Mesh
-from relief.objects.implicit import body_of
-from relief.objects.smooth import ball
-from relief.objects.swept import cylinder
-from relief.wrapping.laying import Laid, Layer
-from relief.wrapping.placement import placement_of
-from relief.wrapping.surfaces import BaseSurface, Settings
-from relief.wrapping.tiles import Covering
-from relief.wrapping.wrap import Wrapped, wrap
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
+from relief.solids.body import Body
+from relief.solids.meshes import read_mesh
+from relief.solids.meshes.mesh import Mesh
+from relief.solids.objects.implicit import body_of
+from relief.solids.objects.smooth import ball
+from relief.solids.objects.swept import cylinder
+from relief.solids.wrapping.laying import Laid, Layer
+from relief.solids.wrapping.placement import placement_of
+from relief.solids.wrapping.surfaces import BaseSurface, Settings
+from relief.solids.wrapping.tiles import Covering
+from relief.solids.wrapping.wrap import Wrapped, wrap
 
 COMMAND = "benchmarks.objects.direction"
 PAGE = DOCS / "evidence" / "objects.md"

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from relief.body import Body, Part
-from relief.common.srgb import srgb
-from relief.export.parts import write_parts
+from relief.ground.srgb import srgb
+from relief.solids.body import Body, Part
+from relief.solids.export.parts import write_parts
 from visual.backend.variants import choose_variant
 
 PIXELS, SAMPLES, COLOURS = 300, 32, 48

@@ -21,22 +21,22 @@ from benchmarks.objects.bundled import SAMPLES, lattice, roughness, tile_of
 from benchmarks.objects.parts.__main__ import HERE as PARTS
 from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
 from optimize.verification.solids.over_object import ends, over_object
-from relief.body import Body
-from relief.common.arrays import Array, Index
-from relief.meshes import read_mesh
-from relief.meshes.crops import Crop, Cropper
-from relief.meshes.places import Frame, spread, surface_points
-from relief.meshes.refining import refined
-from relief.meshes.unrolling import Unroller, feet
-from relief.objects.table import OBJECTS
-from relief.remeshing.fine_object import smooth_object
-from relief.wrapping.coordinates.layout import Layout
-from relief.wrapping.laying import Layer
-from relief.wrapping.masks import Regions
-from relief.wrapping.placement import Placement
-from relief.wrapping.surfaces import BaseSurface, FineSurface, Settings
-from relief.wrapping.tiles import Covering, Tile
-from relief.wrapping.wrap import Wrapped, wrap
+from relief.ground.arrays import Array, Index
+from relief.solids.body import Body
+from relief.solids.meshes import read_mesh
+from relief.solids.meshes.crops import Crop, Cropper
+from relief.solids.meshes.places import Frame, spread, surface_points
+from relief.solids.meshes.refining import refined
+from relief.solids.meshes.unrolling import Unroller, feet
+from relief.solids.objects.table import OBJECTS
+from relief.solids.remeshing.fine_object import smooth_object
+from relief.solids.wrapping.coordinates.layout import Layout
+from relief.solids.wrapping.laying import Layer
+from relief.solids.wrapping.masks import Regions
+from relief.solids.wrapping.placement import Placement
+from relief.solids.wrapping.surfaces import BaseSurface, FineSurface, Settings
+from relief.solids.wrapping.tiles import Covering, Tile
+from relief.solids.wrapping.wrap import Wrapped, wrap
 from tactile.jnd import ROUGHNESS_JND
 
 RESULT, COMMAND, TEXTURE = "feel_kept", "benchmarks.objects.feel_kept", "gravel-tile"

@@ -14,13 +14,13 @@ from PIL import Image
 
 from benchmarks.objects.bundled import TEXTURE, tile_of
 from benchmarks.shared.common import IMAGES
-from relief.body import Body, Part
-from relief.common.arrays import Array
-from relief.common.srgb import srgb
-from relief.export.parts import write_parts
-from relief.objects.table import OBJECTS
-from relief.wrapping.surfaces import Settings
-from relief.wrapping.wrap import Covering, wrap
+from relief.ground.arrays import Array
+from relief.ground.srgb import srgb
+from relief.solids.body import Body, Part
+from relief.solids.export.parts import write_parts
+from relief.solids.objects.table import OBJECTS
+from relief.solids.wrapping.surfaces import Settings
+from relief.solids.wrapping.wrap import Covering, wrap
 from visual.backend.variants import choose_variant
 
 IMAGE = IMAGES / "objects.png"

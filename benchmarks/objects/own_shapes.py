@@ -20,14 +20,14 @@ from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, 
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.mesh_feel import feel_of
 from optimize.verification.solids.own_shape import textures_alone
-from relief.body import Body
-from relief.common.arrays import Array
-from relief.meshes.crops import Cropper
-from relief.meshes.mesh import Mesh
-from relief.meshes.places import frames, surface_points
-from relief.objects.table import OBJECTS
-from relief.wrapping.surfaces import Settings
-from relief.wrapping.wrap import Covering, wrap
+from relief.ground.arrays import Array
+from relief.solids.body import Body
+from relief.solids.meshes.crops import Cropper
+from relief.solids.meshes.mesh import Mesh
+from relief.solids.meshes.places import frames, surface_points
+from relief.solids.objects.table import OBJECTS
+from relief.solids.wrapping.surfaces import Settings
+from relief.solids.wrapping.wrap import Covering, wrap
 from tactile.jnd import ROUGHNESS_JND
 
 PLACES, FACES = 20, 400_000

@@ -14,7 +14,7 @@ from PIL import Image, ImageDraw
 from benchmarks.objects.paper_objects import CASES, object_of, wrapped
 from benchmarks.objects.views import pictures, sheet
 from benchmarks.shared.common import IMAGES
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 
 MARGIN, LINE = 12, 20
 """White around an object, and height of a line of text, pixels."""

@@ -27,15 +27,15 @@ from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.mesh_feel import feel_of
-from relief.body import Body
-from relief.common.arrays import Array
-from relief.export.plate import plate_mesh
-from relief.meshes.mesh import Mesh
-from relief.objects.swept import LINKS
-from relief.objects.table import OBJECTS, Region
-from relief.wrapping.surfaces import MOST_FACES, Settings
-from relief.wrapping.tiles import Tile
-from relief.wrapping.wrap import Covering, Wrapped, wrap
+from relief.ground.arrays import Array
+from relief.solids.body import Body
+from relief.solids.export.plate import plate_mesh
+from relief.solids.meshes.mesh import Mesh
+from relief.solids.objects.swept import LINKS
+from relief.solids.objects.table import OBJECTS, Region
+from relief.solids.wrapping.surfaces import MOST_FACES, Settings
+from relief.solids.wrapping.tiles import Tile
+from relief.solids.wrapping.wrap import Covering, Wrapped, wrap
 from retouch.verbs.comparison import compare
 from tactile.jnd import jnd_apart
 

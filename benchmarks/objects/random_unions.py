@@ -21,17 +21,17 @@ from scipy.spatial import cKDTree
 
 from benchmarks.objects.bundled import TEXTURE, tile_of
 from benchmarks.shared.common import load, machine, parser_of, save
-from relief.body import Body, Part
-from relief.common.arrays import Array, Index
-from relief.common.errors import InputError
-from relief.export.parts import write_parts
-from relief.mending.repair import mended
-from relief.meshes import check_solid, read_mesh
-from relief.meshes.intersections import self_intersections
-from relief.meshes.neighbourhood import edge_pairs
-from relief.wrapping.surfaces import Settings
-from relief.wrapping.tiles import Tile
-from relief.wrapping.wrap import Covering, wrap
+from relief.ground.arrays import Array, Index
+from relief.ground.errors import InputError
+from relief.solids.body import Body, Part
+from relief.solids.export.parts import write_parts
+from relief.solids.mending.repair import mended
+from relief.solids.meshes import check_solid, read_mesh
+from relief.solids.meshes.intersections import self_intersections
+from relief.solids.meshes.neighbourhood import edge_pairs
+from relief.solids.wrapping.surfaces import Settings
+from relief.solids.wrapping.tiles import Tile
+from relief.solids.wrapping.wrap import Covering, wrap
 
 RESULT, SEEDS = "random_unions", 200
 RELIEF_MM, EDGE_MM, CUT = 0.5, 0.4, 0.25

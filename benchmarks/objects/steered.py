@@ -21,15 +21,15 @@ from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, 
 from mitsuba_scenes import find_file
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.over_object import over_object
-from relief.common.arrays import Array
-from relief.meshes.crops import Cropper
-from relief.meshes.places import spread, surface_points
-from relief.meshes.unrolling import Unroller
-from relief.objects.table import OBJECTS
-from relief.remeshing.fine_object import smooth_object
-from relief.wrapping.surfaces import Settings
-from relief.wrapping.tiles import Covering, Tile
-from relief.wrapping.wrap import wrap
+from relief.ground.arrays import Array
+from relief.solids.meshes.crops import Cropper
+from relief.solids.meshes.places import spread, surface_points
+from relief.solids.meshes.unrolling import Unroller
+from relief.solids.objects.table import OBJECTS
+from relief.solids.remeshing.fine_object import smooth_object
+from relief.solids.wrapping.surfaces import Settings
+from relief.solids.wrapping.tiles import Covering, Tile
+from relief.solids.wrapping.wrap import wrap
 from tactile.jnd import ROUGHNESS_JND, jnd_apart
 from tactile.model import touch_model
 from tactile.pair_variation import roughness

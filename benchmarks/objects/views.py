@@ -13,10 +13,10 @@ import numpy as np
 from optimize.verification.jod import jod
 from optimize.verification.picture_change import change
 from optimize.verification.picture_metrics import pixels_per_degree
-from relief.body import Body, Part
-from relief.common.arrays import Array
-from relief.common.srgb import srgb
-from relief.export.parts import write_parts
+from relief.ground.arrays import Array
+from relief.ground.srgb import srgb
+from relief.solids.body import Body, Part
+from relief.solids.export.parts import write_parts
 from visual.backend.variants import choose_variant
 from visual.noise import BATCHES, Batches
 

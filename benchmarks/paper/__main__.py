@@ -12,7 +12,7 @@ from benchmarks.paper import filters, gallery, models, page, pairs, predictions,
 from benchmarks.paper.rows import extent
 from benchmarks.shared.charts import style
 from benchmarks.shared.common import load, machine, save
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 
 FIGURES: dict[str, tuple[Callable[[], dict[str, Any]], str | None]] = {
     "pairs": (pairs.figure, None),

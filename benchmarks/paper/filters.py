@@ -13,9 +13,9 @@ from scipy import fft, ndimage, optimize
 import tactile
 from benchmarks.paper.textures import TEXTURES, change_percent, heights, image, optimised, result, scene
 from optimize.descent.problem import within_limits
-from relief.common.arrays import Array
-from relief.common.limits import PATCH_SIDE_MM
-from relief.common.srgb import srgb
+from relief.ground.arrays import Array
+from relief.ground.limits import PATCH_SIDE_MM
+from relief.ground.srgb import srgb
 from relief.heightmap import load_heights
 from relief.relief import Relief
 from tactile.measures import measure_touch

@@ -16,9 +16,9 @@ from benchmarks.shared.charts import FAINT, INK, frame
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
 from optimize.verification.picture_metrics import mean_change
-from relief.common.arrays import Array
-from relief.common.limits import PATCH_SIDE_MM
-from relief.common.srgb import srgb
+from relief.ground.arrays import Array
+from relief.ground.limits import PATCH_SIDE_MM
+from relief.ground.srgb import srgb
 from relief.heightmap import load_heights
 from visual.scene import load_scene
 

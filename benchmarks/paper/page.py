@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from benchmarks.shared.common import DOCS, load, table
-from relief.common.files import write_atomically
+from relief.ground.files import write_atomically
 
 PAGE = DOCS / "evidence" / "studies.md"
 HEADING = "## The figures in numbers"

@@ -10,8 +10,8 @@ from matplotlib import pyplot
 import tactile
 from benchmarks.paper.textures import TEXTURES, heights, image
 from benchmarks.shared.charts import FAINT, GRID, INK, frame
-from relief.common.arrays import Array
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.arrays import Array
+from relief.ground.limits import PATCH_SIDE_MM
 from relief.relief import Relief
 from tactile.measures import measure_touch
 from tactile.pair_variation import PAIR_DISTANCE_MM, PAIR_SPREAD_MM

@@ -12,7 +12,12 @@ from typing import Any
 
 import tactile
 from benchmarks.paper.rows import rows_of
-from retouch.stimulus_sets.prediction import cold_jnd, far_discrepancy, neighbours_right, probability
+from retouch.laboratory.stimulus_sets.prediction import (
+    cold_jnd,
+    far_discrepancy,
+    neighbours_right,
+    probability,
+)
 
 PEOPLE = 10
 """Participants of the paper's sorting experiment."""

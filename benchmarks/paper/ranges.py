@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.paper.rows import rows_of
 from mitsuba_scenes import find_texture
 from optimize.verification.picture_metrics import mean_change
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.heightmap import load_heights
 from visual.scene import load_scene
 

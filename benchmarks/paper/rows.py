@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.shared import studies
-from relief.common.errors import InputError
-from retouch.studies.document import Document, read_document
-from retouch.studies.measuring.measures import MEASURES
+from relief.ground.errors import InputError
+from retouch.laboratory.studies.document import Document, read_document
+from retouch.laboratory.studies.measuring.measures import MEASURES
 
 RUNS = Path("runs")
 """Folder of studies by name, where `retouch study NAME` puts them."""

@@ -15,7 +15,7 @@ from mitsuba_scenes import FOLDER, find_texture
 from optimize.run_directory.key import RESULT
 from optimize.settings.run_file import run_from_scene
 from optimize.verification.picture_metrics import mean_change
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.heightmap import load_heights
 from retouch.verbs.runs import optimize as run
 from surrogate.corpus.bundled_textures import TEXTURES

@@ -20,10 +20,10 @@ import numpy as np
 from scipy.special import ndtr
 
 from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
-from relief.common.arrays import Array
-from retouch.people.likelihood import LAPSE_RATES, Grid, PairAnswers, log_likelihoods
-from retouch.people.population import Estimate, fit, weber
-from retouch.people.power import half_width, information
+from relief.ground.arrays import Array
+from retouch.laboratory.people.likelihood import LAPSE_RATES, Grid, PairAnswers, log_likelihoods
+from retouch.laboratory.people.population import Estimate, fit, weber
+from retouch.laboratory.people.power import half_width, information
 from tactile.jnd import ROUGHNESS_JND
 
 RESULT = "people_coverage"

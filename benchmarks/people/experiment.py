@@ -22,9 +22,9 @@ import retouch
 from benchmarks.people.coverage import PAGE
 from benchmarks.people.observers import Observer, write_answers
 from benchmarks.shared.common import folder_named, machine, put, save, table
-from retouch.people.plan import write_plan
-from retouch.people.plates import read_plates
-from retouch.stimulus_sets.stimulus_set import FILE, read_set
+from retouch.laboratory.people.plan import write_plan
+from retouch.laboratory.people.plates import read_plates
+from retouch.laboratory.stimulus_sets.stimulus_set import FILE, read_set
 
 RESULT, COMMAND = "people_experiment", "benchmarks.people.experiment"
 SEED = 1

@@ -24,14 +24,21 @@ from scipy.interpolate import RectBivariateSpline
 from benchmarks.people.coverage import PAGE
 from benchmarks.people.observers import Observer, answered
 from benchmarks.shared.common import load, machine, parser_of, put, save, table
-from retouch.people.comparisons import Question
-from retouch.people.plan import plan
-from retouch.people.plates import SetPlate, levels_of, read_plates
-from retouch.people.reading import ROUGHER, Pair
-from retouch.people.skin_fit.proposal import held_out, proposal
-from retouch.people.skin_fit.tried_fingers import DEPTHS, STIFFNESS, Felt, felt_by, fitted_logs, varied
-from retouch.people.whose_finger import fingers
-from retouch.stimulus_sets.stimulus_set import Experiment
+from retouch.laboratory.people.comparisons import Question
+from retouch.laboratory.people.plan import plan
+from retouch.laboratory.people.plates import SetPlate, levels_of, read_plates
+from retouch.laboratory.people.reading import ROUGHER, Pair
+from retouch.laboratory.people.skin_fit.proposal import held_out, proposal
+from retouch.laboratory.people.skin_fit.tried_fingers import (
+    DEPTHS,
+    STIFFNESS,
+    Felt,
+    felt_by,
+    fitted_logs,
+    varied,
+)
+from retouch.laboratory.people.whose_finger import fingers
+from retouch.laboratory.stimulus_sets.stimulus_set import Experiment
 from tactile.skin import Skin
 
 RESULT = "people_fingers"

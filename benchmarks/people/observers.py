@@ -16,9 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
-from retouch.people.plan import Plan
-from retouch.people.plates import SetPlate
-from retouch.people.reading import COLDER, MAGNITUDES, NO, ROUGHER, SAME, SORTS, YES
+from retouch.laboratory.people.plan import Plan
+from retouch.laboratory.people.plates import SetPlate
+from retouch.laboratory.people.reading import COLDER, MAGNITUDES, NO, ROUGHER, SAME, SORTS, YES
 
 
 @dataclass(frozen=True)

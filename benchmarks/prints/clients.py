@@ -26,15 +26,15 @@ import retouch
 from benchmarks.prints.prusa import PRINTER, TIME_LIMIT_S, Slicer, plate_heights
 from benchmarks.shared.common import parser_of, save, table
 from mitsuba_scenes import find_texture
-from relief.body import Body, Part, joined
-from relief.common.arrays import Array
-from relief.export.parts import write_parts
-from relief.export.plate import plate_mesh, repeated
+from relief.ground.arrays import Array
 from relief.heightmap import HeightMap, load_height_map, save_heights_exr, save_heights_png
-from relief.meshes import read_mesh
-from relief.meshes.solid import volume_mm3
-from relief.objects.table import OBJECTS
 from relief.printed import printed
+from relief.solids.body import Body, Part, joined
+from relief.solids.export.parts import write_parts
+from relief.solids.export.plate import plate_mesh, repeated
+from relief.solids.meshes import read_mesh
+from relief.solids.meshes.solid import volume_mm3
+from relief.solids.objects.table import OBJECTS
 
 OBJECT_NAMES = ("starfish", "slider", "frog")
 GAP_MM = 3.0

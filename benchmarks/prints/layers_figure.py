@@ -14,12 +14,12 @@ from benchmarks.prints.prusa import PRINTER, Slicer, plate_heights
 from benchmarks.shared.charts import pyplot, style
 from benchmarks.shared.common import IMAGES, folder_named
 from mitsuba_scenes import find_texture
-from relief.body import Part
-from relief.export.parts import write_parts
-from relief.export.plate import plate_mesh
 from relief.heightmap import load_height_map
 from relief.printed import printed
 from relief.shading import facing
+from relief.solids.body import Part
+from relief.solids.export.parts import write_parts
+from relief.solids.export.plate import plate_mesh
 
 IMAGE = IMAGES / "layers.png"
 PART_MM = 5.0

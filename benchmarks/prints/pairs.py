@@ -22,14 +22,14 @@ from benchmarks.shared.common import IMAGES, ROOT, folder_named, load, save, tab
 from benchmarks.shared.studies import folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
-from relief.common.arrays import Array
-from relief.common.formats import RUN_HEIGHTS
-from relief.common.limits import HEIGHT_LIMIT_MM
+from relief.ground.arrays import Array
+from relief.ground.formats import RUN_HEIGHTS
+from relief.ground.limits import HEIGHT_LIMIT_MM
 from relief.heightmap import load_heights
 from relief.printed import printed
 from relief.relief import Relief
-from retouch.studies.rows import expand
-from retouch.studies.study_file import load_study
+from retouch.laboratory.studies.rows import expand
+from retouch.laboratory.studies.study_file import load_study
 from tactile.jnd import jnd_apart
 from tactile.measures import measure_touch
 from tactile.skin import Skin

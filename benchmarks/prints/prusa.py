@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.printers import Printer, find_printer
 
 PRINTER = find_printer("mask-50")

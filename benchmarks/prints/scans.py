@@ -6,7 +6,7 @@
     python -m benchmarks.prints.scans report
 
 `coverage` scans prints of random textures by printers of known blur, shrinkage and noise, turned, shifted and
-tilted at random, and counts how often each interval of `relief.scanning.registration` holds the truth. It
+tilted at random, and counts how often each interval of `relief.scans.registration` holds the truth. It
 goes on where an earlier call ended. `printers` measures printers by simulated scans of their coupons, and
 scans their prints of gravel. `slicer` takes the layers of gravel that PrusaSlicer makes (prusa-slicer, in the
 path) for a scan. `report` puts the tables into docs/evidence/scans.md.
@@ -29,19 +29,19 @@ from benchmarks.prints.prusa import Slicer, plate_heights
 from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
 from mitsuba_scenes import find_texture
 from optimize.settings.skins import load_skin
-from relief.common.arrays import Array
-from relief.common.errors import InputError
-from relief.common.limits import BASE_MM
-from relief.export.plate import export_plate
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
+from relief.ground.limits import BASE_MM
 from relief.printers import Printer, find_printer
 from relief.relief import Relief
-from relief.scanning.coupon import coupon, scale_for
-from relief.scanning.coupon_reading import read_coupon
-from relief.scanning.pose import Pose
-from relief.scanning.registration import Interval, Registration, register
-from relief.scanning.scans import Scan, check_scan
-from relief.scanning.simulated import Scanner, scanned
-from relief.scanning.summary import PrintScanned, print_scanned
+from relief.scans.coupon import coupon, scale_for
+from relief.scans.coupon_reading import read_coupon
+from relief.scans.pose import Pose
+from relief.scans.registration import Interval, Registration, register
+from relief.scans.scans import Scan, check_scan
+from relief.scans.simulated import Scanner, scanned
+from relief.scans.summary import PrintScanned, print_scanned
+from relief.solids.export.plate import export_plate
 from tactile.jnd import jnd_apart
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS

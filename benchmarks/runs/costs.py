@@ -15,7 +15,7 @@ from optimize.settings.run_file import load_run
 from optimize.verification.converged import converged
 from optimize.verification.picture_change import change
 from optimize.verification.picture_metrics import pixel_weights
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.limits import PATCH_SIDE_MM
 from relief.heightmap import load_heights
 from visual.noise import Batches
 from visual.scene import Scene, load_scene

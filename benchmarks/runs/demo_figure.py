@@ -17,8 +17,8 @@ from benchmarks.shared.studies import Row, folder_of
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
 from optimize.verification.picture_metrics import mean_change
-from relief.common.arrays import Array
-from relief.common.srgb import srgb
+from relief.ground.arrays import Array
+from relief.ground.srgb import srgb
 from relief.heightmap import load_heights
 from retouch.verbs.subjects import RESULT
 from visual.scene import load_scene

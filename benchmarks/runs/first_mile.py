@@ -27,8 +27,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from benchmarks.shared.common import IMAGES, load, machine, parser_of, save, table
 from optimize.run_directory.key import read_verification
-from relief.common.files import write_atomically
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.files import write_atomically
+from relief.ground.limits import PATCH_SIDE_MM
 from relief.heightmap import load_heights
 from relief.shading import facing, lit
 

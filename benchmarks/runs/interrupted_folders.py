@@ -28,9 +28,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from benchmarks.shared.common import ROOT, table
-from relief.export.plate import export_plate
 from relief.heightmap import load_heights, save_heights_exr
-from relief.meshes.mesh import READERS, read_mesh
+from relief.solids.export.plate import export_plate
+from relief.solids.meshes.mesh import READERS, read_mesh
 
 Array = NDArray[np.float64]
 

@@ -38,7 +38,7 @@ from benchmarks.touch.pressing import MEAN, SKIN
 from optimize.descent.gauss_newton import method as gauss_newton
 from optimize.runs.preparation import Prepared, prepare
 from optimize.settings.run_file import load_run
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile import sparse
 from tactile.contact import solve_contact
 from tactile.model import ModelName

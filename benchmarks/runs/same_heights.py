@@ -20,8 +20,8 @@ import numpy as np
 from benchmarks.shared.checkouts import DEMO_RUNS, MODELS, NOW, checkouts, module_of, process
 from benchmarks.shared.common import ROOT, machine, parser_of, save, table
 from optimize.run_directory.key import RESULT
-from relief.common.arrays import Array
-from relief.common.formats import RUN_HEIGHTS
+from relief.ground.arrays import Array
+from relief.ground.formats import RUN_HEIGHTS
 from relief.heightmap import load_heights
 
 RUNS: Mapping[str, Sequence[str]] = {

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.heightmap import load_heights
 from visual.scene import Scene, load_scene
 

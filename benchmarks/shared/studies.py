@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.shared.common import RESULTS
-from retouch.studies.document import Document, flat_rows, read_document
-from retouch.studies.engine import ROWS
-from retouch.studies.row_key import SHORT
+from retouch.laboratory.studies.document import Document, flat_rows, read_document
+from retouch.laboratory.studies.engine import ROWS
+from retouch.laboratory.studies.row_key import SHORT
 
 STUDIES = RESULTS / "studies"
 """Documents of finished studies that are committed."""

@@ -2,7 +2,7 @@
 
 python -m benchmarks.shared.touch_clock FILE MODULE [ARGUMENT ...]     # writes the seconds into FILE
 
-Stages of `relief.common.progress` are counted by their names, which earlier versions of Retouch have as well:
+Stages of `relief.ground.progress` are counted by their names, which earlier versions of Retouch have as well:
 called by its path in the folder of a version, this file takes the code there, and nothing of this tree.
 """
 
@@ -23,7 +23,7 @@ TOUCH = {
     *("pressing on places", "pressing with other fingers"),
 }
 """Stages that take a time for each place of the finger."""
-PROGRESS = ("relief/common/progress.py", "relief/progress.py")
+PROGRESS = ("relief/ground/progress.py", "relief/common/progress.py", "relief/progress.py")
 """Where versions of Retouch have the stages, the latest first."""
 
 

@@ -16,7 +16,7 @@ from benchmarks.shared.checkouts import process
 from benchmarks.shared.common import ROOT, load, machine, parser_of, save, table
 from benchmarks.sight.gradients import directions
 from mitsuba_scenes import find_file
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.heightmap import load_heights
 from visual.scene import Scene, load_scene
 

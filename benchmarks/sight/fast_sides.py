@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, put, save, table
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.view import Pictures
 from visual.looks import FixedSamples, StepView

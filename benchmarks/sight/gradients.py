@@ -18,7 +18,7 @@ from scipy.ndimage import gaussian_filter
 
 from benchmarks.shared.common import load, machine, parser_of, save, table
 from benchmarks.shared.scenes import NEAR, SMOOTHNESS, altered, mitsubas_integrator, reliefs, scene_of
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.exact.light_scene import LightScene
 from visual.exact.render import PictureIndex, RenderSettings, edge_gradient, interior_gradient
 from visual.scene import Scene

@@ -22,7 +22,7 @@ from benchmarks.shared.common import load, machine, median_seconds, parser_of, s
 from benchmarks.shared.scenes import altered, mitsubas_integrator, reliefs, scene_of
 from benchmarks.sight import look_split
 from benchmarks.sight.gradients import GRAVEL, directions
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.heightmap import load_heights
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.render import RenderSettings, pictures

@@ -22,8 +22,8 @@ from scipy import ndimage
 from benchmarks.shared.browser import Browser
 from benchmarks.shared.common import DOCS, machine, parser_of, put, save, table
 from mitsuba_scenes import find_texture
-from relief.common.arrays import Array
-from relief.common.srgb import linear_rgb
+from relief.ground.arrays import Array
+from relief.ground.srgb import linear_rgb
 from relief.relief import Relief
 from relief.surface import Surface
 from retouch.pages.plate_viewer.figure import asset, component

@@ -27,7 +27,7 @@ from scipy.ndimage import gaussian_filter, zoom
 from benchmarks.shared.charts import frame, style
 from benchmarks.shared.common import IMAGES, load, machine, parser_of, save, table
 from optimize.descent.gauss_newton.laplacian import laplacian
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.heightmap import load_heights
 from tactile.sparse import factorised
 from visual.exact import render

@@ -16,7 +16,7 @@ from benchmarks.skin.facts import FACTS, VALUES, Outcome, in_range, peak
 from benchmarks.skin.pressing import pressed
 from benchmarks.skin.skins import layered, plain
 from benchmarks.skin.stimuli import natural, series
-from relief.common.progress import say
+from relief.ground.progress import say
 
 SHOWN = ("F/E 20", "F/E 10", "F/E 4", "F/E 2", "0.7 mm of 2 over 0.4 MPa")
 """Skins of the table, before the layered one that the fit chose; the last is halfway to it."""

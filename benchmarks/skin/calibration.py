@@ -29,8 +29,8 @@ from benchmarks.skin.posterior import (
 )
 from benchmarks.skin.quarter import flat_contact, groove_depths, sphere_depths, sphere_forces
 from benchmarks.skin.sources import FIRST_FORCE_N, GROOVE_FORCE_N, GROOVES, MECHANICAL, SPHERE
-from relief.common.limits import PATCH_SIDE_MM
-from relief.common.progress import say
+from relief.ground.limits import PATCH_SIDE_MM
+from relief.ground.progress import say
 from tactile.skin import Skin
 
 SHARES = (0.025, 0.16, 0.5, 0.84, 0.975)

@@ -13,8 +13,8 @@ from benchmarks.shared.common import ROOT
 from benchmarks.skin.round_pressing import RoundFinger
 from benchmarks.skin.stimuli import ROUND_SAMPLES
 from mitsuba_scenes import find_texture
-from relief.common.arrays import Array
-from relief.common.progress import say
+from relief.ground.arrays import Array
+from relief.ground.progress import say
 from relief.heightmap import load_heights
 from tactile.jnd import jnd_apart
 from tactile.skin import Skin

@@ -29,7 +29,7 @@ from benchmarks.skin.round_stimuli import dot_plates
 from benchmarks.skin.sources import GROOVE_FORCE_N, GROOVES, MECHANICAL
 from benchmarks.skin.stimuli import APART_MM, DOT_MM, HIGH_MM
 from optimize.settings.skins import load_skin
-from relief.common.progress import say
+from relief.ground.progress import say
 from tactile.skin import Skin
 
 NAME = "finger"

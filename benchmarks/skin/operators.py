@@ -14,7 +14,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.pair_variation import roughness
 from tactile.pressing import Press, SkinOperator
 from tactile.skin import Skin

@@ -25,7 +25,7 @@ from benchmarks.skin.sources import (
     SPHERE_DIAMETERS_MM,
     Mechanical,
 )
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.skin import Skin
 
 PRIOR: Mapping[str, tuple[float, float]] = {

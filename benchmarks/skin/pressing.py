@@ -9,8 +9,8 @@ import numpy as np
 
 import tactile
 from benchmarks.skin.stimuli import APART_MM, Series
-from relief.common.arrays import Array
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.arrays import Array
+from relief.ground.limits import PATCH_SIDE_MM
 from tactile.skin import Skin
 
 FORCES = (0.5, 1.0, 2.0)

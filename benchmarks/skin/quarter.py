@@ -15,7 +15,7 @@ import torch
 from scipy.interpolate import CubicSpline
 from torch import Tensor
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.contact import ContactError, approach_contact
 from tactile.layer.layer_response import layer_response
 from tactile.layer.layered_response import layered_response

@@ -18,8 +18,8 @@ import tactile
 from benchmarks.skin.pressing import EXPLORING_N
 from benchmarks.skin.round_stimuli import dot_plates, natural_plates, round_series
 from benchmarks.skin.stimuli import APART_MM, DOT_MM, HIGH_MM, ROUND_SAMPLES, SAMPLES
-from relief.common.arrays import Array
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.arrays import Array
+from relief.ground.limits import PATCH_SIDE_MM
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.pressing import Press
 from tactile.skin import Skin

@@ -22,7 +22,7 @@ from benchmarks.skin.stimuli import (
     natural,
     series,
 )
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 
 NARROW_MM, WIDE_MM = 2.6, 3.3
 """Periods up to which one and two midpoints along half a period suffice; of longer ones three are taken. V of

@@ -20,8 +20,8 @@ from benchmarks.shared.common import load, machine, median_seconds, parser_of, s
 from benchmarks.skin.operators import PITCH_MM, Felt, felt, on_patch, peak
 from benchmarks.skin.stimuli import DOT_MM, HIGH_MM, NATURAL, PHASES, dots, natural
 from benchmarks.touch.round_tetrahedra import round_tetrahedra
-from relief.common.arrays import Array
-from relief.common.progress import say
+from relief.ground.arrays import Array
+from relief.ground.progress import say
 from tactile.contact import solve_contact
 from tactile.elements.round_pad import PadMesh, difference, round_pad_operator
 from tactile.jnd import jnd_apart

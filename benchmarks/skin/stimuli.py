@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mitsuba_scenes import find_texture
-from relief.common.arrays import Array
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.arrays import Array
+from relief.ground.limits import PATCH_SIDE_MM
 from relief.heightmap import load_heights
 
 SAMPLES = 128

@@ -25,8 +25,8 @@ import tactile
 from benchmarks.shared.common import load, machine, parser_of, save
 from benchmarks.shared.scenes import MATERIALS, altered, light
 from optimize.descent.gauss_newton.method import EDGE_SAMPLES, REFINEMENT, STRATA
-from relief.common.arrays import Array
-from relief.common.errors import InputError
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
 from relief.heightmap import load_heights
 from tactile.contact import solve_contact
 from tactile.model import TouchModel, touch_model

@@ -22,8 +22,8 @@ from benchmarks.shared.common import IMAGES, load, machine, parser_of, save, tab
 from benchmarks.shared.studies import Row, folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
-from relief.common.arrays import Array
-from relief.common.formats import RUN_HEIGHTS
+from relief.ground.arrays import Array
+from relief.ground.formats import RUN_HEIGHTS
 from relief.heightmap import load_heights
 from tactile.jnd import ROUGHNESS_JND
 

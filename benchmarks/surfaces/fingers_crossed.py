@@ -19,9 +19,9 @@ from benchmarks.shared.studies import Row, folder_of, rows_in
 from optimize.run_directory.key import SETTINGS, read_verification
 from optimize.settings.run_file import load_run
 from optimize.settings.skins import load_skin
-from relief.common.arrays import Array
-from relief.common.formats import RUN_HEIGHTS
-from relief.common.progress import say
+from relief.ground.arrays import Array
+from relief.ground.formats import RUN_HEIGHTS
+from relief.ground.progress import say
 from relief.heightmap import load_heights
 from relief.places import places
 from relief.relief import Relief

@@ -14,7 +14,7 @@ from benchmarks.shared.common import parser_of, table
 from benchmarks.shared.studies import STUDIES, rows_of
 from mitsuba_scenes import find_texture
 from relief.preparing.preparation import prepare
-from retouch.studies.document import read_document
+from retouch.laboratory.studies.document import read_document
 
 DOCUMENT = STUDIES / "plates.json"
 TEXTURES = Path("runs") / "plates" / "textures"

@@ -18,10 +18,10 @@ from benchmarks.shared.scenes import picture
 from benchmarks.shared.studies import Row, committed, folder_of
 from optimize.run_directory.key import SETTINGS, read_verification
 from optimize.settings.run_file import Run, load_run
-from relief.common.arrays import Array
-from relief.common.formats import RUN_HEIGHTS
-from relief.common.limits import PATCH_SIDE_MM
-from relief.common.srgb import srgb
+from relief.ground.arrays import Array
+from relief.ground.formats import RUN_HEIGHTS
+from relief.ground.limits import PATCH_SIDE_MM
+from relief.ground.srgb import srgb
 from relief.heightmap import load_heights
 from tactile.jnd import jnd_apart
 from tactile.quantities import CONTACT_AREA, ROUGHNESS

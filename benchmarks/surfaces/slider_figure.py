@@ -17,9 +17,9 @@ from benchmarks.shared.scenes import picture
 from benchmarks.shared.studies import folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
-from relief.common.arrays import Array
-from relief.common.formats import RUN_HEIGHTS
-from relief.common.srgb import srgb
+from relief.ground.arrays import Array
+from relief.ground.formats import RUN_HEIGHTS
+from relief.ground.srgb import srgb
 from relief.heightmap import load_heights
 from visual.scene import load_scene
 

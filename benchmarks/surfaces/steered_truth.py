@@ -22,9 +22,9 @@ from benchmarks.touch.round_tetrahedra import round_tetrahedra
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
 from optimize.settings.skins import load_skin
-from relief.common.arrays import Array
-from relief.common.formats import RUN_HEIGHTS
-from relief.common.progress import say
+from relief.ground.arrays import Array
+from relief.ground.formats import RUN_HEIGHTS
+from relief.ground.progress import say
 from relief.heightmap import load_heights
 from relief.patches import Patches, samples_of
 from relief.places import places

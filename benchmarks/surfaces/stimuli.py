@@ -20,14 +20,14 @@ from PIL import Image
 
 from benchmarks.shared.charts import style
 from benchmarks.shared.common import DOCS, IMAGES, load, machine, parser_of, save, table
-from relief.common.files import write_atomically
-from relief.export.pixel_font import bitmap
+from relief.ground.files import write_atomically
 from relief.heightmap import load_height_map
+from relief.solids.export.pixel_font import bitmap
+from retouch.laboratory.stimulus_sets.document import DOCUMENT, RENDERS
+from retouch.laboratory.stimulus_sets.levels import ROUGHNESS
+from retouch.laboratory.stimulus_sets.plates import cut_square
+from retouch.laboratory.stimulus_sets.stimulus_set import FILE, read_set
 from retouch.pages.colour_maps import hillshade
-from retouch.stimulus_sets.document import DOCUMENT, RENDERS
-from retouch.stimulus_sets.levels import ROUGHNESS
-from retouch.stimulus_sets.plates import cut_square
-from retouch.stimulus_sets.stimulus_set import FILE, read_set
 
 PAGE = DOCS / "evidence" / "stimuli.md"
 PICTURE = IMAGES / "stimuli.png"

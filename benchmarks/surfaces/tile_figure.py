@@ -14,9 +14,9 @@ from benchmarks.shared.studies import Row, folder_of
 from benchmarks.surfaces.tiles import ALL, ONE, cases
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
-from relief.common.arrays import Array
-from relief.common.limits import PATCH_SIDE_MM
-from relief.common.srgb import srgb
+from relief.ground.arrays import Array
+from relief.ground.limits import PATCH_SIDE_MM
+from relief.ground.srgb import srgb
 from relief.heightmap import load_heights
 from relief.places import places
 from relief.relief import Relief

@@ -17,17 +17,17 @@ import numpy as np
 from benchmarks.shared.common import load, machine, save, table
 from mitsuba_scenes import find_texture
 from optimize.verification.solids.mesh_feel import feel_of, pressed
-from relief.body import Body, Part
-from relief.common.arrays import Array
-from relief.export.parts import write_parts
-from relief.export.plate import plate_mesh
+from relief.ground.arrays import Array
 from relief.heightmap import load_heights
-from relief.meshes import Mesh, check_solid, read_mesh
-from relief.meshes.crops import Cropper
-from relief.meshes.places import frame_along
-from relief.meshes.unrolling import refined_object
 from relief.places import places
 from relief.relief import Relief
+from relief.solids.body import Body, Part
+from relief.solids.export.parts import write_parts
+from relief.solids.export.plate import plate_mesh
+from relief.solids.meshes import Mesh, check_solid, read_mesh
+from relief.solids.meshes.crops import Cropper
+from relief.solids.meshes.places import frame_along
+from relief.solids.meshes.unrolling import refined_object
 from relief.surface import Surface
 from tactile import jnd_apart
 from tactile.measures import measure_touch

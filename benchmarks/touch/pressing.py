@@ -11,7 +11,7 @@ from torch import Tensor
 
 import tactile
 from benchmarks.touch.reliefs import SIZE_MM
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.contact import solve_contact
 from tactile.model import SkinOperator
 from tactile.strain import smallest_eigenvalue

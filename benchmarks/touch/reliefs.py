@@ -12,7 +12,7 @@ import skimage.data
 from scipy.ndimage import gaussian_filter, rotate
 from scipy.spatial import cKDTree
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from surrogate.corpus.bundled_textures import relief_from_photograph
 
 SIDE, SIZE_MM = 128, 10.0

@@ -11,7 +11,7 @@ import numpy as np
 import skfem
 import torch
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.layer.layer_response import layer_response
 from tactile.skin import Skin
 from tactile.sparse import factorised

@@ -29,7 +29,7 @@ from optimize.descent.methods import MethodSettings, StopRule
 from optimize.descent.problem import Problem, change_percent
 from optimize.descent.smoothing import smoothed
 from optimize.descent.stop_reason import StopReason
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.measures import each
 from visual.exact.discontinuities import EdgeSamples
 from visual.looks import FixedSamples, StepView, look_model

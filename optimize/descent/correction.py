@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 from optimize.descent.driver import DescentMethod, DescentResult, Iterate, StepRecord, descend
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
-from relief.common.arrays import Array
-from relief.common.progress import stage
+from relief.ground.arrays import Array
+from relief.ground.progress import stage
 from tactile.measures import TouchMeasures
 from tactile.quantities import Values, means
 

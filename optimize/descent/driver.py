@@ -10,8 +10,8 @@ import numpy as np
 
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
-from relief.common.arrays import Array
-from relief.common.errors import InputError
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
 from tactile import ContactError
 from tactile.quantities import Values, means
 

@@ -16,9 +16,9 @@ from optimize.descent.driver import ArraySchema, Iterate
 from optimize.descent.methods import MethodSettings
 from optimize.descent.problem import Problem, change_percent
 from optimize.descent.stop_reason import StopReason
-from relief.common.arrays import Array
-from relief.common.limits import HEIGHT_LIMIT_MM
-from relief.common.progress import stage
+from relief.ground.arrays import Array
+from relief.ground.limits import HEIGHT_LIMIT_MM
+from relief.ground.progress import stage
 from tactile.measures import TouchMeasures
 
 SAMPLES = 16

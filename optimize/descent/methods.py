@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 if TYPE_CHECKING:
     from optimize.descent.driver import ArraySchema, DescentMethod
     from optimize.descent.problem import Problem
-    from relief.common.arrays import Array
+    from relief.ground.arrays import Array
 
 StopRule = Literal["schedule", "paper"]
 

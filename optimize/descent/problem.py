@@ -11,10 +11,10 @@ from torch import Tensor
 
 import tactile
 from optimize.descent.targets import Targets
-from relief.common.arrays import Array
-from relief.common.limits import HEIGHT_LIMIT_MM
-from relief.common.threads import one_torch_thread
 from relief.depth import floor_mm, out_of_reach
+from relief.ground.arrays import Array
+from relief.ground.limits import HEIGHT_LIMIT_MM
+from relief.ground.threads import one_torch_thread
 from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import SPACING_MM, places
 from relief.relief import Relief

@@ -11,7 +11,7 @@ the eigenvectors of L; a product takes two transforms.
 import numpy as np
 from scipy.fft import dctn, idctn
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 
 
 def smoothed(field: Array, weight: float) -> Array:

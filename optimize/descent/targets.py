@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.jnd import ROUGHNESS_JND
 from tactile.quantities import (
     FLAT_SHARE,

@@ -18,8 +18,8 @@ from optimize.runs.memory import WINDOW, machine_gib, needed_gib
 from optimize.runs.preparation import checked_scene, known_in_reach, press_original
 from optimize.settings.run_file import Run
 from optimize.verification.felt_places import MOST_BETWEEN
-from relief.common.errors import InputError
-from relief.common.formatting import duration, number
+from relief.ground.errors import InputError
+from relief.ground.formatting import duration, number
 from relief.patches import Patches
 from relief.places import places
 from tactile.elements import finite_elements, round_pad

@@ -19,9 +19,9 @@ from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
 from optimize.verification.picture_change import crossed_magnitude
 from optimize.verification.picture_metrics import pixel_weights
-from relief.common.arrays import Array
-from relief.common.errors import InputError
-from relief.common.progress import Stage, stage
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
+from relief.ground.progress import Stage, stage
 from tactile.model import ModelName
 from tactile.quantities import LARGEST_JND, LIMIT_PERCENT, ROUGHNESS
 from tactile.skin import Skin

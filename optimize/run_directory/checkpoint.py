@@ -17,12 +17,12 @@ from optimize.descent.targets import Target, Targets
 from optimize.run_directory.key import CHANGEABLE, run_key
 from optimize.settings.run_file import Run
 from optimize.settings.toml_files import NotNegative, Positive
-from relief.common.arrays import Array
-from relief.common.errors import InputError
-from relief.common.files import write_atomically
-from relief.common.formats import RUN_CHECKPOINT
-from relief.common.limits import DEEPEST_RELIEF_MM
-from relief.common.tensors import read_tensors, tensor_bytes
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
+from relief.ground.files import write_atomically
+from relief.ground.formats import RUN_CHECKPOINT
+from relief.ground.limits import DEEPEST_RELIEF_MM
+from relief.ground.tensors import read_tensors, tensor_bytes
 from tactile.quantities import QUANTITIES
 
 FILE = Path(RUN_CHECKPOINT)

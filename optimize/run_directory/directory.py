@@ -8,9 +8,9 @@ from pathlib import Path
 
 from optimize.run_directory.key import SETTINGS
 from optimize.run_directory.results import WRITTEN, holds_run
-from relief.common.errors import InputError
-from relief.common.files import partial_folders, remove_partial
-from relief.common.locks import only_writer
+from relief.ground.errors import InputError
+from relief.ground.files import partial_folders, remove_partial
+from relief.ground.locks import only_writer
 
 
 def check_vacant(run_dir: Path, force: bool) -> None:

@@ -12,9 +12,9 @@ import numpy as np
 from optimize.descent.driver import Iterate, StepRecord, record_of
 from optimize.descent.targets import Targets
 from optimize.run_directory.checkpoint import stuck
-from relief.common.arrays import Array
-from relief.common.files import naming_errors, read_limited, write_atomically
-from relief.common.formats import RUN_HISTORY
+from relief.ground.arrays import Array
+from relief.ground.files import naming_errors, read_limited, write_atomically
+from relief.ground.formats import RUN_HISTORY
 from tactile.quantities import QUANTITIES
 
 HISTORY = RUN_HISTORY

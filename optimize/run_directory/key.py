@@ -8,10 +8,10 @@ from typing import Any
 
 from optimize.settings.run_file import Run, load_settings
 from optimize.verification.verification import Verification, described
-from relief.common.errors import InputError
-from relief.common.files import read_limited
-from relief.common.formats import PLATES
-from relief.common.nesting import flattened
+from relief.ground.errors import InputError
+from relief.ground.files import read_limited
+from relief.ground.formats import PLATES
+from relief.ground.nesting import flattened
 from tactile.quantities import mapped_quantities
 
 SETTINGS = "run.toml"

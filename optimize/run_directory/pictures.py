@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from relief.common.arrays import FloatArray
-from relief.common.errors import InputError
-from relief.common.files import partial_folder
-from relief.common.srgb import srgb
+from relief.ground.arrays import FloatArray
+from relief.ground.errors import InputError
+from relief.ground.files import partial_folder
+from relief.ground.srgb import srgb
 from relief.heightmap import write_exr
 from relief.readers import exr_channels
 from visual.lights.parallel import LUMINANCE

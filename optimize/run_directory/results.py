@@ -14,13 +14,13 @@ from optimize.settings.run_file import Run, dump_resolved
 from optimize.verification.measuring import Outcome
 from optimize.verification.summarising import summarise
 from optimize.verification.verification import Verification
-from relief.common.arrays import Array
-from relief.common.files import write_atomically
-from relief.common.formats import PLATES
-from relief.common.limits import BASE_MM, SMALLEST_RELIEF_MM
-from relief.export.plate import export_plate
+from relief.ground.arrays import Array
+from relief.ground.files import write_atomically
+from relief.ground.formats import PLATES
+from relief.ground.limits import BASE_MM, SMALLEST_RELIEF_MM
 from relief.heightmap import save_heights_exr, save_heights_png
 from relief.printers import Printer
+from relief.solids.export.plate import export_plate
 from relief.surface import repeats_along
 
 MARK = b"# The settings of the run in this folder, written by retouch optimize.\n"

@@ -5,8 +5,8 @@ from collections.abc import Hashable, Mapping
 from optimize.descent.methods import METHODS
 from optimize.runs.preparation import checked_goals, scene_of
 from optimize.settings.run_file import Run
-from relief.common.errors import InputError
-from relief.common.progress import stage
+from relief.ground.errors import InputError
+from relief.ground.progress import stage
 from visual.looks import AUTO, EXACT
 from visual.scene import Scene
 

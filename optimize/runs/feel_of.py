@@ -10,10 +10,10 @@ from optimize.runs.goal_bounds import check_distance
 from optimize.runs.memory import check_memory_of
 from optimize.settings.run_file import Run
 from optimize.verification.verification import FeelOf
-from relief.common.arrays import Index
-from relief.common.errors import InputError, naming
-from relief.common.formats import RUN_HEIGHTS
-from relief.common.progress import say, stage
+from relief.ground.arrays import Index
+from relief.ground.errors import InputError, naming
+from relief.ground.formats import RUN_HEIGHTS
+from relief.ground.progress import say, stage
 from relief.heightmap import holds_mm
 from relief.patches import Patches
 from relief.places import places

@@ -6,9 +6,9 @@ from contextlib import contextmanager
 import numpy as np
 
 from optimize.settings.run_file import Run
-from relief.common.arrays import Array
-from relief.common.errors import InputError
-from relief.common.formatting import number
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
+from relief.ground.formatting import number
 from tactile.jnd import ROUGHNESS_JND, jnd_apart
 from tactile.quantities import LARGEST_JND, Quantity
 

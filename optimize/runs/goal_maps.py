@@ -16,9 +16,9 @@ import numpy as np
 from optimize.descent.targets import Targets
 from optimize.runs.goal_bounds import nearest_goals
 from optimize.settings.touch import Region, Touch, Varied
-from relief.common.arrays import Array, Index
-from relief.common.errors import InputError, naming
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.arrays import Array, Index
+from relief.ground.errors import InputError, naming
+from relief.ground.limits import PATCH_SIDE_MM
 from relief.maps import load_map, means_under
 from relief.places import centres_mm, patch_shape, places
 from relief.surface import Surface

@@ -28,11 +28,11 @@ from optimize.runs.recorder import Recorder
 from optimize.settings.run_file import Run, load_run, load_settings
 from optimize.verification.measuring import Outcome, measure
 from optimize.verification.verification import Verification
-from relief.common.arrays import Array
-from relief.common.errors import InputError, naming
-from relief.common.files import remove_partial
-from relief.common.locks import only_writer
-from relief.common.progress import say, stage
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError, naming
+from relief.ground.files import remove_partial
+from relief.ground.locks import only_writer
+from relief.ground.progress import say, stage
 from tactile.quantities import QUANTITIES
 
 _log = logging.getLogger(__name__)

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 from optimize.descent.gauss_newton.windows import CORE, MARGIN, MOST_AT_ONCE
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.patches import STEERING_SAMPLES as PATCH_SAMPLES
 
 MEMORY_GIB, SAMPLE_GIB, FURTHER_SAMPLE_GIB = 0.5, 1.5e-5, 5e-6

@@ -22,10 +22,10 @@ from optimize.settings.touch import too_large
 from optimize.verification.converged import MOST_SAMPLES
 from optimize.verification.jod import jod_obstacle
 from optimize.verification.measuring import Original
-from relief.common.arrays import Array, Index
-from relief.common.errors import InputError, naming
-from relief.common.limits import HEIGHT_LIMIT_MM
-from relief.common.progress import say, stage
+from relief.ground.arrays import Array, Index
+from relief.ground.errors import InputError, naming
+from relief.ground.limits import HEIGHT_LIMIT_MM
+from relief.ground.progress import say, stage
 from relief.patches import Patches
 from relief.places import places
 from relief.relief import Relief

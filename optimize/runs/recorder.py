@@ -11,8 +11,8 @@ from optimize.descent.targets import Targets
 from optimize.run_directory import results
 from optimize.run_directory.checkpoint import Checkpoint, save_checkpoint
 from optimize.run_directory.history import History
-from relief.common.formatting import number
-from relief.common.progress import say, this_stage
+from relief.ground.formatting import number
+from relief.ground.progress import say, this_stage
 from relief.printers import Printer
 
 

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from optimize.settings.toml_files import NotNegative, Section, one_of
-from relief.common.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
+from relief.ground.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from tactile.limits import FEM_MESH, MAX_MESH, MIN_MESH
 from visual.looks import AUTO, EXACT, LOOKS
 

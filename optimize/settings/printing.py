@@ -5,7 +5,7 @@ from typing import Any, Self
 from pydantic import model_validator
 
 from optimize.settings.toml_files import Section
-from relief.common.limits import DEEPEST_RELIEF_MM
+from relief.ground.limits import DEEPEST_RELIEF_MM
 from relief.printers import FEATURE_PIXELS, RANGES, STEEPEST_DEGREES, Printer, find_printer
 
 OWN = "own"

@@ -21,8 +21,8 @@ from optimize.settings.run_paths import anchor, resolve_result
 from optimize.settings.skins import fill_in
 from optimize.settings.toml_files import NotNegative, Positive, Section, first_fault, one_of, read_toml
 from optimize.settings.touch import RIVALS, Touch, too_large
-from relief.common.errors import InputError, naming
-from relief.common.limits import (
+from relief.ground.errors import InputError, naming
+from relief.ground.limits import (
     LARGEST_HEIGHT_SCALE,
     LARGEST_PLATE_MM,
     LARGEST_RELIEF_MM,

@@ -7,8 +7,8 @@ from typing import Any
 from mitsuba_scenes import bundled
 from optimize.settings.skins import OWN, skin_anchored
 from optimize.settings.toml_files import read_toml
-from relief.common.errors import InputError
-from relief.common.formats import HEIGHT_MAPS, RUN_HEIGHTS
+from relief.ground.errors import InputError
+from relief.ground.formats import HEIGHT_MAPS, RUN_HEIGHTS
 from relief.printers import is_printer_file
 from tactile.quantities import mapped_quantities
 

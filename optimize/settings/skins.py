@@ -8,7 +8,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from mitsuba_scenes.fingers import DEFAULT_SKIN, bundled_skins, find_skin
 from optimize.settings.toml_files import Positive, Section, first_fault, read_toml
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tactile.skin import LARGEST_THICKNESS_MM, MAX_POISSON_RATIO, Shape, Skin
 
 OWN = "own"

@@ -9,7 +9,7 @@ from pydantic import Field, create_model, model_validator
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.skins import SKIN_KEYS, SkinKeys
 from optimize.settings.toml_files import Positive, Section, one_of
-from relief.common.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_RELIEF_MM
+from relief.ground.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_RELIEF_MM
 from relief.places import ROUND_SPACING_MM, SPACING_MM
 from relief.surface import Repeats
 from tactile.quantities import (

@@ -12,8 +12,8 @@ from optimize.descent.problem import Problem
 from optimize.settings.run_file import Run
 from optimize.verification.picture_metrics import pixel_weights, pixels_per_degree
 from optimize.verification.verification import Design, Faults, Print
-from relief.common.arrays import Array
-from relief.common.progress import stage
+from relief.ground.arrays import Array
+from relief.ground.progress import stage
 from relief.printed import faults, on_pixels
 from tactile.jnd import jnd_apart
 from tactile.measures import measure_touch

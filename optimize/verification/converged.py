@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relief.common.arrays import Array
-from relief.common.progress import stage
+from relief.ground.arrays import Array
+from relief.ground.progress import stage
 from visual.exact.light_scene import LightScene
 from visual.exact.render import RenderSettings, condition_pictures, light_pictures
 from visual.noise import BATCHES, Batches

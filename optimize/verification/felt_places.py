@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from optimize.verification.verification import Places, PlaceValues, Spread
-from relief.common.arrays import Array, Index
+from relief.ground.arrays import Array, Index
 from relief.places import centres_mm
 from relief.surface import Surface
 from tactile.jnd import ROUGHNESS_JND

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from relief.common.arrays import FloatArray
-from relief.common.errors import InputError
-from relief.common.srgb import srgb
+from relief.ground.arrays import FloatArray
+from relief.ground.errors import InputError
+from relief.ground.srgb import srgb
 
 IDENTICAL = 10.0
 """JOD of a picture and itself."""

@@ -20,8 +20,8 @@ from optimize.verification.other_fingers import felt_by_fingers, felt_by_measure
 from optimize.verification.picture_metrics import known
 from optimize.verification.skin_surface import skin_bands
 from optimize.verification.verification import FeelOf, Fingers, Measured, SurfaceBand
-from relief.common.arrays import Array, Index
-from relief.common.progress import stage
+from relief.ground.arrays import Array, Index
+from relief.ground.progress import stage
 from relief.places import between
 from relief.relief import Relief
 from tactile.measures import TouchMeasures

@@ -9,10 +9,10 @@ import torch
 import tactile
 from optimize.settings.skins import load_skin
 from optimize.verification.verification import Finger, Fingers, Measured
-from relief.common.arrays import Array, Index
-from relief.common.errors import InputError
-from relief.common.progress import stage
-from relief.common.threads import one_torch_thread
+from relief.ground.arrays import Array, Index
+from relief.ground.errors import InputError
+from relief.ground.progress import stage
+from relief.ground.threads import one_torch_thread
 from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import places
 from relief.relief import Relief

@@ -12,7 +12,7 @@ from itertools import combinations
 import numpy as np
 
 from optimize.verification.verification import ChangePercent
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.noise import Batches, jackknife_error
 
 DETECTION_ERRORS = 2.0

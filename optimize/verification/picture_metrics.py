@@ -11,10 +11,10 @@ from optimize.verification.converged import Known
 from optimize.verification.jod import jod
 from optimize.verification.picture_change import change
 from optimize.verification.verification import PictureChange, PictureNoise
-from relief.common.arrays import FloatArray
-from relief.common.limits import EYE_DISTANCE_CM
-from relief.common.progress import stage
-from relief.common.srgb import srgb
+from relief.ground.arrays import FloatArray
+from relief.ground.limits import EYE_DISTANCE_CM
+from relief.ground.progress import stage
+from relief.ground.srgb import srgb
 from visual.noise import Batches
 from visual.scene import Scene
 

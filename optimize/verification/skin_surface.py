@@ -7,8 +7,8 @@ import tactile
 from optimize.verification.felt_places import FeltPlaces
 from optimize.verification.surface_bands import surface_bands
 from optimize.verification.verification import SurfaceBand
-from relief.common.arrays import Array, Index
-from relief.common.threads import one_torch_thread
+from relief.ground.arrays import Array, Index
+from relief.ground.threads import one_torch_thread
 from tactile.measures import TouchMeasures
 
 MOST_PLACES = 8

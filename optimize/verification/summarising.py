@@ -24,7 +24,7 @@ from optimize.verification.verification import (
     Verification,
     described,
 )
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.jnd import jnd_apart
 from tactile.quantities import QUANTITIES, ROUGHNESS, means
 

@@ -17,7 +17,7 @@ import math
 import numpy as np
 
 from optimize.verification.verification import SurfaceBand
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 
 BANDS_MM = ((0.1, 0.2), (0.2, 0.4), (0.4, 0.8), (0.8, 1.6), (1.6, 3.2), (3.2, 6.4))
 """Least and greatest wavelength of each band, mm: octaves, the longest of which a patch of 10 mm holds."""

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relief.common.arrays import Array
-from relief.common.errors import InputError
-from relief.common.lengths import shown
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
+from relief.ground.lengths import shown
 
 WHITE = 255.0
 """White, in the unit that levels of pictures are given and told in, as in picture editors."""

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageChops, ImageOps
 
-from relief.common.errors import InputError
-from relief.common.lengths import lengths_of
+from relief.ground.errors import InputError
+from relief.ground.lengths import lengths_of
 from relief.preparing.choices import GREYS
 from relief.readers import damage_named, exr_channels, read_npy, repeats_of
 

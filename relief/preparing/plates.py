@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relief.common.arrays import Array
-from relief.common.errors import InputError
-from relief.common.lengths import RANGES
-from relief.common.limits import LARGEST_SIDE
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
+from relief.ground.lengths import RANGES
+from relief.ground.limits import LARGEST_SIDE
 from relief.seam import misfit
 
 

@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.common.arrays import Array
-from relief.common.errors import InputError, naming
-from relief.common.lengths import in_range
-from relief.common.limits import (
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError, naming
+from relief.ground.lengths import in_range
+from relief.ground.limits import (
     DEEPEST_RELIEF_MM,
     HEIGHT_LIMIT_MM,
     LARGEST_SIDE,
     PATCH_SIDE_MM,
     SMALLEST_SIDE,
 )
-from relief.common.progress import stage
+from relief.ground.progress import stage
 from relief.heightmap import save_heights_exr, save_heights_png
 from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS, TURNS
 from relief.preparing.levels import AS_STORED, FULL, WHITE, Levels

@@ -7,8 +7,8 @@ import numpy as np
 import scipy
 from PIL import Image, ImageDraw, ImageFont
 
-from relief.common.arrays import Array
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.arrays import Array
+from relief.ground.limits import PATCH_SIDE_MM
 from relief.preparing.pictures import Picture
 from relief.preparing.preparation import Prepared
 from relief.shading import facing, lit, open_sky

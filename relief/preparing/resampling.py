@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from relief.common.arrays import Array
-from relief.common.errors import InputError
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
 
 Box = tuple[int, int, int, int]
 """Four numbers of a part of a picture, in pixels from its upper left corner."""

@@ -9,8 +9,8 @@ edges, which the picture shows clearly, stay.
 import numpy as np
 import scipy
 
-from relief.common.arrays import Array
-from relief.common.progress import Stage, stage
+from relief.ground.arrays import Array
+from relief.ground.progress import Stage, stage
 
 ROUNDING_PRECISION = 12.0
 """Inverse variance of the rounding to whole steps, in steps**-2: errors are uniform over one step."""

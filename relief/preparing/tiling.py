@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from relief.common.arrays import Array, Index
+from relief.ground.arrays import Array, Index
 from relief.preparing.choices import METHODS
 
 OVERLAP = 0.25

@@ -15,9 +15,9 @@ from fastapi.staticfiles import StaticFiles
 
 from mitsuba_scenes import FOLDER
 from optimize.run_directory.key import REPORT
-from relief.common.errors import InputError
-from relief.common.formats import FORMATS
-from relief.common.formatting import plain
+from relief.ground.errors import InputError
+from relief.ground.formats import FORMATS
+from relief.ground.formatting import plain
 from retouch.app.state.runs import free_mib
 from retouch.app.state.shapes import PREFIX, Shapes
 from retouch.app.values.folders import PARTS_FOLDER, PICTURES_FOLDER, RUNS_FOLDER, keep, safe_name

@@ -14,7 +14,7 @@ import uvicorn
 from fastapi import FastAPI
 from nicegui import ui
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from retouch.app.guard import Guard, new_token
 from retouch.app.page import Page
 from retouch.app.routes import add_routes

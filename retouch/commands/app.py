@@ -5,7 +5,7 @@ import importlib.util
 from pathlib import Path
 
 from mitsuba_scenes import find_texture
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from retouch.commands.options import whole_number
 
 PORT = 8642

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import retouch
 from mitsuba_scenes import find_texture
-from relief.common.errors import InputError
-from relief.common.files import check_file_to_write
-from relief.common.formatting import number, percent
+from relief.ground.errors import InputError
+from relief.ground.files import check_file_to_write
+from relief.ground.formatting import number, percent
 from retouch.commands.options import (
     LENGTHS,
     TEXTURE,

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import retouch
 from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
-from relief.common.errors import InputError, naming
-from relief.common.formats import MESHES
-from relief.common.formatting import number, percent
-from relief.common.limits import MOST_MESH_PLACES as MOST_PLACES
-from relief.common.progress import stage
+from relief.ground.errors import InputError, naming
+from relief.ground.formats import MESHES
+from relief.ground.formatting import number, percent
+from relief.ground.limits import MOST_MESH_PLACES as MOST_PLACES
+from relief.ground.progress import stage
 from relief.printers import find_printer
 from relief.surface import Repeats, repeats_along
 from retouch.commands.mesh_entries import add_meshes, check_mesh_options, is_mesh, mesh_lines

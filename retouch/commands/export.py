@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import retouch
-from relief.common.errors import InputError
-from relief.common.formats import DISPLACEMENT, FORMATS
-from relief.common.limits import BASE_MM
+from relief.ground.errors import InputError
+from relief.ground.formats import DISPLACEMENT, FORMATS
+from relief.ground.limits import BASE_MM
 from retouch.commands.options import LENGTHS, TEXTURE, add_plate, add_printer, add_talk, given, print_json
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from optimize.runs.interrupts import INTERRUPTED, interruptible, leave_interrupted
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from retouch.commands import (
     answers,
     app,

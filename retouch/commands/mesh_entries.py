@@ -5,9 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from relief.common.errors import InputError
-from relief.common.formats import MESHES, UNITS
-from relief.common.formatting import number
+from relief.ground.errors import InputError
+from relief.ground.formats import MESHES, UNITS
+from relief.ground.formatting import number
 from retouch.commands.options import CURVED, LENGTHS
 
 

@@ -13,8 +13,8 @@ from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from optimize.descent.stop_reason import StopReason
 from optimize.runs.interrupts import INTERRUPTED
 from optimize.settings.fast_models import FAST_MODELS
-from relief.common.errors import InputError
-from relief.common.formats import HEIGHT_MAPS, RUN_CHECKPOINT
+from relief.ground.errors import InputError
+from relief.ground.formats import HEIGHT_MAPS, RUN_CHECKPOINT
 from retouch.commands.options import (
     CURVED,
     TEXTURE,

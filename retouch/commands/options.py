@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN, bundled_skins
-from relief.common.errors import InputError
-from relief.common.limits import EYE_DISTANCE_CM, PATCH_SIDE_MM
+from relief.ground.errors import InputError
+from relief.ground.limits import EYE_DISTANCE_CM, PATCH_SIDE_MM
 from relief.printers import PRINTERS, is_printer_file
 from retouch.verbs.progress_display import console_on
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from relief.common.lengths import Lengths
+    from relief.ground.lengths import Lengths
 
 UNBOUNDED = 10_000
 """Columns of output that goes to a file or pipe: so many that no row of a table is wrapped."""

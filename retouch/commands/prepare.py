@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import retouch
 from mitsuba_scenes import find_texture
-from relief.common.errors import InputError
-from relief.common.files import check_file_to_write
-from relief.common.formats import PREVIEW
-from relief.common.formatting import number
-from relief.common.limits import LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
-from relief.common.progress import stage
+from relief.ground.errors import InputError
+from relief.ground.files import check_file_to_write
+from relief.ground.formats import PREVIEW
+from relief.ground.formatting import number
+from relief.ground.limits import LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
+from relief.ground.progress import stage
 from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS, TURNS
 from retouch.commands.options import (
     add_talk,

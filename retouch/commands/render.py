@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import retouch
 from mitsuba_scenes import find_file, find_texture
-from relief.common.errors import InputError
-from relief.common.formatting import duration, number, percent
+from relief.ground.errors import InputError
+from relief.ground.formatting import duration, number, percent
 from retouch.commands.options import (
     LENGTHS,
     TEXTURE,

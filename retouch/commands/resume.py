@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import retouch
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from retouch.commands.optimize import STATUSES, finish, how_to_go_on
 from retouch.commands.options import add_talk, add_variant, contact_errors_name
 

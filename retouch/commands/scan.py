@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import retouch
-from relief.common.errors import InputError
-from relief.common.formats import UNITS
+from relief.ground.errors import InputError
+from relief.ground.formats import UNITS
 from retouch.commands.options import (
     LENGTHS,
     add_mitsuba,

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import retouch
-from relief.common.errors import InputError
-from relief.common.formatting import duration
+from relief.ground.errors import InputError
+from relief.ground.formatting import duration
 from retouch.commands.options import (
     LENGTHS,
     TEXTURE,

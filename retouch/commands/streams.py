@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TextIO, cast
 
-from relief.common.formatting import plain
+from relief.ground.formatting import plain
 
 SPELT = {"µ": "u", "±": "+-", "–": "-", "−": "-", "×": "x"}
 """ASCII for characters that have no decomposition of their own in Unicode, as "²" has."""

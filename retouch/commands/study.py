@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import retouch
 from mitsuba_scenes.studies import bundled_studies, find_study
-from relief.common.errors import InputError
-from relief.common.formatting import duration
+from relief.ground.errors import InputError
+from relief.ground.formatting import duration
 from retouch.commands.options import add_talk, add_workers, console, given, print_json, table
 
 if TYPE_CHECKING:

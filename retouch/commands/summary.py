@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from relief.common.formats import PLATES
-from relief.common.formatting import between, duration, number, percent, plus_minus, rounded
+from relief.ground.formats import PLATES
+from relief.ground.formatting import between, duration, number, percent, plus_minus, rounded
 from retouch.commands.options import lines_table
 from tactile.jnd import ROUGHNESS_JND, tries_of_100
 from tactile.quantities import FLAT_SHARE, GAPS_COUNT, PLACE_JND, QUANTITIES, ROUGHNESS

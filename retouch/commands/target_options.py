@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 from mitsuba_scenes import find_texture
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tactile.quantities import QUANTITIES, feel_of_quantities, goal_keys, mapped_quantities
 
 _MAPS = [quantity.map_keys for quantity in mapped_quantities()]

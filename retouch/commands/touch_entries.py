@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from relief.common.formatting import number
+from relief.ground.formatting import number
 from retouch.commands import options
 from tactile.quantities import QUANTITIES, ROUGHNESS
 

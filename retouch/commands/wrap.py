@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import retouch
-from relief.common.errors import InputError
-from relief.common.formats import FORMATS, UNITS
-from relief.common.formatting import about
+from relief.ground.errors import InputError
+from relief.ground.formats import FORMATS, UNITS
+from relief.ground.formatting import about
 from retouch.commands.mesh_entries import print_words
 from retouch.commands.options import (
     CURVED,
@@ -147,7 +147,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_placing(group: argparse._ArgumentGroup) -> None:
-    """Add the options of `relief.wrapping.placement.placement_of`."""
+    """Add the options of `relief.solids.wrapping.placement.placement_of`."""
     group.add_argument(
         "--projection",
         choices=PROJECTIONS,

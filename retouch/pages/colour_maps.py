@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from relief.common.arrays import FloatArray
-from relief.common.srgb import srgb
+from relief.ground.arrays import FloatArray
+from relief.ground.srgb import srgb
 from relief.shading import averaged, facing
 
 Table = NDArray[np.uint8]

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from relief.common.files import write_atomically
+from relief.ground.files import write_atomically
 from retouch.pages import figures
 from retouch.pages.content import Compared, Comparison
 from retouch.pages.rendering import leaves, render_page

@@ -8,7 +8,7 @@ import numpy as np
 
 from optimize.verification.section import Keys, Section
 from optimize.verification.verification import Fingers, Measured, PictureChange, Spread, Values, Verification
-from relief.common.arrays import Array, FloatArray
+from relief.ground.arrays import Array, FloatArray
 from relief.relief import Relief
 from tactile.measures import TouchMeasures
 from visual.matte import MatteScene

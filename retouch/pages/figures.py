@@ -10,8 +10,8 @@ from markupsafe import Markup
 
 from optimize.verification.picture_metrics import mean_change, pixel_weights, rms_change
 from optimize.verification.verification import ChangePercent, PictureChange
-from relief.common.arrays import FloatArray
-from relief.common.formatting import number
+from relief.ground.arrays import FloatArray
+from relief.ground.formatting import number
 from relief.shading import averaged
 from retouch.pages import colour_maps, svg
 from retouch.pages.content import Baseline, Pair, Report

@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Any
 
 from optimize.verification.verification import Touch
-from relief.common.files import write_atomically
-from relief.common.formats import DISPLACEMENT, FORMATS
+from relief.ground.files import write_atomically
+from relief.ground.formats import DISPLACEMENT, FORMATS
 from retouch.pages import figures, run_figures
 from retouch.pages.content import Report
 from retouch.pages.place_figures import place_figures

@@ -8,8 +8,8 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from optimize.verification import verification
-from relief.common.arrays import Array
-from relief.common.formatting import number
+from relief.ground.arrays import Array
+from relief.ground.formatting import number
 from relief.relief import Relief
 from retouch.pages import colour_maps, svg
 from tactile.jnd import ROUGHNESS_JND

@@ -8,7 +8,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from relief.common.formatting import between, duration, number, percent, plain, plus_minus, rounded
+from relief.ground.formatting import between, duration, number, percent, plain, plus_minus, rounded
 from retouch.pages.meanings import MEANINGS
 from retouch.pages.plate_viewer import figure as plate_viewer
 from retouch.pages.viewer.figure import asset

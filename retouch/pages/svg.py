@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from relief.common.arrays import FloatArray
+from relief.ground.arrays import FloatArray
 from retouch.pages.colour_maps import Table, bar_uri
 
 Range = tuple[float, float]

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from relief.common.errors import InputError
-from relief.common.files import permitted, write_atomically
-from relief.common.progress import Progress
-from retouch.people.analysis import analysed
-from retouch.people.page import DOCUMENT, PAGE, page
+from relief.ground.errors import InputError
+from relief.ground.files import permitted, write_atomically
+from relief.ground.progress import Progress
+from retouch.laboratory.people.analysis import analysed
+from retouch.laboratory.people.page import DOCUMENT, PAGE, page
 from retouch.verbs.progress_display import followed
 
 
@@ -80,7 +80,7 @@ def answers(
             return PeoplesAnswers(content, None)
         skin_bytes = None
         if skin_out is not None:
-            from retouch.people.skin_fit.proposal import propose
+            from retouch.laboratory.people.skin_fit.proposal import propose
 
             content["own_finger"], skin_bytes = propose(folder, told, plates, press, skin)
         textures = dict.fromkeys(plate.texture for plate in plates.values())

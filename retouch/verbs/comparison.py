@@ -17,10 +17,10 @@ from optimize.verification.converged import colour_pictures, converged
 from optimize.verification.felt_places import place_spread
 from optimize.verification.other_fingers import felt_by_fingers, felt_by_measured
 from optimize.verification.verification import Fingers, Measured, PictureChange
-from relief.common.arrays import Array
-from relief.common.errors import InputError, naming
-from relief.common.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
-from relief.common.progress import Progress, stage
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError, naming
+from relief.ground.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
+from relief.ground.progress import Progress, stage
 from relief.places import places
 from relief.relief import Relief
 from relief.surface import Repeats

@@ -14,20 +14,20 @@ from optimize.estimates.reach import Reach
 from optimize.estimates.reach import reach as reach_of
 from optimize.settings.skins import OWN, described_skin, load_skin
 from optimize.verification.solids.mesh_feel import MeshFeel, feel_of
-from relief.common.arrays import Array
-from relief.common.errors import InputError, naming
-from relief.common.formats import MESHES
-from relief.common.lengths import Lengths
-from relief.common.limits import MOST_MESH_PLACES, PATCH_SIDE_MM
-from relief.common.progress import Progress, say, stage
-from relief.export.printed_parts import PrintedPart, print_part
-from relief.mending.repair import mended
-from relief.meshes import Mesh, outer_body, read_mesh
-from relief.objects.table import OBJECTS
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError, naming
+from relief.ground.formats import MESHES
+from relief.ground.lengths import Lengths
+from relief.ground.limits import MOST_MESH_PLACES, PATCH_SIDE_MM
+from relief.ground.progress import Progress, say, stage
 from relief.patches import Patches
 from relief.places import centres_mm, places
 from relief.printers import Printer, find_printer
 from relief.relief import Relief
+from relief.solids.export.printed_parts import PrintedPart, print_part
+from relief.solids.mending.repair import mended
+from relief.solids.meshes import Mesh, outer_body, read_mesh
+from relief.solids.objects.table import OBJECTS
 from relief.surface import Repeats
 from retouch.pages.objects.mesh_colouring import write_coloured
 from retouch.verbs.progress_display import followed

@@ -9,15 +9,15 @@ from typing import Any, Protocol, Unpack, runtime_checkable
 from mitsuba_scenes import find_texture
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_settings
-from relief.common.errors import InputError
-from relief.common.files import check_file_to_write, permitted
-from relief.common.formats import DISPLACEMENT
-from relief.common.lengths import Lengths
-from relief.common.limits import BASE_MM, SMALLEST_RELIEF_MM
-from relief.export.plate import export_plate, repeated
+from relief.ground.errors import InputError
+from relief.ground.files import check_file_to_write, permitted
+from relief.ground.formats import DISPLACEMENT
+from relief.ground.lengths import Lengths
+from relief.ground.limits import BASE_MM, SMALLEST_RELIEF_MM
 from relief.heightmap import check_scales, save_heights_png
 from relief.printers import Printer, find_printer
 from relief.relief import Relief
+from relief.solids.export.plate import export_plate, repeated
 from relief.surface import repeats_along
 from retouch.verbs.reliefs import Source, relief_of
 

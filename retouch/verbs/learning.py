@@ -9,15 +9,15 @@ from typing import Any, Literal
 
 import torch
 
-from relief.common.errors import InputError
-from relief.common.progress import Progress, stage, this_stage
+from relief.ground.errors import InputError
+from relief.ground.progress import Progress, stage, this_stage
 from relief.heightmap import load_field
-from retouch.training.dataset import DIRECTIONS, ShardResult, make_dataset, plan_dataset
-from retouch.training.setup import Kind
-from retouch.training.shard_jobs import run_shard
-from retouch.training.train import WIDTHS, TrainingRequest, train_net
+from retouch.laboratory.training.dataset import DIRECTIONS, ShardResult, make_dataset, plan_dataset
+from retouch.laboratory.training.setup import Kind
+from retouch.laboratory.training.shard_jobs import run_shard
+from retouch.laboratory.training.train import WIDTHS, TrainingRequest, train_net
+from retouch.laboratory.workers.choice import runner
 from retouch.verbs.progress_display import followed
-from retouch.workers.choice import runner
 from surrogate.corpus.photographs import bundled, folder
 from surrogate.data.shard import Failure
 from surrogate.nets.training import Epoch, Settings

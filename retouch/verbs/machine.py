@@ -13,9 +13,9 @@ from typing import Any
 
 from packaging.requirements import Requirement
 
-from relief.common.errors import InputError
-from relief.common.files import cache_folder
-from relief.common.progress import Progress, stage
+from relief.ground.errors import InputError
+from relief.ground.files import cache_folder
+from relief.ground.progress import Progress, stage
 from retouch.verbs.progress_display import followed
 from tactile.sparse import has_pardiso
 from visual.backend import llvm

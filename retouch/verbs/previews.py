@@ -3,9 +3,9 @@
 import os
 from pathlib import Path
 
-from relief.common.files import write_atomically
-from relief.common.formatting import number
-from relief.common.progress import stage
+from relief.ground.files import write_atomically
+from relief.ground.formatting import number
+from relief.ground.progress import stage
 from relief.preparing.preparation import Prepared
 from relief.preparing.preview import preview
 from retouch.verbs.evaluation import Evaluation

@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from relief.common import progress as stages
-from relief.common.formatting import duration, plain
-from relief.common.progress import Progress
+from relief.ground import progress as stages
+from relief.ground.formatting import duration, plain
+from relief.ground.progress import Progress
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -7,8 +7,8 @@ from typing import Unpack
 from numpy.typing import ArrayLike
 
 from mitsuba_scenes import find_texture
-from relief.common.errors import InputError
-from relief.common.lengths import Lengths
+from relief.ground.errors import InputError
+from relief.ground.lengths import Lengths
 from relief.printers import Printer, find_printer
 from relief.relief import Relief, as_relief
 from relief.surface import Repeats

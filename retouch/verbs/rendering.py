@@ -11,9 +11,9 @@ from typing import Any, Unpack
 from mitsuba_scenes import find_file, find_texture
 from optimize.run_directory.pictures import write_pictures
 from optimize.runs.preparation import BLACK
-from relief.common.errors import InputError
-from relief.common.lengths import Lengths
-from relief.common.progress import Progress
+from relief.ground.errors import InputError
+from relief.ground.lengths import Lengths
+from relief.ground.progress import Progress
 from relief.relief import Relief
 from relief.surface import Repeats
 from retouch.verbs.progress_display import followed

@@ -9,7 +9,7 @@ from optimize.run_directory.directory import check_vacant
 from optimize.runs import job
 from optimize.runs.job import Result
 from optimize.settings.run_file import Run, load_run
-from relief.common.progress import Progress
+from relief.ground.progress import Progress
 from retouch.pages.run_report import publish
 from retouch.verbs.progress_display import followed
 

@@ -13,19 +13,19 @@ import numpy as np
 
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.skins import load_skin
-from relief.common.arrays import Array
-from relief.common.errors import InputError, naming
-from relief.common.files import check_file_to_write, permitted, write_atomically
-from relief.common.progress import Progress, stage
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError, naming
+from relief.ground.files import check_file_to_write, permitted, write_atomically
+from relief.ground.progress import Progress, stage
 from relief.heightmap import save_heights_exr
 from relief.printers import Printer, find_printer, is_printer_file
 from relief.relief import Relief
-from relief.scanning import coupon as plates
-from relief.scanning.blurred import samples_mm
-from relief.scanning.coupon_reading import CouponNumbers, printer_file, read_coupon
-from relief.scanning.reading import ScanLengths, read_scan
-from relief.scanning.registration import NORMAL_95, Interval, register
-from relief.scanning.summary import PrintScanned, print_scanned
+from relief.scans import coupon as plates
+from relief.scans.blurred import samples_mm
+from relief.scans.coupon_reading import CouponNumbers, printer_file, read_coupon
+from relief.scans.reading import ScanLengths, read_scan
+from relief.scans.registration import NORMAL_95, Interval, register
+from relief.scans.summary import PrintScanned, print_scanned
 from retouch.pages.scan import PAGE, write_scan_page
 from retouch.verbs.comparison import compare
 from retouch.verbs.exporting import Exported, export

@@ -11,17 +11,17 @@ from pydantic import ValidationError
 from mitsuba_scenes import find_texture
 from optimize.settings.fast_models import FAST_MODELS
 from optimize.settings.toml_files import first_fault
-from relief.common.errors import InputError
-from relief.common.lengths import Lengths
-from relief.common.locks import only_writer
-from relief.common.progress import Progress, say
+from relief.ground.errors import InputError
+from relief.ground.lengths import Lengths
+from relief.ground.locks import only_writer
+from relief.ground.progress import Progress, say
 from relief.heightmap import check_scales
-from retouch.people.experiment_page import write_experiment_page
-from retouch.people.plan import write_plan
-from retouch.stimulus_sets.making import MakeRunner, StimulusPlates, make
-from retouch.stimulus_sets.stimulus_set import FILE, StimulusSet, read_set
+from retouch.laboratory.people.experiment_page import write_experiment_page
+from retouch.laboratory.people.plan import write_plan
+from retouch.laboratory.stimulus_sets.making import MakeRunner, StimulusPlates, make
+from retouch.laboratory.stimulus_sets.stimulus_set import FILE, StimulusSet, read_set
+from retouch.laboratory.workers.choice import runner
 from retouch.verbs.progress_display import followed
-from retouch.workers.choice import runner
 
 
 def stimuli(

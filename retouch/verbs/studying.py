@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from mitsuba_scenes.studies import bundled_studies, find_study
-from relief.common.progress import Progress
-from retouch.studies import engine
-from retouch.studies.document import Document, flat_rows, read_document
-from retouch.studies.rough_time import about
-from retouch.studies.rows import expand
-from retouch.studies.study_file import load_study
-from retouch.studies.writing import write_study
+from relief.ground.progress import Progress
+from retouch.laboratory.studies import engine
+from retouch.laboratory.studies.document import Document, flat_rows, read_document
+from retouch.laboratory.studies.rough_time import about
+from retouch.laboratory.studies.rows import expand
+from retouch.laboratory.studies.study_file import load_study
+from retouch.laboratory.studies.writing import write_study
+from retouch.laboratory.workers.choice import runner
 from retouch.verbs.progress_display import followed
-from retouch.workers.choice import runner
 
 _log = logging.getLogger(__name__)
 

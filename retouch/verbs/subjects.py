@@ -9,8 +9,8 @@ from mitsuba_scenes import find_texture
 from optimize.run_directory import results
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import Run, load_settings
-from relief.common.errors import InputError
-from relief.common.formats import RUN_HEIGHTS
+from relief.ground.errors import InputError
+from relief.ground.formats import RUN_HEIGHTS
 from relief.relief import Relief
 from relief.surface import Repeats
 

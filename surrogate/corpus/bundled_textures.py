@@ -17,7 +17,7 @@ import scipy
 import skimage.data
 from numpy.typing import ArrayLike, NDArray
 
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.limits import PATCH_SIDE_MM
 from relief.heightmap import save_heights_png
 from relief.preparing.tiling import OVERLAP, make_tile
 from surrogate.corpus.recipes import SAMPLES, Recipe

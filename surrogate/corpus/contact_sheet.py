@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from relief.common.files import write_atomically
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.files import write_atomically
+from relief.ground.limits import PATCH_SIDE_MM
 from relief.shading import facing
 from surrogate.corpus.bundled_textures import TEXTURES
 from surrogate.corpus.photographs import FILES

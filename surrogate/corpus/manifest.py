@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, TypeAdapter
 
-from relief.common.errors import InputError
-from relief.common.files import partial_file
-from relief.common.limits import LARGEST_SIDE
+from relief.ground.errors import InputError
+from relief.ground.files import partial_file
+from relief.ground.limits import LARGEST_SIDE
 from surrogate.corpus.optimised import Optimised, checksum, load
 from surrogate.corpus.photographs import FILES
 from surrogate.corpus.recipes import Recipe, heights

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import AfterValidator, ConfigDict, Field
 
-from relief.common.errors import InputError
-from relief.common.files import write_atomically
-from relief.common.limits import HEIGHT_LIMIT_MM, LARGEST_SIDE
+from relief.ground.errors import InputError
+from relief.ground.files import write_atomically
+from relief.ground.limits import HEIGHT_LIMIT_MM, LARGEST_SIDE
 from surrogate.corpus.splits import Split, split_of
 
 

@@ -18,8 +18,8 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
-from relief.common.errors import InputError
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.errors import InputError
+from relief.ground.limits import PATCH_SIDE_MM
 from surrogate.corpus.splits import Split, split_of
 from surrogate.families.fields import Field, log_uniform
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict, Field
 
-from relief.common.errors import InputError
-from relief.common.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
+from relief.ground.errors import InputError
+from relief.ground.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.preparing.tiling import OVERLAP, make_tile
 from surrogate.corpus.photographs import Photograph, bundled, by_name, crop
 from surrogate.corpus.splits import SHARES, SPLITS, Split, split_of

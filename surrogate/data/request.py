@@ -9,8 +9,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import ConfigDict, Field, TypeAdapter
 
-from relief.common.errors import InputError
-from relief.common.files import read_limited
+from relief.ground.errors import InputError
+from relief.ground.files import read_limited
 from surrogate.validation import parse_json
 
 DATASET_FILE = "dataset.json"

@@ -17,9 +17,9 @@ from pydantic import ConfigDict, Field, TypeAdapter
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
-from relief.common.arrays import AnyArray
-from relief.common.errors import InputError
-from relief.common.limits import HEIGHT_LIMIT_MM
+from relief.ground.arrays import AnyArray
+from relief.ground.errors import InputError
+from relief.ground.limits import HEIGHT_LIMIT_MM
 from surrogate.corpus.manifest import Entry, parse_entry, text_of
 from surrogate.corpus.splits import Split
 from surrogate.data.request import MOST_TEXTURES, DatasetRequest

@@ -6,7 +6,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.limits import PATCH_SIDE_MM
 
 Period = tuple[float, float] | None
 """Periods along x and y, mm; None on a plate, where nothing repeats."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from relief.common.arrays import smooth_step
+from relief.ground.arrays import smooth_step
 from surrogate.families import fields
 from surrogate.families.fields import Field
 from surrogate.families.grid import Grid

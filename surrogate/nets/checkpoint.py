@@ -8,10 +8,10 @@ from typing import Annotated, ClassVar
 import torch
 from pydantic import ConfigDict, Field, TypeAdapter
 
-from relief.common.errors import InputError
-from relief.common.files import write_atomically
-from relief.common.nesting import flattened
-from relief.common.tensors import read_tensors, tensor_bytes
+from relief.ground.errors import InputError
+from relief.ground.files import write_atomically
+from relief.ground.nesting import flattened
+from relief.ground.tensors import read_tensors, tensor_bytes
 from surrogate.nets.training import Epoch, Settings, Training
 from surrogate.nets.unet import Shape, UNet
 from surrogate.nets.weights import check_tensors

@@ -15,7 +15,7 @@ import torch
 from pydantic import ConfigDict, Field
 from torch import Tensor, nn
 
-from relief.common.progress import stage, this_stage
+from relief.ground.progress import stage, this_stage
 from surrogate.nets.augmentation import SYMMETRIES
 
 Examples = Mapping[str, Tensor]

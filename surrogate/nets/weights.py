@@ -16,8 +16,8 @@ from safetensors import SafetensorError
 from safetensors.torch import load, save
 from torch import Tensor, nn
 
-from relief.common.errors import InputError, naming
-from relief.common.files import read_limited, write_atomically
+from relief.ground.errors import InputError, naming
+from relief.ground.files import read_limited, write_atomically
 from surrogate.nets.unet import Shape, UNet
 from surrogate.validation import parse_json
 

@@ -17,7 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.sparse import (
     SYMMETRIC_INDEFINITE,
     factorised,

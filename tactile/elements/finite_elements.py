@@ -18,8 +18,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from relief.common.arrays import Array
-from relief.common.cache import fingerprint, is_cached
+from relief.ground.arrays import Array
+from relief.ground.cache import fingerprint, is_cached
 from tactile.layer.cosine_layer import CosineLayer, Parity, modes_at_centres, sliding_layer
 from tactile.layer.free_sides import FreeSidedLayer, FreeSides, free_sides
 from tactile.layer.interpolation import lagrange

@@ -21,10 +21,10 @@ import scipy.sparse as sp
 import torch
 from torch import Tensor
 
-from relief.common.arrays import Array
-from relief.common.cache import Arrays, cached, fingerprint, is_cached, ship
-from relief.common.errors import InputError
-from relief.common.progress import stage
+from relief.ground.arrays import Array
+from relief.ground.cache import Arrays, cached, fingerprint, is_cached, ship
+from relief.ground.errors import InputError
+from relief.ground.progress import stage
 from tactile.layer.cosine_layer import PARITIES, CosineLayer, Parity, TensorFields, is_odd, sliding_layer
 from tactile.layer.free_sides import ROWS_AND_COLUMNS_EXCHANGED, STORED
 from tactile.layer.layers import SAME_DEPTH_MM, boundaries

@@ -18,7 +18,7 @@ import scipy.fft
 import torch
 from torch import Tensor
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.layer.layer_response import layer_response
 from tactile.layer.layered_response import layered_response
 from tactile.skin import Skin

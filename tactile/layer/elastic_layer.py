@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 import torch
 
-from relief.common.cache import fingerprint, is_cached
+from relief.ground.cache import fingerprint, is_cached
 from tactile.layer.cosine_layer import sliding_layer
 from tactile.layer.free_sides import FreeSidedLayer, FreeSides, free_sides
 from tactile.layer.interpolation import mirrored_centres, mirrored_hats

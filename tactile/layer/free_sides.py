@@ -7,9 +7,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from relief.common.arrays import Array
-from relief.common.cache import Arrays, cached
-from relief.common.progress import stage
+from relief.ground.arrays import Array
+from relief.ground.cache import Arrays, cached
+from relief.ground.progress import stage
 from tactile.layer.cosine_layer import PARITIES, CosineLayer, Parity, TensorFields, is_odd
 from tactile.strain import STRAIN_COMPONENTS
 from tactile.structured.side_release import Quarter, release

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 
 STENCIL = 5
 """Nodes of the polynomial that a value or slope is read from: fourth order, where the elements' own values

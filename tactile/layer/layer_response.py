@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.skin import lame
 
 

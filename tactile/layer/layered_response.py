@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.layer.layer_response import LayerResponse
 from tactile.layer.layers import SAME_DEPTH_MM, Stack, boundaries, layer_around, moduli_of_rows
 from tactile.skin import lame

@@ -6,7 +6,7 @@ The base fills what the stack leaves of the skin's thickness. Poisson's ratio is
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 
 Stack = tuple[tuple[float, float], ...]
 

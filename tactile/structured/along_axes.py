@@ -3,7 +3,7 @@
 import numpy as np
 import scipy.sparse as sp
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 
 
 def matrices_along(nodes: Array, weights: Array) -> dict[str, sp.csr_matrix]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.layer.layers import Stack, moduli_of_rows, row_weights
 
 

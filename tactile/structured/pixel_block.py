@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.layer.interpolation import STENCIL, lagrange
 from tactile.layer.layers import Stack, levels_within, moduli_of_rows
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.skin import lame
 from tactile.structured.along_axes import kinds_along, matrices_along
 from tactile.structured.pixel_block import PixelBlock

@@ -19,7 +19,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.layer.cosine_layer import Parity
 from tactile.layer.layers import Stack, levels_within, moduli_of_rows
 from tactile.skin import lame

@@ -18,7 +18,7 @@ from typing import Protocol
 import numpy as np
 import scipy.linalg
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.layer.cosine_layer import Parity
 from tactile.skin import lame
 from tactile.strain import STRAIN_COMPONENTS

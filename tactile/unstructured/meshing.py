@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.common.arrays import Array
-from relief.common.cache import Arrays, cached, fingerprint
-from relief.common.errors import InputError
+from relief.ground.arrays import Array
+from relief.ground.cache import Arrays, cached, fingerprint
+from relief.ground.errors import InputError
 from tactile.unstructured.surface import Surface, outward_normals
 
 CHILD = Path(__file__).resolve().with_name("tetwild.py")

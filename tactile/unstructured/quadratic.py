@@ -5,7 +5,7 @@ import scipy.sparse as sp
 import skfem
 from numpy.typing import NDArray
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.skin import lame
 from tactile.unstructured.surface import locate
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from relief.common.arrays import Array
-from relief.common.errors import InputError
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
 
 DOWNWARD = 0.3
 """Least downward component of the outward unit normal of faces that may touch the texture; sides have 0."""

@@ -22,9 +22,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from relief.common.arrays import Array
-from relief.common.errors import InputError
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
+from relief.ground.limits import PATCH_SIDE_MM
 from tactile.contact import solve_contact
 from tactile.elements.condensation import condensed_onto_loads
 from tactile.layer.layer_response import layer_response

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from benchmarks.objects.random_unions import coarse, outcome, piercing
-from relief.body import Body
-from relief.meshes.neighbourhood import near_faces
+from relief.solids.body import Body
+from relief.solids.meshes.neighbourhood import near_faces
 
 TETRAHEDRON = Body(
     np.array([(0.0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]),

@@ -8,8 +8,8 @@ from benchmarks.prints.pairs import names
 from benchmarks.runs import pareto
 from benchmarks.shared.common import ROOT, load
 from benchmarks.surfaces import fingers, varied
-from retouch.studies.rows import Expanded, expand
-from retouch.studies.study_file import load_study
+from retouch.laboratory.studies.rows import Expanded, expand
+from retouch.laboratory.studies.study_file import load_study
 
 FOLDER = ROOT / "benchmarks"
 WHOLE = {

@@ -108,7 +108,7 @@ def test_outermost_stages_of_touch_are_counted(tmp_path: Path, path: str) -> Non
     stages.parent.mkdir(parents=True)
     for folder in stages.relative_to(tmp_path).parents[:-1]:
         (tmp_path / folder / "__init__.py").touch()
-    stages.write_text((ROOT / "relief" / "common" / "progress.py").read_text())
+    stages.write_text((ROOT / "relief" / "ground" / "progress.py").read_text())
     name = path.removesuffix(".py").replace("/", ".")
     (tmp_path / "work.py").write_text(
         f"import sys, time\nfrom {name} import stage\n"

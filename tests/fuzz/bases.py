@@ -156,11 +156,11 @@ def _runs(folder: Path) -> dict[str, bytes]:
 
 def _study(folder: Path) -> dict[str, bytes]:
     """A study of two rows that are done, without pictures."""
-    from retouch.studies import engine
-    from retouch.studies.rows import expand
-    from retouch.studies.study_file import load_study
-    from retouch.studies.writing import write_study
-    from retouch.workers.jobs import JobResult, Runner, Work
+    from retouch.laboratory.studies import engine
+    from retouch.laboratory.studies.rows import expand
+    from retouch.laboratory.studies.study_file import load_study
+    from retouch.laboratory.studies.writing import write_study
+    from retouch.laboratory.workers.jobs import JobResult, Runner, Work
 
     def in_process(work: Work, observer: object) -> Runner:
         return lambda jobs: (JobResult(job, work(job)) for job in jobs)
@@ -179,10 +179,10 @@ def _study(folder: Path) -> dict[str, bytes]:
 
 def _learning(folder: Path) -> dict[str, dict[str, bytes]]:
     """A data set of 24 textures, and a training on it that stopped after one of two epochs."""
-    from retouch.training.dataset import make_dataset, plan_dataset
-    from retouch.training.shard_jobs import run_shard
-    from retouch.training.train import TrainingRequest, train_net
-    from retouch.workers.jobs import JobResult
+    from retouch.laboratory.training.dataset import make_dataset, plan_dataset
+    from retouch.laboratory.training.shard_jobs import run_shard
+    from retouch.laboratory.training.train import TrainingRequest, train_net
+    from retouch.laboratory.workers.jobs import JobResult
     from surrogate.nets.training import Settings
 
     plan = plan_dataset(5, 24, (), touch="layer", lights="none", samples=SIDE)

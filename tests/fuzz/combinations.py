@@ -31,9 +31,9 @@ from optimize.run_directory.key import RESULT
 from optimize.run_directory.results import HISTORY
 from optimize.runs import job
 from optimize.settings.run_file import run_from_scene
-from relief.common.errors import InputError
-from relief.common.formats import PLATES, RUN_HEIGHTS
-from relief.common.nesting import flattened
+from relief.ground.errors import InputError
+from relief.ground.formats import PLATES, RUN_HEIGHTS
+from relief.ground.nesting import flattened
 from relief.heightmap import save_heights_exr, save_heights_png
 from relief.printers import RANGES
 from visual.backend.variants import few_threads

@@ -42,9 +42,9 @@ def sound() -> Mapping[str, bytes]:
     """A plate of 4 x 4 samples in each of the formats."""
     import trimesh
 
-    from relief.body import Part
-    from relief.export.parts import WRITERS
-    from relief.export.plate import plate_mesh
+    from relief.solids.body import Part
+    from relief.solids.export.parts import WRITERS
+    from relief.solids.export.plate import plate_mesh
 
     body = plate_mesh([[0.1, 0.4, 0.2, 0.3]] * 4, 20.0)
     parts = (Part("plate", body),)
@@ -143,9 +143,9 @@ def meshes(draw: st.DrawFn, whole: bool) -> Case:
 
 def read_part(folder: Path, arguments: Sequence[Any]) -> None:
     """Read the mesh of a case, with the unit that is given for it; raises as the readers of `readers` do."""
-    from relief.common.errors import InputError
-    from relief.meshes.mesh import LARGEST_MM, read_mesh
-    from relief.meshes.solid import check_solid, volume_mm3
+    from relief.ground.errors import InputError
+    from relief.solids.meshes.mesh import LARGEST_MM, read_mesh
+    from relief.solids.meshes.solid import check_solid, volume_mm3
 
     name, units = arguments
     mesh = read_mesh(folder / name, units=units)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.common.limits import DEEPEST_RELIEF_MM, LARGEST_SIDE, SMALLEST_SIDE
+from relief.ground.limits import DEEPEST_RELIEF_MM, LARGEST_SIDE, SMALLEST_SIDE
 from tests.fuzz.bases import CACHE, DATA, NETS, RESULTS, SIDE, STUDY, WEIGHTS
 from tests.fuzz.meshes import read_part
 
@@ -119,7 +119,7 @@ def read_training(folder: Path, arguments: Sequence[Any]) -> None:
 def _training_key(folder: Path) -> Any:
     import hashlib
 
-    from retouch.training.train import BLOCK
+    from retouch.laboratory.training.train import BLOCK
     from surrogate.nets.checkpoint import TrainingKey
     from surrogate.nets.training import Settings
     from surrogate.nets.unet import Shape
@@ -252,11 +252,17 @@ def read_weights(folder: Path, arguments: Sequence[Any]) -> None:
 
 
 def read_study(folder: Path, arguments: Sequence[Any]) -> None:
-    from retouch.studies import engine
-    from retouch.studies.document import document, document_bytes, flat_rows, read_document, spreadsheet
-    from retouch.studies.page import page
-    from retouch.studies.rows import expand
-    from retouch.studies.study_file import load_study
+    from retouch.laboratory.studies import engine
+    from retouch.laboratory.studies.document import (
+        document,
+        document_bytes,
+        flat_rows,
+        read_document,
+        spreadsheet,
+    )
+    from retouch.laboratory.studies.page import page
+    from retouch.laboratory.studies.rows import expand
+    from retouch.laboratory.studies.study_file import load_study
 
     out, again = folder / STUDY, folder / "again.json"
     study = load_study(folder / arguments[0])

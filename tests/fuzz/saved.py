@@ -13,7 +13,7 @@ import numpy as np
 from hypothesis import strategies as st
 from safetensors.numpy import load, save
 
-from relief.common.tensors import Arrays
+from relief.ground.tensors import Arrays
 from surrogate.data.shard import _HEADER
 from surrogate.validation import parse_json
 from tests.fuzz.bases import CACHE, DATA, NETS, RESULTS, RUNS, WEIGHTS

@@ -9,7 +9,7 @@ from typing import Any
 import tomli_w
 from hypothesis import strategies as st
 
-from retouch.studies.measuring.measures import MEASURES
+from retouch.laboratory.studies.measuring.measures import MEASURES
 from tests.fuzz.bases import STUDY
 from tests.fuzz.case import HOSTILE, Case, chance, edited, several_edits
 from tests.fuzz.run_files import NUMBERS, values

@@ -11,7 +11,7 @@ import numpy as np
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from relief.common.tensors import tensor_bytes
+from relief.ground.tensors import tensor_bytes
 from tests.fuzz.case import HOSTILE, edited, edits
 
 Arrays = dict[str, NDArray[Any]]
@@ -118,7 +118,7 @@ def json_changed(draw: st.DrawFn, value: Any) -> Any:
 
 
 def resealed(content: bytes) -> bytes:
-    """A tensor file of `relief.common.tensors`, its checksum made right again if there is a place for it."""
+    """A tensor file of `relief.ground.tensors`, its checksum made right again if there is a place for it."""
     place = b'"checked":"'
     begin = content.find(place) + len(place)
     if begin < len(place):
@@ -152,5 +152,5 @@ def tampered(draw: st.DrawFn, content: bytes, arrays: Arrays, numbers: Any, seal
 
 
 def sealed_tensors(arrays: Mapping[str, NDArray[Any]], numbers: Any) -> bytes:
-    """A tensor file of `relief.common.tensors`."""
+    """A tensor file of `relief.ground.tensors`."""
     return tensor_bytes(arrays, json.dumps(numbers, sort_keys=True))

@@ -122,7 +122,7 @@ def _run(case: Case, folder: Path) -> Outcome:
 
 
 def _reader(case: Case, folder: Path) -> tuple[str, str]:
-    from relief.common.errors import InputError
+    from relief.ground.errors import InputError
     from tests.fuzz.readers import READERS
 
     before = _names(folder)
@@ -186,7 +186,7 @@ def _belongs(name: str, case: Case) -> bool:
 
 def _work(folder: Path) -> int:
     """Samples of all pictures of the scene in a folder; 0 if the scene is refused."""
-    from relief.common.errors import InputError
+    from relief.ground.errors import InputError
     from visual.needs import needs_of
     from visual.scene_file.check import check_scene
     from visual.scene_file.describe import describe

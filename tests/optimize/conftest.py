@@ -9,7 +9,7 @@ import pytest
 import tactile
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.heightmap import save_heights_exr
 from relief.relief import Relief
 from tactile.measures import TouchMeasures

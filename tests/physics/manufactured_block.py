@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.layer.cosine_layer import Parity
 from tactile.skin import lame
 from tactile.sparse import factorised

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from relief.common.errors import InputError
 from relief.depth import CLEARANCE_MM, check_reach, floor_mm, out_of_reach, within_reach
+from relief.ground.errors import InputError
 from relief.heightmap import check_heights
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from relief import grid
-from tests.relief.triangles import face_normals
+from tests.relief.solids.triangles import face_normals
 
 SIZE_MM = 10.0
 

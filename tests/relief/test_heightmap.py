@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from relief.common.errors import InputError
-from relief.common.progress import progress
+from relief.ground.errors import InputError
+from relief.ground.progress import progress
 from relief.heightmap import (
     holds_mm,
     load_field,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.maps import load_map, means_under
 from relief.places import places
 from relief.surface import Surface

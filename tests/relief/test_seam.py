@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mitsuba_scenes import FOLDER
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.heightmap import load_heights
 from relief.preparing.preparation import prepare
 from relief.seam import LARGEST_SEAM, check_seams, seams

@@ -13,8 +13,8 @@ import pytest
 from optimize.descent.driver import Iterate
 from optimize.descent.targets import Targets
 from optimize.runs.recorder import step_line
-from relief.common import progress as stages
-from relief.common.progress import Progress, say, stage
+from relief.ground import progress as stages
+from relief.ground.progress import Progress, say, stage
 from retouch.verbs import progress_display as progress
 from retouch.verbs.progress_display import followed, shown
 from tests.optimize.descent.one_touch import one_touch

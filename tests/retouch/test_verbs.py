@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import retouch
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.printers import PRINTERS
 from relief.relief import as_relief
 

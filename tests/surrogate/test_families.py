@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.limits import PATCH_SIDE_MM
 from surrogate.families import FAMILIES
 from surrogate.families.fields import (
     border_distance,

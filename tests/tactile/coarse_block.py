@@ -17,7 +17,7 @@ import scipy.sparse as sp
 import skfem
 from skfem.helpers import ddot, div, sym_grad
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.layer.cosine_layer import Parity
 from tactile.layer.layers import moduli_of_rows, row_weights
 from tactile.skin import Skin, lame

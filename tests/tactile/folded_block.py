@@ -7,7 +7,7 @@ from operator import add
 import numpy as np
 import scipy.sparse as sp
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.elements.condensation import condensed_onto_loads
 from tactile.layer.cosine_layer import Parity
 from tactile.skin import lame

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.layer.layer_response import layer_response
 from tactile.skin import lame
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.layer.layer_response import LayerResponse, layer_response
 from tactile.layer.layered_response import layered_response
 from tactile.layer.layers import Stack

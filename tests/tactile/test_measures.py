@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import tactile
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.patches import Patches
 from relief.relief import Relief
 from tactile.measures import measure_touch

@@ -9,7 +9,7 @@ import pytest
 import torch
 
 import tactile
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.patches import Patches
 from relief.places import places
 from relief.relief import Relief

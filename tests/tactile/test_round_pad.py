@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import torch
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tactile import Skin, roughness
 from tactile.contact import solve_contact
 from tactile.elements.round_pad import PadMesh, RoundPadOperator, is_built, round_pad_operator

@@ -5,7 +5,7 @@ import pytest
 
 from mitsuba_scenes.fingers import bundled_skins
 from optimize.settings.skins import load_skin
-from relief.common.tensors import read_tensors
+from relief.ground.tensors import read_tensors
 from tactile.elements.round_pad import KIND, SHIPPED, PadMesh, difference, is_built
 from tactile.layer.free_sides import STORED
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.backend import heightfield
 
 SIDE = 32

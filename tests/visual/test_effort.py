@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tests.visual.differences import DIRECTIONS
 from tests.visual.exact.test_view import CAMERAS
 from tests.visual.scenes import CUBE, FLOOR, SIDE, Array, sun

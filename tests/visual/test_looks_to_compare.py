@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from relief.common.arrays import Array
-from relief.common.errors import InputError
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
 from tests.recorded import Truths
 from tests.visual.differences import pictures_of_mitsuba
 from tests.visual.exact.test_view import OBLIQUE

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import torch
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tests.visual.scenes import LOW, MATTE, PANEL, PLASTIC, SIDE, Array, hills, sky, sun, write_scene
 from visual import loading
 from visual.backend import rays

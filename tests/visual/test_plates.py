@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.heightmap import save_heights_exr
 from relief.relief import Relief
 from tests.visual.differences import differ_by_noise

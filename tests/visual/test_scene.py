@@ -12,7 +12,7 @@ import pytest
 import torch
 
 import visual
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.heightmap import save_heights_png
 from relief.relief import Relief
 from tests.visual.differences import differ_by_noise

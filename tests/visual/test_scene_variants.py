@@ -12,7 +12,7 @@ import pytest
 import torch
 from scipy.ndimage import gaussian_filter
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tests.visual.differences import ADJOINTS, differ_by_noise
 from tests.visual.exact.test_view import OBLIQUE
 from tests.visual.scenes import MATTE, PLASTIC, Array, hills, sky, sun, write_scene
@@ -141,7 +141,7 @@ def missing():
     raise llvm.LLVMMissing("no libLLVM")
 if {variant!r} is None:
     llvm.prepare = missing
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from visual.scene import load_scene
 scene = load_scene("scene.xml", variant={variant!r})
 assert scene.variant == "scalar_rgb"

@@ -9,7 +9,7 @@ import pytest
 import torch
 from PIL import Image
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tests.recorded import Truths
 from tests.visual.differences import (
     by_gradients,

@@ -11,7 +11,7 @@ import numpy as np
 import OpenEXR
 from PIL import Image, UnidentifiedImageError
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from visual.backend.messages import last_line
 from visual.backend.mitsuba import mi
 

@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from relief import grid, heightmap
-from relief.common.errors import InputError
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.errors import InputError
+from relief.ground.limits import PATCH_SIDE_MM
 from visual.backend import buffers
 from visual.backend.mitsuba import dr, mi
 

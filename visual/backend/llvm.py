@@ -20,7 +20,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from relief.common.files import cache_folder, write_atomically
+from relief.ground.files import cache_folder, write_atomically
 from visual.backend.llvm_candidates import Library, candidates, find
 
 VARIABLE = "DRJIT_LIBLLVM_PATH"

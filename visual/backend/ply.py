@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from visual.backend.messages import last_line
 
 LARGEST_FILE = 256_000_000

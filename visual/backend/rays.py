@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.backend.mitsuba import mi
 from visual.backend.plate import plate_shape
 

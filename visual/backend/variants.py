@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 from types import ModuleType
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from visual.backend import llvm
 from visual.backend.mitsuba import dr, mi
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.backend.mitsuba import dr, mi
 
 Background = Callable[[Array], Array]

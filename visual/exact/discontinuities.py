@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.exact.background import Background
 from visual.exact.pair_radiance import at_points, lit_by, places_of
 from visual.exact.shading import Shading, unshadowed

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.backend import buffers, variants
 from visual.backend.mitsuba import dr, mi
 from visual.exact.background import Background, black_background

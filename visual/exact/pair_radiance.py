@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.common.arrays import Array, Index
+from relief.ground.arrays import Array, Index
 from visual.exact.shading import Places, Shading, shade, unshadowed
 from visual.geometry.film_samples import PictureSamples
 from visual.geometry.placed_mesh import PlacedMesh

@@ -17,8 +17,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from relief.common.arrays import Array
-from relief.common.progress import stage, this_stage
+from relief.ground.arrays import Array
+from relief.ground.progress import stage, this_stage
 from visual.backend import buffers
 from visual.backend.mitsuba import dr, mi
 from visual.backend.plate import plate_bsdf

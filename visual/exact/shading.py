@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.backend.mitsuba import dr, mi
 from visual.lights.near import LightSet
 from visual.lights.parallel import LUMINANCE

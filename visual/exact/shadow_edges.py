@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.common.arrays import Array, Index
+from relief.ground.arrays import Array, Index
 from visual.backend.rays import MISSED_MM, blocked, first_hits
 from visual.geometry.placed_mesh import LIFT_MM, PlacedMesh
 from visual.geometry.projection import Projection

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from relief.common.arrays import Array
-from relief.common.progress import stage
+from relief.ground.arrays import Array
+from relief.ground.progress import stage
 from visual.exact.background import Background, black_background
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
 from visual.exact.pair_radiance import face_shading, of_faces, of_samples

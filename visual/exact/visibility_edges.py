@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relief.common.arrays import Array, Index
+from relief.ground.arrays import Array, Index
 from visual.backend.rays import first_hits
 from visual.exact.shadow_edges import Entries
 from visual.geometry.placed_mesh import PlacedMesh

@@ -17,7 +17,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.surface import Surface
 from surrogate.nets.unet import UNet
 from surrogate.nets.weights import FOLDER, load_net_for

@@ -20,7 +20,7 @@ import scipy.sparse as sp
 import torch
 from torch import Tensor
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.surface import Surface
 from visual.exact.view import Pictures
 from visual.fast.bsdf_table import BsdfTable

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from relief.common.arrays import Array
 from relief.grid import NO_HALO, Halo
+from relief.ground.arrays import Array
 from relief.surface import Surface
 from visual.exact.background import Background
 from visual.exact.view import Illumination

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from relief.common.arrays import Array, Index
+from relief.ground.arrays import Array, Index
 from visual.fast.view_lines import Knots, ViewLines
 
 

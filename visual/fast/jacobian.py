@@ -16,7 +16,7 @@ import scipy.sparse as sp
 import torch
 from torch import Tensor
 
-from relief.common.arrays import Array, Index
+from relief.ground.arrays import Array, Index
 from relief.surface import Surface
 from visual.exact.view import Pictures
 from visual.fast.bsdf_table import BsdfTable

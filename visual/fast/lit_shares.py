@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from relief.common.arrays import Index
+from relief.ground.arrays import Index
 
 ALL_LIT = 7
 """Code of a triangle whose three corners are lit, one bit each."""

@@ -15,7 +15,7 @@ import scipy.sparse as sp
 import torch
 from torch import Tensor
 
-from relief.common.limits import HEIGHT_LIMIT_MM
+from relief.ground.limits import HEIGHT_LIMIT_MM
 from relief.surface import Surface
 from visual.fast.ambient_net import AmbientLight, UnoccludedLight
 from visual.fast.bsdf_table import BsdfTable

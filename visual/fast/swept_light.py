@@ -14,7 +14,7 @@ import scipy.sparse as sp
 import torch
 from torch import Tensor
 
-from relief.common.arrays import Array, Index
+from relief.ground.arrays import Array, Index
 from relief.surface import Surface
 from visual.fast.jacobian import refinement, shadow_changes
 from visual.fast.lit_shares import lit_shares

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.backend.mitsuba import mi
 
 POINTS = 64

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.common.arrays import Array, Index
+from relief.ground.arrays import Array, Index
 from visual.backend.rays import first_hits
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection, projection_of

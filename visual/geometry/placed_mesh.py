@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.common.arrays import Array, Index
+from relief.ground.arrays import Array, Index
 from visual.backend.plate import is_textured
 from visual.backend.rays import blocked
 from visual.geometry.topology import PlateTopology

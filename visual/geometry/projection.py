@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.common.arrays import Array, Index
+from relief.ground.arrays import Array, Index
 from visual.backend.mitsuba import mi
 from visual.geometry.film_filter import FilmFilter
 

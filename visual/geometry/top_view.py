@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from relief.common.arrays import Array, Index
+from relief.ground.arrays import Array, Index
 from visual.geometry.topology import PlateTopology
 
 

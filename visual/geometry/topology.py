@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief import grid
-from relief.common.arrays import Array, Index
 from relief.grid import NO_HALO, Halo
+from relief.ground.arrays import Array, Index
 
 
 @dataclass(frozen=True)

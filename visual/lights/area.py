@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.lights.kind import Draw, EmitterShape, Light, LightKind
 from visual.lights.near import NearLights, matte, off_plate, too_near
 from visual.lights.parallel import GOLDEN_RATIO, ParallelLights, off_horizon

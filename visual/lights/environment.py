@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from relief.common.arrays import Array, Index
+from relief.ground.arrays import Array, Index
 from visual.lights.environment_picture import environment_picture
 from visual.lights.kind import Draw, Light, LightKind
 from visual.lights.parallel import GOLDEN_RATIO, LOWEST, LUMINANCE, ParallelLights, off_horizon

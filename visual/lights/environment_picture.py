@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from relief.common.arrays import Array
-from relief.common.errors import InputError
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
 from visual.backend.bitmap import SMALLEST_MAP, read_bitmap
 from visual.backend.mitsuba import mi
 from visual.lights.kind import Light

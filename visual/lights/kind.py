@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.lights.near import LightSet
 
 RGB = tuple[float, float, float]

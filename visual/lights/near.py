@@ -6,7 +6,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from relief.common.arrays import Array, Index
+from relief.ground.arrays import Array, Index
 from visual.backend.mitsuba import dr, mi
 from visual.lights.parallel import ParallelLights, repeated
 

@@ -6,7 +6,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from relief.common.arrays import Array, Index
+from relief.ground.arrays import Array, Index
 from visual.backend.mitsuba import mi
 
 GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))

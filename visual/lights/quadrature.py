@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from visual.lights.ambient import AMBIENT
 from visual.lights.area import AREA
 from visual.lights.directional import DIRECTIONAL

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.backend.mitsuba import dr, mi
 from visual.geometry.film_samples import PictureSamples
 from visual.geometry.placed_mesh import PlacedMesh

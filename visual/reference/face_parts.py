@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relief.common.arrays import Array, Index
+from relief.ground.arrays import Array, Index
 from visual.geometry.film_samples import PictureSamples
 from visual.geometry.topology import PlateTopology
 

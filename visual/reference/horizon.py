@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.backend.mitsuba import dr, mi
 
 NEAREST_MM = 1e-5

@@ -12,7 +12,7 @@ docs/evidence/learned.md has the distance from converged renders, and times.
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from visual.backend.plate import is_textured, plate_bsdf
 from visual.exact.shading import unshadowed
 from visual.geometry.film_samples import film_points, samples_from_above

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.common.errors import InputError
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.errors import InputError
+from relief.ground.limits import PATCH_SIDE_MM
 from visual.backend.mitsuba import mi
 from visual.lights.kind import RGB, EmitterShape, Light
 from visual.lights.quadrature import KINDS, kind_of

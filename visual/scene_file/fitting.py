@@ -10,7 +10,7 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.relief import Relief, as_relief
 from relief.surface import Repeats
 from visual.scene_file.check import check_scene

@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from visual.backend.bitmap import SMALLEST_MAP, read_bitmap
 from visual.backend.mitsuba import mi
 from visual.backend.ply import check_ply

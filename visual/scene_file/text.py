@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Collection, Mapping
 from pathlib import Path
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from visual.backend.messages import last_line
 
 LARGEST_FILE = 1_000_000

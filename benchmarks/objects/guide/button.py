@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from relief.body import Body, Part
-from relief.export.parts import write_parts
+from relief.solids.body import Body, Part
+from relief.solids.export.parts import write_parts
 
 RADIUS_MM, DOME_MM, ROUND_MM, RIM_MM = 18.0, 36.0, 1.5, 2.5
 """Radii of the button, the ball of its top and its edge, mm, and the height at which the edge begins."""

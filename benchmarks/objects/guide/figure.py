@@ -14,11 +14,11 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from benchmarks.shared.common import DOCS
-from relief.body import Body, Part
-from relief.common.arrays import Array
-from relief.common.srgb import srgb
-from relief.export.parts import write_parts
-from relief.meshes import read_mesh
+from relief.ground.arrays import Array
+from relief.ground.srgb import srgb
+from relief.solids.body import Body, Part
+from relief.solids.export.parts import write_parts
+from relief.solids.meshes import read_mesh
 from visual.backend.variants import choose_variant
 
 WIDTH, HEIGHT, SAMPLES, COLOURS = 480, 360, 128, 224

@@ -30,8 +30,8 @@ from typing import Any
 from benchmarks.objects.bundled import TEXTURE, on_plate, tile_of
 from benchmarks.objects.parts.clients import looked_at
 from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, put, save, table
-from relief.common.arrays import Array
-from relief.meshes import read_mesh
+from relief.ground.arrays import Array
+from relief.solids.meshes import read_mesh
 
 HERE = Path(__file__).parent
 NAMES = sorted(file.stem for file in HERE.glob("*.3mf"))

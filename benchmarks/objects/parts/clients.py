@@ -15,10 +15,10 @@ from benchmarks.prints.prusa import Slicer
 from benchmarks.shared.common import ROOT
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.mesh_feel import feel_of
-from relief.body import TRIANGLE, stl
-from relief.common.arrays import Array
-from relief.common.errors import InputError
-from relief.meshes import read_mesh
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
+from relief.solids.body import TRIANGLE, stl
+from relief.solids.meshes import read_mesh
 
 CROSSINGS = "benchmarks.objects.parts.crossings_in_blender"
 RAFT_LAYERS = 2

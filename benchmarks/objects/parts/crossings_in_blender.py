@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 from mathutils.bvhtree import BVHTree
 
-from relief.body import TRIANGLE
+from relief.solids.body import TRIANGLE
 
 
 def main() -> None:

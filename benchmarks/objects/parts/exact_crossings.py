@@ -6,7 +6,7 @@ A search in single precision, as Blender's, also gives pairs that only touch at 
 from collections.abc import Sequence
 from fractions import Fraction
 
-from relief.common.arrays import FloatArray
+from relief.ground.arrays import FloatArray
 
 Vector = tuple[Fraction, Fraction, Fraction]
 

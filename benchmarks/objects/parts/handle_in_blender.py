@@ -14,8 +14,8 @@ from typing import Any
 import bpy
 
 from benchmarks.objects.parts.in_blender import body_of, modified
-from relief.body import Part
-from relief.export.parts import write_parts
+from relief.solids.body import Part
+from relief.solids.export.parts import write_parts
 
 DISPLACED_MM, GRAIN_MM, VOXEL_MM = 1.8, 0.7, 0.34
 """Displacement outward, size of the clouds, and voxels, mm."""

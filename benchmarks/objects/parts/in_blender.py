@@ -13,8 +13,8 @@ from typing import Any
 import bpy
 import numpy as np
 
-from relief.body import Body, Part
-from relief.export.parts import write_parts
+from relief.solids.body import Body, Part
+from relief.solids.export.parts import write_parts
 
 
 def modified(what: Any, kind: str, **settings: Any) -> None:

@@ -40,9 +40,9 @@ from build123d import (
     sweep,
 )
 
-from relief.body import Part
-from relief.export.parts import write_parts
-from relief.meshes import read_mesh
+from relief.solids.body import Part
+from relief.solids.export.parts import write_parts
+from relief.solids.meshes import read_mesh
 
 ON_BED = (Align.CENTER, Align.CENTER, Align.MIN)
 """Solids stand on z = 0."""

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from relief.body import Body, Part
-from relief.export.parts import write_parts
+from relief.solids.body import Body, Part
+from relief.solids.export.parts import write_parts
 
 LARGEST_MM, FINEST_MM = 0.6, 0.03
 """Standard deviation of the scanned pebble's bumps, mm, and of the noise of its points, mm."""

@@ -10,7 +10,7 @@ around it, so that they would fill a factor: conjugate gradients add them to a s
 import numpy as np
 import scipy.sparse as sp
 
-from relief.common.arrays import AnyArray
+from relief.ground.arrays import AnyArray
 from tactile.sparse import Solve
 
 CELL_MM = 1.7

@@ -12,8 +12,8 @@ from optimize.descent.gauss_newton import windows
 from optimize.descent.gauss_newton.broad import with_rows
 from optimize.descent.gauss_newton.laplacian import laplacian
 from optimize.descent.gauss_newton.other_fingers import SoftTargets
-from relief.common.arrays import Array
-from relief.common.progress import stage
+from relief.ground.arrays import Array
+from relief.ground.progress import stage
 from relief.patches import Patches
 from tactile.sparse import factorised
 

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from optimize.descent.targets import Target
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 
 YIELDING = 0.05
 """Change by which a touch gives way to a force above the mean force, as a share of what forces change at

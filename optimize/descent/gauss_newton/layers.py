@@ -11,9 +11,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from optimize.descent.driver import ArraySchema
-from relief.common.arrays import Array
-from relief.common.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM
 from relief.depth import out_of_reach
+from relief.ground.arrays import Array
+from relief.ground.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM
 from relief.print_limits import PrintLimits
 from relief.printers import Printer
 from relief.surface import Surface

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 
 RADIUS = 6.0
 """Standard deviation of the window of local contrast, pixels of a step's pictures: 0.23 mm in the studio."""

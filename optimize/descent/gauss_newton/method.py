@@ -51,8 +51,8 @@ from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
 from optimize.descent.methods import MethodSettings
 from optimize.descent.problem import Problem, change_percent
 from optimize.descent.stop_reason import StopReason
-from relief.common.arrays import Array
-from relief.common.progress import stage
+from relief.ground.arrays import Array
+from relief.ground.progress import stage
 from tactile.measures import TouchMeasures
 from tactile.quantities import Values
 from visual.exact.discontinuities import EdgeSamples

@@ -17,8 +17,8 @@ import numpy as np
 import torch
 
 from optimize.descent.problem import FingerRange, Problem
-from relief.common.arrays import Array
-from relief.common.threads import one_torch_thread
+from relief.ground.arrays import Array
+from relief.ground.threads import one_torch_thread
 from relief.patches import STEERING_SAMPLES, Patches
 from tactile import jnd_scaled, roughness, touch_model
 from tactile.fingers import at_depth, fingers

@@ -19,8 +19,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from optimize.descent.gauss_newton.broad import with_rows
-from relief.common.arrays import Array, Index
-from relief.common.progress import stage
+from relief.ground.arrays import Array, Index
+from relief.ground.progress import stage
 from relief.patches import Patches
 from tactile.sparse import Solve, factorised
 

@@ -11,17 +11,17 @@ import torch
 import tactile
 from optimize.verification.solids.over_object import over_object
 from optimize.verification.solids.own_shape import textures_alone
-from relief.body import Body
-from relief.common.arrays import Array
-from relief.common.errors import InputError
-from relief.common.limits import HEIGHT_LIMIT_MM, MOST_MESH_PLACES, PATCH_SIDE_MM
-from relief.common.progress import stage
-from relief.meshes.crops import Crop, Cropper
-from relief.meshes.mesh import Mesh
-from relief.meshes.places import frames, spread, surface_points
-from relief.meshes.shells import outside
-from relief.meshes.unrolling import Unroller
-from relief.remeshing.fine_object import smooth_object
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
+from relief.ground.limits import HEIGHT_LIMIT_MM, MOST_MESH_PLACES, PATCH_SIDE_MM
+from relief.ground.progress import stage
+from relief.solids.body import Body
+from relief.solids.meshes.crops import Crop, Cropper
+from relief.solids.meshes.mesh import Mesh
+from relief.solids.meshes.places import frames, spread, surface_points
+from relief.solids.meshes.shells import outside
+from relief.solids.meshes.unrolling import Unroller
+from relief.solids.remeshing.fine_object import smooth_object
 from tactile.measures import BATCH_SAMPLES, each
 from tactile.model import ModelName
 from tactile.quantities import QUANTITIES, means

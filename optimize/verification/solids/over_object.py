@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from relief.common.arrays import Array
-from relief.common.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
-from relief.meshes.crops import Crop, Cropper
-from relief.meshes.places import Frame
-from relief.meshes.unrolling import TEXTURED_MM, Unroller
+from relief.ground.arrays import Array
+from relief.ground.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
+from relief.solids.meshes.crops import Crop, Cropper
+from relief.solids.meshes.places import Frame
+from relief.solids.meshes.unrolling import TEXTURED_MM, Unroller
 
 GROWTH_MM = 2.0
 """Width beside a patch, mm, in which the object must not be bare: as wide as a texture grows by default."""

@@ -16,13 +16,13 @@ from functools import cache
 
 import numpy as np
 
-from relief.body import Body
-from relief.common.arrays import Array, Index
-from relief.common.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
-from relief.common.progress import stage
-from relief.meshes.crops import Crop, Cropper, within
-from relief.meshes.places import FACING, Frame
-from relief.objects.torus import REACH_MM, fitted, over, raised, unrolled, unrolled_body
+from relief.ground.arrays import Array, Index
+from relief.ground.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
+from relief.ground.progress import stage
+from relief.solids.body import Body
+from relief.solids.meshes.crops import Crop, Cropper, within
+from relief.solids.meshes.places import FACING, Frame
+from relief.solids.objects.torus import REACH_MM, fitted, over, raised, unrolled, unrolled_body
 
 CURVED_MM = 0.09
 """Root mean square of the second order of a patch, mm, from which it is curved: that of a ball of 56 mm.

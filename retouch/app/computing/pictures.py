@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 import retouch
-from relief.common.errors import InputError
-from relief.common.files import write_atomically
-from relief.common.limits import LARGEST_SIDE, PATCH_SIDE_MM
+from relief.ground.errors import InputError
+from relief.ground.files import write_atomically
+from relief.ground.limits import LARGEST_SIDE, PATCH_SIDE_MM
 from relief.relief import Relief
 from retouch.app.computing.warnings_kept import kept_warnings
 from retouch.app.values.document import USUAL_RELIEF_MM, Picture

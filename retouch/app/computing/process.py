@@ -8,7 +8,7 @@ import time
 from contextlib import ExitStack
 from multiprocessing.connection import Connection
 
-from relief.common.progress import Progress, progress
+from relief.ground.progress import Progress, progress
 
 TOLD_EVERY_S = 0.25
 """Least time between two lines about what is under way, s."""

@@ -10,7 +10,7 @@ import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.run_directory.key import read_verification
 from optimize.verification.verification import Places
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.relief import Relief
 from retouch.app.computing.pictures import shape_of
 from retouch.app.computing.touch import MODEL, middle, touch

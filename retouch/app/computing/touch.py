@@ -8,8 +8,8 @@ import numpy as np
 import retouch
 from mitsuba_scenes import DEFAULT_SCENE
 from optimize.settings.fast_models import FAST_MODELS
-from relief.common.arrays import Index
-from relief.common.errors import InputError
+from relief.ground.arrays import Index
+from relief.ground.errors import InputError
 from relief.places import places
 from relief.relief import Relief
 from retouch.app.computing.pictures import relief_of

@@ -9,7 +9,7 @@ from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import Connection
 from typing import ParamSpec, TypeVar
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from retouch.app.computing.process import start
 
 _log = logging.getLogger(__name__)

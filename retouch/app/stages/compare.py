@@ -6,7 +6,7 @@ from nicegui import events, ui
 
 from optimize.run_directory.key import REPORT, read_verification
 from optimize.verification.verification import Verification
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.limits import PATCH_SIDE_MM
 from retouch.app.stages.controls import Number, Told, button, choice, section
 from retouch.app.stages.elements import ReliefView
 from retouch.app.stages.window import Window

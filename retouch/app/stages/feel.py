@@ -10,7 +10,7 @@ from typing import Any, cast
 from nicegui import events, ui
 
 from mitsuba_scenes.fingers import bundled_skins
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.limits import PATCH_SIDE_MM
 from relief.printers import PRINTERS
 from retouch.app.stages.controls import button, choice, section
 from retouch.app.stages.elements import Brush, JndSlider, Range, ReliefView

@@ -8,7 +8,7 @@ from typing import Any
 from nicegui import events, ui
 
 from mitsuba_scenes.fingers import bundled_skins
-from relief.common.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_PLATE_MM, SMALLEST_RELIEF_MM
+from relief.ground.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_PLATE_MM, SMALLEST_RELIEF_MM
 from retouch.app.stages.controls import Number, NumberField, Told, button, section
 from retouch.app.stages.elements import CropBox, DropZone, Range, ReliefView, TextureScale
 from retouch.app.stages.window import Window

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from nicegui import events, ui
 
-from relief.common.formats import FORMATS
-from relief.common.limits import BASE_MM
+from relief.ground.formats import FORMATS
+from relief.ground.limits import BASE_MM
 from relief.printers import PRINTERS
 from retouch.app.stages.controls import NumberField, Told, button, choice, section
 from retouch.app.stages.elements import ReliefView

@@ -5,7 +5,7 @@ import logging
 from collections.abc import Awaitable, Callable, Coroutine
 from typing import Any
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 
 _log = logging.getLogger(__name__)
 

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from optimize.run_directory.key import RESULT
-from relief.common.errors import InputError
-from relief.common.formats import RUN_HEIGHTS
+from relief.ground.errors import InputError
+from relief.ground.formats import RUN_HEIGHTS
 from retouch.app.computing import results
 from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity

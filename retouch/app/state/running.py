@@ -7,8 +7,8 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from relief.common.errors import InputError
-from relief.common.formats import RUN_CHECKPOINT
+from relief.ground.errors import InputError
+from relief.ground.formats import RUN_CHECKPOINT
 from retouch.app.computing import pictures, results, touch
 from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity

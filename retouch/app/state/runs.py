@@ -17,10 +17,10 @@ from pathlib import Path
 
 from optimize.descent.stop_reason import StopReason
 from optimize.run_directory.key import SETTINGS, read_verification
-from relief.common.errors import InputError
-from relief.common.files import read_limited
-from relief.common.formats import RUN_CHECKPOINT, RUN_HEIGHTS, RUN_HISTORY
-from relief.common.locks import locked
+from relief.ground.errors import InputError
+from relief.ground.files import read_limited
+from relief.ground.formats import RUN_CHECKPOINT, RUN_HEIGHTS, RUN_HISTORY
+from relief.ground.locks import locked
 from retouch.app.values.document import Feel, command_line
 from retouch.app.values.folders import RUNS_FOLDER, is_run
 

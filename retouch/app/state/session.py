@@ -15,8 +15,8 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from relief.common.errors import InputError
-from relief.common.files import read_limited, write_atomically
+from relief.ground.errors import InputError
+from relief.ground.files import read_limited, write_atomically
 from retouch.app.computing import pictures
 from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity

@@ -5,7 +5,7 @@ from typing import Self
 
 import numpy as np
 
-from relief.common.arrays import FloatArray
+from relief.ground.arrays import FloatArray
 
 Lines = tuple[tuple[str, str], ...]
 """What was done or measured: a word and a sentence each."""

@@ -14,8 +14,8 @@ import re
 from pathlib import Path
 
 from mitsuba_scenes import FOLDER, find_texture
-from relief.common.errors import InputError
-from relief.common.formats import HEIGHT_MAPS, MESHES, PICTURES
+from relief.ground.errors import InputError
+from relief.ground.formats import HEIGHT_MAPS, MESHES, PICTURES
 
 PICTURES_FOLDER, PARTS_FOLDER, RUNS_FOLDER = Path("pictures"), Path("parts"), Path("runs")
 SUFFIXES = {PICTURES_FOLDER: (*HEIGHT_MAPS, *PICTURES), PARTS_FOLDER: MESHES}
@@ -27,7 +27,7 @@ LONGEST_NUMBER = 10
 UNUSUAL = re.compile(r"[^\w.-]+")
 """What is replaced in names: all but letters, digits, dot, dash and underscore."""
 BUNDLED_OBJECTS = ("starfish", "bracelet", "slider", "frog", "curved", "ball", "cylinder")
-"""Names of the objects that come with Retouch; `relief.objects.table`, which makes them, is slow to load."""
+"""Names of the objects that come with Retouch; `relief.solids.objects.table`, which makes them, is slow to load."""
 TILES = "-tile"
 """End of the names of bundled tiles."""
 

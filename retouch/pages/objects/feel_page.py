@@ -5,8 +5,8 @@ from pathlib import Path
 from markupsafe import Markup
 
 from optimize.verification.solids.mesh_feel import MeshFeel
-from relief.common.arrays import Array
-from relief.common.formatting import number
+from relief.ground.arrays import Array
+from relief.ground.formatting import number
 from retouch.pages.colour_maps import NO_CONTACT, VIRIDIS
 from retouch.pages.objects.object_page import Card, write_object_page
 from retouch.pages.svg import colour_bar, nice_axis

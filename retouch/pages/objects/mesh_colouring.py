@@ -8,13 +8,13 @@ from PIL import Image, ImageDraw, ImageFont
 from scipy.spatial import cKDTree
 
 from optimize.verification.solids.mesh_feel import MeshFeel
-from relief.body import Body, Part
-from relief.common.arrays import Array
-from relief.common.files import partial_file
-from relief.common.progress import stage
-from relief.common.srgb import linear_rgb, srgb
-from relief.export.parts import write_parts
-from relief.meshes.places import vertex_normals
+from relief.ground.arrays import Array
+from relief.ground.files import partial_file
+from relief.ground.progress import stage
+from relief.ground.srgb import linear_rgb, srgb
+from relief.solids.body import Body, Part
+from relief.solids.export.parts import write_parts
+from relief.solids.meshes.places import vertex_normals
 from retouch.pages.colour_maps import NO_CONTACT, VIRIDIS
 from retouch.pages.objects.feel_page import write_feel_page
 from tactile.jnd import ROUGHNESS_JND, jnd_apart

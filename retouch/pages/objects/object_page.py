@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from markupsafe import Markup
 
-from relief.common.files import write_atomically
+from relief.ground.files import write_atomically
 from retouch.pages.rendering import render_page
 
 

@@ -5,7 +5,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from relief.common.arrays import FloatArray
+from relief.ground.arrays import FloatArray
 from visual.lights.kind import RGB
 from visual.lights.parallel import LUMINANCE
 from visual.matte import Lamp, MatteScene

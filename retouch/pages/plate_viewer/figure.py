@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from relief.common.arrays import FloatArray
-from relief.common.formatting import plain
+from relief.ground.arrays import FloatArray
+from relief.ground.formatting import plain
 from relief.relief import Relief
 from relief.shading import averaged
 from retouch.pages.plate_viewer import SCRIPTS

@@ -7,7 +7,7 @@ from importlib.resources import files
 
 from markupsafe import Markup, escape
 
-from relief.common.formatting import plain
+from relief.ground.formatting import plain
 from retouch.pages.viewer.models import Model, PlateModel
 from retouch.pages.viewer.packing import packed_colours, packed_faces, packed_places
 from retouch.pages.viewer.still import still_uri

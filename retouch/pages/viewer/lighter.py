@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.body import Body
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
+from relief.solids.body import Body
 from retouch.pages.viewer.models import Model
 
 MOST_FACES = 200_000

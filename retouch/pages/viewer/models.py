@@ -8,8 +8,8 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from relief.body import Body
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
+from relief.solids.body import Body
 
 MOST_SAMPLES = 320
 """Samples along the longer side of a plate that is shown; 320 make 200,000 triangles."""

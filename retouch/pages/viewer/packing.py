@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.body import Body
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
+from relief.solids.body import Body
 
 STEPS = 65535
 """Steps of a coordinate over the longest side of a body: of 100 mm, one is 1.5 µm."""

@@ -7,9 +7,9 @@ import numpy as np
 from PIL import Image
 from scipy.spatial import cKDTree
 
-from relief.common.arrays import Array
-from relief.meshes.raster import rasterise
+from relief.ground.arrays import Array
 from relief.shading import facing
+from relief.solids.meshes.raster import rasterise
 from retouch.pages.viewer.models import Model
 
 AZIMUTH_DEG, ELEVATION_DEG = -62.0, 32.0

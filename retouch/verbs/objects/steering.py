@@ -8,10 +8,10 @@ from typing import Any, cast
 
 from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from optimize.settings.run_file import run_from_scene
-from relief.common.errors import InputError, naming
-from relief.common.lengths import Lengths
-from relief.common.progress import listening, stage
-from relief.wrapping.wrap import wrap
+from relief.ground.errors import InputError, naming
+from relief.ground.lengths import Lengths
+from relief.ground.progress import listening, stage
+from relief.solids.wrapping.wrap import wrap
 from retouch.verbs.objects.wrap_task import WrapOptions, task_of
 from retouch.verbs.reliefs import Source
 

@@ -10,25 +10,25 @@ from typing import Any, NamedTuple, TypeVar, cast
 import numpy as np
 
 from mitsuba_scenes import find_texture
-from relief.body import Body
-from relief.common.arrays import Array, FloatArray
-from relief.common.errors import InputError, naming
-from relief.common.lengths import Lengths
+from relief.ground.arrays import Array, FloatArray
+from relief.ground.errors import InputError, naming
+from relief.ground.lengths import Lengths
 from relief.heightmap import check_scales
-from relief.mending.holes import round_holes
-from relief.mending.repair import HOLE_MM, mended, united_parts
-from relief.meshes import Mesh, check_solid, read_mesh
-from relief.meshes.shells import parts_within_others
-from relief.meshes.solid import check_closed, crossings
-from relief.objects.table import OBJECTS, BundledObject
 from relief.printers import Printer, find_printer
 from relief.seam import check_seams, misfit
-from relief.wrapping.checks import check_choices
-from relief.wrapping.masks import Regions
-from relief.wrapping.placement import Placement, Vector, placement_of
-from relief.wrapping.surfaces import Settings
-from relief.wrapping.tiles import Covering, Tile
-from relief.wrapping.wrap import Wrapped
+from relief.solids.body import Body
+from relief.solids.mending.holes import round_holes
+from relief.solids.mending.repair import HOLE_MM, mended, united_parts
+from relief.solids.meshes import Mesh, check_solid, read_mesh
+from relief.solids.meshes.shells import parts_within_others
+from relief.solids.meshes.solid import check_closed, crossings
+from relief.solids.objects.table import OBJECTS, BundledObject
+from relief.solids.wrapping.checks import check_choices
+from relief.solids.wrapping.masks import Regions
+from relief.solids.wrapping.placement import Placement, Vector, placement_of
+from relief.solids.wrapping.surfaces import Settings
+from relief.solids.wrapping.tiles import Covering, Tile
+from relief.solids.wrapping.wrap import Wrapped
 from retouch.verbs.reliefs import Source, relief_of
 
 _log = logging.getLogger(__name__)
@@ -122,7 +122,7 @@ class Task(NamedTuple):
     """What is to be wrapped, read and checked.
 
     Attributes:
-        arguments: body, coverings, settings, texture coordinates and regions, as `relief.wrapping.wrap.wrap`
+        arguments: body, coverings, settings, texture coordinates and regions, as `relief.solids.wrapping.wrap.wrap`
             takes them.
         placement: where and in what direction textures lie.
         colours: of the corners of the mesh, or None.

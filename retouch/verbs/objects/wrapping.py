@@ -9,17 +9,17 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from relief.body import Part
-from relief.common.errors import InputError, naming
-from relief.common.files import check_file_to_write, permitted
-from relief.common.formats import FORMATS
-from relief.common.progress import Progress
-from relief.export.parts import as_written, write_parts
-from relief.export.printed_parts import PrintedPart, print_part
-from relief.meshes import check_solid
-from relief.meshes.solid import check_closed
-from relief.wrapping.wrap import Wrapped
-from relief.wrapping.wrap import wrap as wrapped_by
+from relief.ground.errors import InputError, naming
+from relief.ground.files import check_file_to_write, permitted
+from relief.ground.formats import FORMATS
+from relief.ground.progress import Progress
+from relief.solids.body import Part
+from relief.solids.export.parts import as_written, write_parts
+from relief.solids.export.printed_parts import PrintedPart, print_part
+from relief.solids.meshes import check_solid
+from relief.solids.meshes.solid import check_closed
+from relief.solids.wrapping.wrap import Wrapped
+from relief.solids.wrapping.wrap import wrap as wrapped_by
 from retouch.verbs.objects.steering import Steered, with_steered, without_steered
 from retouch.verbs.objects.wrap_task import WrapOptions, task_of, told_of
 from retouch.verbs.progress_display import followed

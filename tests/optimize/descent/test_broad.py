@@ -11,7 +11,7 @@ from optimize.descent.gauss_newton.broad import RESIDUAL, broad_cells, with_rows
 from optimize.descent.gauss_newton.method import ROUGHENING, GaussNewton
 from optimize.descent.targets import Targets
 from optimize.settings.run_file import run_from_scene
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tactile import jnd_scaled
 from tactile.measures import TouchMeasures
 from tactile.sparse import factorised

@@ -14,9 +14,9 @@ from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
-from relief.common.arrays import Array
-from relief.common.errors import InputError
-from relief.common.limits import HEIGHT_LIMIT_MM
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
+from relief.ground.limits import HEIGHT_LIMIT_MM
 from relief.heightmap import save_heights_exr
 from relief.relief import Relief
 from tactile.measures import measure_touch

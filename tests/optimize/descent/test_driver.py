@@ -18,7 +18,7 @@ from optimize.descent.driver import (
     record_of,
 )
 from optimize.descent.targets import Targets
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tactile import ContactError
 from tests.optimize.descent.one_touch import one_touch
 

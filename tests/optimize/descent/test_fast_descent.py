@@ -17,7 +17,7 @@ from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from optimize.verification.picture_metrics import rms_change
-from retouch.training.look_setup import net_figures, studio_sky
+from retouch.laboratory.training.look_setup import net_figures, studio_sky
 from surrogate.nets.weights import has_weights, load_net
 from tests.tactile.reliefs import SIZE, waves
 from tests.visual.scenes import PLASTIC, sun, write_scene

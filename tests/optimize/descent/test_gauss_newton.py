@@ -22,7 +22,7 @@ from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from optimize.verification.picture_metrics import rms_change
-from relief.common.limits import HEIGHT_LIMIT_MM
+from relief.ground.limits import HEIGHT_LIMIT_MM
 from relief.printed import printed
 from relief.printers import Printer
 from relief.relief import Relief

@@ -8,7 +8,7 @@ import pytest
 import tactile
 from optimize.descent.linear_scaling import WIDEST, LinearScaling, linear_scaling, scaled_both_ways, stretched
 from optimize.descent.targets import Targets
-from relief.common.limits import HEIGHT_LIMIT_MM
+from relief.ground.limits import HEIGHT_LIMIT_MM
 from tactile.measures import TouchMeasures
 from tests.optimize.conftest import ProblemWith, with_heights
 

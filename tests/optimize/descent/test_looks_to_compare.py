@@ -12,7 +12,7 @@ from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
 from optimize.verification.picture_metrics import rms_change
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.relief import Relief
 from tests.tactile.reliefs import SIZE
 from tests.visual.scenes import PLASTIC, hills, sun, write_scene

@@ -13,8 +13,8 @@ from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
 from optimize.settings.run_file import run_from_scene
-from relief.common.arrays import Array
-from relief.common.errors import InputError
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
 from relief.relief import Relief
 from tests.tactile.reliefs import SIZE, waves
 from tests.visual.scenes import PLASTIC, sun, write_scene

@@ -17,7 +17,7 @@ from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.gauss_newton.trust import Trust
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Target, Targets
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.places import between
 from relief.relief import Relief
 from tactile.measures import measure_touch

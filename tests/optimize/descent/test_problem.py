@@ -9,8 +9,8 @@ import pytest
 import tactile
 from optimize.descent.problem import Problem, change_percent, within_limits
 from optimize.descent.targets import Targets
-from relief.common.errors import InputError
-from relief.common.limits import HEIGHT_LIMIT_MM
+from relief.ground.errors import InputError
+from relief.ground.limits import HEIGHT_LIMIT_MM
 from relief.relief import Relief
 from tactile.measures import measure_touch
 from tests.optimize.conftest import ProblemWith

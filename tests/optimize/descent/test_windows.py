@@ -6,7 +6,7 @@ import scipy.sparse as sp
 
 from optimize.descent.gauss_newton.laplacian import laplacian
 from optimize.descent.gauss_newton.windows import windowed_response, windows
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.patches import Patches
 from relief.places import places
 from relief.surface import Surface

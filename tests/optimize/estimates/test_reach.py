@@ -8,7 +8,7 @@ import pytest
 
 from optimize.estimates import reach as reaching
 from optimize.estimates.reach import ChangeCurve, Reach, crossing, reach
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.heightmap import save_heights_exr
 from retouch.commands.main import main
 from tactile.quantities import LARGEST_JND, LIMIT_PERCENT

@@ -15,8 +15,8 @@ from optimize.descent.targets import Targets
 from optimize.run_directory.checkpoint import FILE, Checkpoint, check_key, load_checkpoint, save_checkpoint
 from optimize.run_directory.key import run_key
 from optimize.settings.run_file import Run, run_from_scene
-from relief.common.errors import InputError
-from relief.common.tensors import Arrays, read_tensors, tensor_bytes
+from relief.ground.errors import InputError
+from relief.ground.tensors import Arrays, read_tensors, tensor_bytes
 
 
 def iterate(step: int, touches: int = 1) -> Iterate:

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from optimize.run_directory.pictures import file_names, write_pictures
-from relief.common.srgb import srgb
+from relief.ground.srgb import srgb
 
 HOSTILE = [
     *("../../escape", "/etc/passwd", "..", ".", "", "a/b", "a\\b", ".hidden", "-rf", "two\nlines", "nul\0"),

@@ -28,7 +28,7 @@ from optimize.verification.felt_places import FeltPlaces
 from optimize.verification.measuring import Outcome
 from optimize.verification.summarising import summarise
 from optimize.verification.verification import Verification
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.relief import Relief
 from retouch.pages import run_report
 from retouch.pages.content import Report

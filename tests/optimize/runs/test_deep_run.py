@@ -8,8 +8,8 @@ import trimesh
 
 from optimize.runs.job import Result
 from optimize.settings.run_file import load_run
-from relief.common.errors import InputError
-from relief.common.limits import BASE_MM
+from relief.ground.errors import InputError
+from relief.ground.limits import BASE_MM
 from relief.heightmap import load_heights, save_heights_exr
 from relief.printed import printed
 from retouch.commands import main as cli

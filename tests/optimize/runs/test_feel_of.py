@@ -13,7 +13,7 @@ from optimize.settings.run_file import Run, dump_resolved, load_run, run_from_sc
 from relief.heightmap import save_heights_exr
 from relief.relief import Relief
 from retouch.commands.main import main
-from retouch.studies.row_key import row_key
+from retouch.laboratory.studies.row_key import row_key
 from retouch.verbs import runs
 from tactile.measures import measure_touch
 from tactile.quantities import CONTACT_AREA, ROUGHNESS

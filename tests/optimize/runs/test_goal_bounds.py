@@ -9,7 +9,7 @@ from optimize.runs.goal_bounds import check_distance, nearest_goals
 from optimize.runs.goal_maps import GoalMap, Part
 from optimize.runs.preparation import known_in_reach
 from optimize.settings.run_file import Run, run_from_scene
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.places import places
 from relief.surface import Surface
 from retouch.verbs import runs

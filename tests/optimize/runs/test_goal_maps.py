@@ -10,7 +10,7 @@ import pytest
 from optimize.descent.targets import Targets
 from optimize.runs.goal_maps import GoalMap, RunGoals, goal_maps
 from optimize.settings.touch import Touch
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.places import between, centres_mm, places
 from relief.surface import Surface
 from tactile.jnd import jnd_apart, jnd_scaled

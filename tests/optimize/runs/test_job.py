@@ -36,9 +36,9 @@ from optimize.verification import measuring
 from optimize.verification import picture_metrics as metrics
 from optimize.verification.converged import converged
 from optimize.verification.picture_metrics import known
-from relief.common.errors import InputError
-from relief.common.limits import BASE_MM
-from relief.common.locks import only_writer
+from relief.ground.errors import InputError
+from relief.ground.limits import BASE_MM
+from relief.ground.locks import only_writer
 from relief.heightmap import load_heights, save_heights_exr
 from retouch.commands.main import main
 from retouch.verbs import runs

@@ -13,7 +13,7 @@ from optimize.descent.gauss_newton.layers import HEIGHTS, PATIENCE, Layers
 from optimize.runs import job
 from optimize.runs.job import Result
 from optimize.settings.run_file import Run, dump_resolved, load_run, run_from_scene
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.heightmap import load_heights
 from relief.printed import faults, printed
 from relief.printers import PRINTERS, Printer

@@ -8,7 +8,7 @@ import pytest
 
 from optimize.runs.preparation import steering_look
 from optimize.settings.run_file import run_from_scene
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from retouch.verbs.runs import optimize as run
 from tests.tactile.reliefs import waves
 from tests.visual.exact.test_view import OBLIQUE

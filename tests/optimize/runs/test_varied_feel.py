@@ -7,7 +7,7 @@ import pytest
 
 from optimize.runs.job import Result
 from optimize.settings.run_file import load_run
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.heightmap import save_heights_exr
 from retouch.verbs import runs
 from tests.tactile.reliefs import waves

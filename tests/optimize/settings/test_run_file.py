@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from optimize.descent.methods import METHODS
 from optimize.settings import run_file as config
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 
 SCENES = Path(__file__).resolve().parents[3] / "mitsuba_scenes"
 

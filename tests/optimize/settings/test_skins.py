@@ -8,7 +8,7 @@ from mitsuba_scenes.fingers import bundled_skins
 from optimize.run_directory.key import run_key
 from optimize.settings import run_file as config
 from optimize.settings.skins import load_skin
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tactile.skin import Skin
 
 

@@ -9,10 +9,10 @@ import pytest
 from optimize.settings.run_file import run_from_scene
 from optimize.verification import jod as module
 from optimize.verification.jod import jod, jod_obstacle
-from relief.common.errors import InputError
-from retouch.studies.measuring.jod import run_jod
-from retouch.studies.measuring.measures import MEASURES
-from retouch.studies.row_job import outdated
+from relief.ground.errors import InputError
+from retouch.laboratory.studies.measuring.jod import run_jod
+from retouch.laboratory.studies.measuring.measures import MEASURES
+from retouch.laboratory.studies.row_job import outdated
 from retouch.verbs.runs import optimize as run
 from tests.visual.scenes import SIDE, hills, sun, write_scene
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from optimize.verification import picture_metrics as metrics
-from relief.common.srgb import srgb
+from relief.ground.srgb import srgb
 
 WHITE = 0.8
 

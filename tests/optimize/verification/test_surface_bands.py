@@ -8,7 +8,7 @@ import pytest
 from optimize.verification.felt_places import FeltPlaces
 from optimize.verification.skin_surface import skin_bands
 from optimize.verification.surface_bands import BANDS_MM, DETECTED_UM, held_share, surface_bands, threshold_um
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.relief import Relief
 from tactile.measures import measure_touch
 from tactile.model import ModelName

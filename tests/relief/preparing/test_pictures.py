@@ -11,7 +11,7 @@ import tifffile
 from numpy.typing import NDArray
 from PIL import Image
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.preparing.pictures import Picture, open_picture
 
 WIDE, HIGH = 24, 20

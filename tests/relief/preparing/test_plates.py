@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from relief.common.errors import InputError
-from relief.common.limits import LARGEST_SIDE
+from relief.ground.errors import InputError
+from relief.ground.limits import LARGEST_SIDE
 from relief.heightmap import load_height_map, save_heights_exr
 from relief.preparing.plates import repeated
 from relief.preparing.preparation import prepare

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.heightmap import load_height_map, save_heights_png
 from relief.preparing.preparation import prepare
 from relief.relief import Relief

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.preparing.resampling import resampled, square_in
 
 

@@ -8,7 +8,7 @@ import pytest
 import retouch
 from mitsuba_scenes import DEFAULT_SCENE, find_file
 from optimize.settings.fast_models import FAST_MODELS
-from relief.common.formats import RUN_HEIGHTS
+from relief.ground.formats import RUN_HEIGHTS
 from retouch.app.values.document import Feel, Part, Picture, command_line
 from retouch.commands import optimize, prepare
 from retouch.commands.main import parse

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from relief.common.errors import InputError
-from relief.objects.table import OBJECTS
+from relief.ground.errors import InputError
+from relief.solids.objects.table import OBJECTS
 from retouch.app.values.folders import (
     BUNDLED_OBJECTS,
     PARTS_FOLDER,

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from optimize.run_directory.key import RESULT, read_verification
-from relief.common.formats import RUN_CHECKPOINT, RUN_HISTORY
-from relief.common.locks import locked
+from relief.ground.formats import RUN_CHECKPOINT, RUN_HISTORY
+from relief.ground.locks import locked
 from retouch.app.state import runs
 from retouch.app.state.runs import Job, Queue, State, earlier_runs, state_of, steps
 from retouch.app.values.document import Feel

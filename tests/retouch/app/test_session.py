@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 from optimize.run_directory.key import RESULT
-from relief.common.formats import RUN_HEIGHTS
+from relief.ground.formats import RUN_HEIGHTS
 from retouch.app.computing import results, touch
 from retouch.app.state import numbers, running, session
 from retouch.app.state.runs import State

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from retouch.app.computing.worker import Superseded, Worker
 from tests.retouch.app.worker_works import until_there
 

@@ -13,8 +13,8 @@ from mitsuba_scenes import find_file
 from optimize.run_directory import results
 from optimize.settings.run_file import run_from_scene
 from optimize.verification.picture_metrics import pixels_per_degree
-from relief.common.errors import InputError
-from relief.common.formatting import OBEYED
+from relief.ground.errors import InputError
+from relief.ground.formatting import OBEYED
 from relief.heightmap import save_heights_exr
 from retouch.commands.main import main
 from tests.retouch.pages.outline import Outline

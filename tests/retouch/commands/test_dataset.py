@@ -9,7 +9,7 @@ import pytest
 from relief.heightmap import save_heights_png
 from retouch.commands import dataset as cli_dataset
 from retouch.commands.main import main
-from retouch.workers import cluster
+from retouch.laboratory.workers import cluster
 from surrogate.data.field_set import open_fieldset
 from surrogate.data.shard import Failure
 

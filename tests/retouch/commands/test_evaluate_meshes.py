@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from relief.body import stl
-from relief.export.plate import export_plate
 from relief.heightmap import save_heights_exr
-from relief.objects.table import OBJECTS
-from relief.wrapping.surfaces import Settings
-from relief.wrapping.tiles import Tile
-from relief.wrapping.wrap import Covering, wrap
+from relief.solids.body import stl
+from relief.solids.export.plate import export_plate
+from relief.solids.objects.table import OBJECTS
+from relief.solids.wrapping.surfaces import Settings
+from relief.solids.wrapping.tiles import Tile
+from relief.solids.wrapping.wrap import Covering, wrap
 from retouch.commands.main import main
 from retouch.commands.mesh_entries import mesh_lines
-from tests.relief.meshes.bodies import CUBE, cube, joined
+from tests.relief.solids.meshes.bodies import CUBE, cube, joined
 
 
 @pytest.fixture

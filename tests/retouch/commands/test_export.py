@@ -11,11 +11,11 @@ import trimesh
 from PIL import Image
 
 from optimize.settings.run_file import dump_resolved, run_from_scene
-from relief.common.formats import FORMATS
-from relief.export.parts import WRITERS
+from relief.ground.formats import FORMATS
 from relief.heightmap import load_height_map, save_heights_exr
 from relief.printed import printed
 from relief.printers import find_printer
+from relief.solids.export.parts import WRITERS
 from retouch.commands.main import BAD_INPUT, main
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from optimize.runs.interrupts import INTERRUPTED, interruptible
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.heightmap import save_heights_png
 from retouch.commands import doctor
 from retouch.commands.main import BAD_INPUT, main

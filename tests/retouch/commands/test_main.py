@@ -23,8 +23,8 @@ from optimize.run_directory.results import write_relief
 from optimize.runs import job
 from optimize.settings import run_file as config
 from optimize.verification.verification import Verification
-from relief.common.errors import InputError
-from relief.common.formatting import between, number, percent, plus_minus
+from relief.ground.errors import InputError
+from relief.ground.formatting import between, number, percent, plus_minus
 from relief.heightmap import load_heights, save_heights_exr
 from relief.relief import Relief
 from retouch.commands import main as cli

@@ -11,8 +11,8 @@ import pytest
 
 import retouch
 from optimize.settings.run_file import dump_resolved, load_run
-from relief.common.errors import InputError, naming
-from relief.common.formats import RUN_CHECKPOINT
+from relief.ground.errors import InputError, naming
+from relief.ground.formats import RUN_CHECKPOINT
 from relief.heightmap import save_heights_exr
 from retouch.commands.main import VERBS, main, parse
 from retouch.commands.options import print_json, telling

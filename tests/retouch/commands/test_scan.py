@@ -12,11 +12,11 @@ from optimize.settings.run_file import run_from_scene
 from relief.heightmap import save_heights_exr
 from relief.printers import read_printer
 from relief.relief import Relief
-from relief.scanning.coupon import coupon
-from relief.scanning.pose import Pose
-from relief.scanning.simulated import Scanner, scanned
+from relief.scans.coupon import coupon
+from relief.scans.pose import Pose
+from relief.scans.simulated import Scanner, scanned
 from retouch.commands.main import BAD_INPUT, main
-from tests.relief.scanning.conftest import POSE, scan_of, texture
+from tests.relief.scans.conftest import POSE, scan_of, texture
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from rich.text import Text
 
-from relief.common.formatting import OBEYED
+from relief.ground.formatting import OBEYED
 from retouch.commands import touch_entries
 from retouch.commands.main import main
 from retouch.commands.options import console

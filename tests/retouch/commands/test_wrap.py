@@ -11,19 +11,19 @@ import trimesh
 from manifold3d import Manifold
 
 import retouch
-from relief.body import stl
-from relief.common.lengths import Lengths
+from relief.ground.lengths import Lengths
 from relief.heightmap import save_heights_exr
-from relief.meshes import read_mesh
-from relief.objects.table import OBJECTS
-from relief.wrapping.placement import PROJECTIONS, placement_of
-from relief.wrapping.surfaces import Settings
+from relief.solids.body import stl
+from relief.solids.meshes import read_mesh
+from relief.solids.objects.table import OBJECTS
+from relief.solids.wrapping.placement import PROJECTIONS, placement_of
+from relief.solids.wrapping.surfaces import Settings
 from retouch.commands.main import BAD_INPUT, main
 from retouch.commands.wrap import OBJECTS as NAMED
 from retouch.commands.wrap import PLACING as OF_COMMAND
 from retouch.commands.wrap import PROJECTIONS as CHOICES
 from retouch.verbs.objects.wrap_task import PLACING, Repair, WrapOptions
-from tests.relief.meshes.test_outer import solid
+from tests.relief.solids.meshes.test_outer import solid
 
 FEW = ("--edge-mm", "0.8")
 

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from relief.common.srgb import srgb
+from relief.ground.srgb import srgb
 from relief.shading import averaged
 from retouch.pages import colour_maps
 

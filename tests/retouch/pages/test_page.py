@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from optimize.verification.verification import Verification
-from relief.common.formatting import percent, rounded
+from relief.ground.formatting import percent, rounded
 from retouch.pages import colour_maps
 from retouch.pages.content import Baseline, Report
 from retouch.pages.figures import PERCENTILE, SHOWN_SIDE, change_percent

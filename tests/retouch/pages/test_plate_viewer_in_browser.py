@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from benchmarks.docs.pages import WIDTHS, faults
 from benchmarks.shared.browser import Browser, chromium
-from relief.common.srgb import linear_rgb
+from relief.ground.srgb import linear_rgb
 from relief.relief import Relief
 from retouch.pages.page import write_report
 from retouch.pages.plate_viewer.figure import asset, component

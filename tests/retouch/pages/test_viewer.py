@@ -16,7 +16,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 from PIL import Image
 
-from relief.body import Body
+from relief.solids.body import Body
 from retouch.pages.objects.object_page import Card, write_object_page
 from retouch.pages.viewer import lighter
 from retouch.pages.viewer.figure import asset, key, viewer_figure

@@ -9,7 +9,7 @@ from PIL import Image
 
 from benchmarks.docs.pages import LAYOUT
 from benchmarks.shared.browser import Browser, chromium
-from relief.body import Body
+from relief.solids.body import Body
 from retouch.pages.objects.object_page import Card, write_object_page
 from retouch.pages.viewer.figure import viewer_figure
 from retouch.pages.viewer.models import Layer, Model

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from relief.common.limits import PATCH_SIDE_MM
+from relief.ground.limits import PATCH_SIDE_MM
 from relief.heightmap import load_height_map
 from relief.preparing.tiling import OVERLAP
 from relief.seam import seams

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from surrogate.corpus.manifest import (
     MANIFEST_FILE,
     Entry,

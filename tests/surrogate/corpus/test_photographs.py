@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from surrogate.corpus.bundled_textures import FOLDER as EXAMPLES
 from surrogate.corpus.photographs import bundled, by_name, crop, folder, source_of_file
 from surrogate.corpus.recipes import Recipe, heights

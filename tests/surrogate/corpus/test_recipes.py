@@ -6,8 +6,8 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from relief.common.errors import InputError
-from relief.common.limits import HEIGHT_LIMIT_MM
+from relief.ground.errors import InputError
+from relief.ground.limits import HEIGHT_LIMIT_MM
 from surrogate.corpus.optimised import checksum
 from surrogate.corpus.photographs import bundled
 from surrogate.corpus.recipes import (

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from safetensors.numpy import load_file, save_file
 
-from relief.common.errors import InputError
-from relief.common.files import write_atomically
+from relief.ground.errors import InputError
+from relief.ground.files import write_atomically
 from surrogate.corpus.manifest import entry
 from surrogate.corpus.recipes import Recipe, heights, recipes
 from surrogate.data.field_set import open_fieldset, shard_path, text_of_failures

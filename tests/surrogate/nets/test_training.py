@@ -13,8 +13,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from relief.common.errors import InputError
-from relief.common.tensors import Arrays, read_tensors, tensor_bytes
+from relief.ground.errors import InputError
+from relief.ground.tensors import Arrays, read_tensors, tensor_bytes
 from surrogate.nets.augmentation import transformed
 from surrogate.nets.checkpoint import CHECKPOINT_FILE, CURVES, TrainingKey, load_training, save_training
 from surrogate.nets.training import Epoch, Examples, Settings, Training, beginning, errors, train

@@ -14,7 +14,7 @@ import pytest
 import torch
 from safetensors.torch import load_file, save_file
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from surrogate.nets.unet import Shape, UNet
 from surrogate.nets.weights import (
     FOLDER,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from tactile.elements.round_pad import flat_response, response
 from tactile.layer.cosine_layer import PARITIES, layer_symbols
 from tactile.skin import Skin, lame

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tactile.unstructured import meshing
 from tactile.unstructured.meshing import MeshingError, Sizing, Tetrahedra, signed_volumes, tetrahedralise
 from tactile.unstructured.surface import Surface, block_surface, fingertip_surface, outward_normals

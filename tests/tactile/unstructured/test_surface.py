@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tactile.unstructured.surface import Surface, block_surface, fingertip_surface, height_over, locate
 
 TETRAHEDRON = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])

@@ -8,7 +8,7 @@ import skfem
 import torch
 from torch import Tensor
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tactile import Skin, contact_area, roughness
 from tactile.contact import solve_contact
 from tactile.elements.finite_elements import FiniteElementOperator, finite_element_operator

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.heightmap import save_heights_exr
-from tests.relief.triangles import face_normals
+from tests.relief.solids.triangles import face_normals
 from visual.backend import buffers, heightfield
 from visual.scene_file.check import check_scene, instantiate
 from visual.scene_file.describe import describe

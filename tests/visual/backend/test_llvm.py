@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from relief.common.files import cache_folder
+from relief.ground.files import cache_folder
 from visual.backend import llvm, llvm_candidates
 from visual.backend.llvm_candidates import Library
 

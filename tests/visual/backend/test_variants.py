@@ -8,7 +8,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from visual.backend import llvm, variants
 from visual.backend.variants import choose_variant, load_mitsuba, require_gradients
 

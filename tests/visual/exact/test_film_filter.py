@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tests.visual.differences import differ_by_noise
 from tests.visual.exact.test_view import OBLIQUE
 from tests.visual.scenes import ABOVE, PLASTIC, SIDE, Array, hills, sky, sun, waves

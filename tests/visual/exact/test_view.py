@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tests.recorded import Truths
 from tests.visual.differences import (
     ADJOINTS,

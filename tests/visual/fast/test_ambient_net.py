@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from surrogate.nets.unet import Shape, UNet
 from tests.tactile.reliefs import waves
 from visual.backend.plate import plate_bsdf

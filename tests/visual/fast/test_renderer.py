@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import torch
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.surface import Surface
 from tests.recorded import Truths
 from tests.tactile.reliefs import waves

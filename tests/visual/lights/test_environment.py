@@ -11,7 +11,7 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tests.visual.scenes import ALBEDO, SIDE, SIZE_MM, Array, hills, write_scene
 from visual.backend import heightfield
 from visual.lights.environment import environment, sky_cells

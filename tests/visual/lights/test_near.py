@@ -6,7 +6,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tests.recorded import Truths
 from tests.visual.differences import by_gradients, slopes_of_pictures, view_gradient
 from tests.visual.exact.test_shading import MATERIALS

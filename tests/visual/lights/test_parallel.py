@@ -7,7 +7,7 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tests.visual.scenes import hills, sky, sun, toward, write_scene
 from visual.lights.ambient import ambient_lights
 from visual.lights.kind import Light

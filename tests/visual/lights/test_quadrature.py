@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import visual
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from tests.visual.scenes import hills, sky, sun, write_scene
 from visual.explain import explain_scene
 from visual.lights import quadrature

@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from mitsuba_scenes import FOLDER
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.heightmap import save_heights_exr
 from visual.scene_file.bounds import PARAMETERS, Kind, plugins
 from visual.scene_file.check import check_scene

@@ -9,7 +9,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from relief.common.errors import InputError
+from relief.ground.errors import InputError
 from relief.heightmap import save_heights_exr
 from visual.scene_file.check import check_scene, instantiate
 from visual.scene_file.describe import describe

@@ -9,13 +9,13 @@ import trimesh
 from mitsuba_scenes import find_texture
 from optimize.verification.solids.mesh_feel import MeshFeel, feel_of
 from optimize.verification.solids.over_object import over_object, textured
-from relief.body import Body
-from relief.common.errors import InputError
-from relief.export.plate import plate_mesh
+from relief.ground.errors import InputError
 from relief.heightmap import load_heights
-from relief.meshes import Mesh, outer_body, read_mesh
-from relief.meshes.unrolling import Unroller, refined_object
 from relief.relief import Relief
+from relief.solids.body import Body
+from relief.solids.export.plate import plate_mesh
+from relief.solids.meshes import Mesh, outer_body, read_mesh
+from relief.solids.meshes.unrolling import Unroller, refined_object
 from retouch.pages.objects.mesh_colouring import (
     BAR_PIXELS,
     LEAST_PIXELS,
@@ -27,8 +27,8 @@ from retouch.pages.objects.mesh_colouring import (
 from tactile import jnd_apart
 from tactile.measures import measure_touch
 from tactile.skin import Skin
-from tests.relief.meshes.bodies import cube, joined
-from tests.relief.meshes.rolled import rolled
+from tests.relief.solids.meshes.bodies import cube, joined
+from tests.relief.solids.meshes.rolled import rolled
 
 pytestmark = pytest.mark.slow
 

@@ -6,12 +6,12 @@ import pytest
 from mitsuba_scenes import find_texture
 from optimize.verification.solids.mesh_feel import pressed
 from optimize.verification.solids.own_shape import _lattice, _low_pass, textures_alone
-from relief.body import Body
-from relief.common.arrays import Array
+from relief.ground.arrays import Array
 from relief.heightmap import load_heights
-from relief.meshes.crops import Crop, Cropper
-from relief.meshes.places import Frame
-from relief.objects.torus import fitted, torus
+from relief.solids.body import Body
+from relief.solids.meshes.crops import Crop, Cropper
+from relief.solids.meshes.places import Frame
+from relief.solids.objects.torus import fitted, torus
 from tactile.skin import Skin
 
 FRAME = Frame(np.zeros(3), np.eye(3))

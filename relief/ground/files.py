@@ -1,0 +1,187 @@
+"""Files: written whole or not at all, read within a limit, and the folder of the cache."""
+
+import glob
+import logging
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from functools import cache
+from pathlib import Path
+
+from relief.ground.errors import InputError
+from relief.ground.locks import locked
+
+_log = logging.getLogger(__name__)
+
+PARTIAL = ".partial"
+"""Ending of the name of a temporary folder; the name begins with a dot."""
+UNLOCKED_S = 1.0
+"""Age of a temporary folder, s, from which its writer holds a lock on it."""
+
+
+@contextmanager
+def partial_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a temporary folder beside ``path``, on the same file system; it is gone when the block ends.
+
+    Folders that killed processes have left of the same ``path`` are removed: a lock dies with its process.
+
+    Args:
+        path: The final place of what is written; missing folders are made.
+
+    Yields:
+        The temporary folder.
+
+    Raises:
+        OSError: The folder cannot be made or written; the error names ``path``.
+    """
+    path = Path(path)
+    with naming_errors(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        for left in path.parent.glob(f".{glob.escape(path.stem)}-*{PARTIAL}"):
+            with suppress(OSError, ImportError), locked(left):
+                if time.time() - left.stat().st_mtime >= UNLOCKED_S:
+                    shutil.rmtree(left, ignore_errors=True)
+        with (
+            tempfile.TemporaryDirectory(PARTIAL, f".{path.stem}-", path.parent) as folder,
+            ExitStack() as lock,
+        ):
+            # Without locks, as on Windows and on some network file systems, nothing is removed by others.
+            with suppress(OSError, ImportError):
+                lock.enter_context(locked(Path(folder)))
+            yield Path(folder)
+
+
+@contextmanager
+def naming_errors(path: Path) -> Iterator[None]:
+    """Give the OSErrors of the block, if they name no file or a temporary one, the name of a file.
+
+    Args:
+        path: The file.
+
+    Raises:
+        OSError: The block raised one.
+    """
+    try:
+        yield
+    except OSError as error:
+        if error.errno is None or PARTIAL not in str(error.filename or PARTIAL):
+            raise
+        raise OSError(error.errno, error.strerror, os.fspath(path)) from error
+
+
+def check_file_to_write(path: Path) -> None:
+    """Raise InputError if no file can be written at ``path``: its folder is missing, or it is a folder."""
+    missing = not path.parent.is_dir()
+    if missing or path.is_dir():
+        fault = f"there is no folder {path.parent}" if missing else "is a folder"
+        raise InputError(f"{path}: {fault}", f"{path}: -o: {fault}")
+
+
+@contextmanager
+def permitted(path: Path) -> Iterator[None]:
+    """Raise a PermissionError of the block, which may name a temporary file, as an InputError of ``path``."""
+    try:
+        yield
+    except PermissionError as error:
+        raise InputError(f"{path}: {error.strerror}", f"{path}: -o: {error.strerror}") from error
+
+
+def remove_partial(folder: Path, older_than_s: float = 0.0) -> None:
+    """Remove the temporary folders that killed processes have left in a folder, as far as possible.
+
+    Args:
+        folder: The folder; it may not exist.
+        older_than_s: Least age of what is removed, s.
+    """
+    for path in partial_folders(folder):
+        if time.time() - path.stat().st_mtime >= older_than_s:
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def partial_folders(folder: Path) -> list[Path]:
+    """Return the temporary folders in a folder."""
+    return list(folder.glob(f".*{PARTIAL}"))
+
+
+@contextmanager
+def partial_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a temporary path of the same name; it replaces ``path`` when the block ends without an error.
+
+    Missing folders are made. After an error nothing is left of the temporary file, and an earlier file at
+    ``path`` stays as it was.
+
+    Args:
+        path: The final place of the file.
+
+    Yields:
+        The temporary path to write to, on the same file system, with the same suffix.
+
+    Raises:
+        OSError: The folder cannot be made, or the file cannot be written; the error names ``path``.
+    """
+    with partial_folder(path) as folder:
+        partial = folder / Path(path).name
+        yield partial
+        os.replace(partial, path)
+        _log.info("%s: written", path)
+
+
+def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
+    """Write a file that appears whole or not at all.
+
+    Args:
+        path: The file; missing folders are made.
+        content: All bytes of the file.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    with partial_file(path) as partial:
+        partial.write_bytes(content)
+
+
+def read_limited(path: Path, limit: int) -> bytes:
+    """Read a file that may be hostile: never more than its kind can need.
+
+    Args:
+        path: The file.
+        limit: Most bytes that it may hold.
+
+    Returns:
+        All bytes of the file.
+
+    Raises:
+        InputError: The file cannot be read or is longer than ``limit``.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(limit + 1)
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from error
+    if len(content) > limit:
+        raise InputError(f"{path}: is longer than {limit} bytes")
+    return content
+
+
+def cache_folder() -> Path:
+    """Return the folder for results that can be computed again; it may not exist yet.
+
+    Returns:
+        The value of ``RETOUCH_CACHE``, else ``retouch`` in the user's cache folder (``XDG_CACHE_HOME``). For
+        a user without a home, as in some containers, a temporary folder that goes with the process.
+    """
+    if chosen := os.environ.get("RETOUCH_CACHE"):
+        return Path(chosen)
+    try:
+        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "retouch"
+    except RuntimeError:
+        return Path(_passing_folder().name)
+
+
+@cache
+def _passing_folder() -> tempfile.TemporaryDirectory[str]:
+    """A folder for this process alone, because what others could leave in a shared one would be believed."""
+    return tempfile.TemporaryDirectory(prefix="retouch-")

@@ -1,0 +1,54 @@
+"""File formats: of plates, one row each, which everything that names a format reads; of height maps."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class PlateFormat:
+    """A file format for plates.
+
+    Attributes:
+        description: what the file is good for, as the report says it.
+        of_every_run: whether each run writes its plate in this format.
+    """
+
+    description: str
+    of_every_run: bool
+
+
+FORMATS = {
+    ".3mf": PlateFormat("triangles in millimetres; the safer choice if the slicer reads the format", True),
+    ".stl": PlateFormat("triangles without a unit; the slicer must be set to millimetres", True),
+    ".obj": PlateFormat("triangles without a unit, mm, for modelling programs", False),
+    ".glb": PlateFormat("triangles in metres, as the format defines, for Blender and browsers", False),
+    ".ply": PlateFormat("triangles without a unit, mm, for MeshLab", False),
+}
+"""Formats by the suffix of the file; `relief.solids.export.parts` writes them."""
+
+DISPLACEMENT = ".png"
+"""Suffix of a height map that `retouch export` writes for programs that displace a surface by a picture."""
+
+RUN_HEIGHTS = "heights.exr"
+"""Name of the height map in mm that each run writes."""
+RUN_HISTORY = "history.jsonl"
+"""Name of the file with a line for each step of a run."""
+RUN_CHECKPOINT = "checkpoint/descent.safetensors"
+"""Path in a run's folder of the state from which the run goes on."""
+
+HEIGHT_MAPS = (".png", ".tif", ".tiff", ".exr", ".npy")
+"""Suffixes of the files that `relief.heightmap` reads."""
+
+MESHES = (".stl", ".obj", ".ply", ".glb", ".3mf")
+"""Suffixes of the files that `relief.solids.meshes` reads."""
+
+UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
+"""Millimetres in each unit of length that a mesh may have."""
+
+PREVIEW = "-preview.png"
+"""End of the name of the preview that `retouch prepare` writes beside a height map."""
+
+PICTURES = (".jpg", ".jpeg", ".jfif", ".webp", ".bmp", ".gif", ".pgm", ".ppm")
+"""Suffixes of more pictures, which `relief.preparing` makes height maps of."""
+
+PLATES = tuple(f"plate{suffix}" for suffix, kind in FORMATS.items() if kind.of_every_run)
+"""Names of the plates that each run writes."""

@@ -1,0 +1,80 @@
+"""Lengths that turn a height map into a plate: their ranges, and their place in a file's header."""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypedDict
+
+import numpy as np
+
+from relief.ground.errors import InputError, naming
+from relief.ground.limits import (
+    LARGEST_HEIGHT_SCALE,
+    LARGEST_PLATE_MM,
+    LARGEST_RELIEF_MM,
+    SMALLEST_PLATE_MM,
+    SMALLEST_RELIEF_MM,
+)
+
+LONGEST_SHOWN = 160
+"""Most characters that a message repeats of a file or of another package's error."""
+RANGES = {
+    "size_mm": (SMALLEST_PLATE_MM, LARGEST_PLATE_MM),
+    "relief_mm": (SMALLEST_RELIEF_MM, LARGEST_RELIEF_MM),
+    "height_scale": (1.0 / LARGEST_HEIGHT_SCALE, LARGEST_HEIGHT_SCALE),
+}
+"""Least and greatest value, both allowed, of each number that turns a height map into a plate."""
+
+
+class Lengths(TypedDict, total=False):
+    """The same numbers as arguments, None where unknown; see `relief.heightmap.load_height_map`."""
+
+    size_mm: float | None
+    relief_mm: float | None
+    height_scale: float | None
+
+
+HEADER = "retouch."
+"""Begin of the names in a file's header, followed by ``size_mm`` or ``relief_mm``."""
+
+
+def in_range(key: str, number: object) -> float:
+    """Return a number that may come from anywhere, as a float.
+
+    Args:
+        key: Name of the number, a key of `RANGES`.
+        number: A number, or its text.
+
+    Raises:
+        InputError: It is no number or out of range; the message starts with ``key``.
+    """
+    lowest, highest = RANGES[key]
+    try:
+        value = float(number)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        value = np.nan
+    if not lowest <= value <= highest:
+        raise InputError(f"{key}: {shown(number)} is not a number from {lowest:g} to {highest:g}")
+    return value
+
+
+def header_of(path: str | os.PathLike[str], **lengths: float | None) -> dict[str, float]:
+    """The lengths that are not None, checked, by their names in a header."""
+    with naming(path):
+        return {HEADER + key: in_range(key, length) for key, length in lengths.items() if length is not None}
+
+
+def lengths_of(header: Mapping[Any, Any], path: Path) -> dict[str, float]:
+    """Lengths of a hostile header, by the names of `relief.readers.Content`."""
+    with naming(f"{path}: header"):
+        return {
+            key: in_range(key, header[HEADER + key])
+            for key in ("size_mm", "relief_mm")
+            if HEADER + key in header
+        }
+
+
+def shown(value: object) -> str:
+    """Text of a value that may be hostile: one short line of printable characters."""
+    text = " ".join(str(value).split())[:LONGEST_SHOWN]
+    return "".join(character if character.isprintable() else "?" for character in text)

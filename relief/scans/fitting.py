@@ -1,0 +1,273 @@
+"""Least squares of a pose, with a robust norm, and its covariance under errors that are correlated.
+
+A sample of the scan is the blurred design at its point plus what the model lacks: noise, layers, dirt. Steps
+are Gauss-Newton's with Tukey's weights. What is left over is correlated between neighbours, so the usual
+covariance would be too small: with derivatives J and influences e, it is H^-1 (J' C J) H^-1, where C is the
+covariance of e between places (P. J. Huber, Robust Statistics, 1981, chapter 7; W. Newey and K. West,
+Econometrica 55, 1987). C is taken to depend on the distance of places alone and comes from the influences.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import irfft2, next_fast_len, rfft2
+
+from relief.ground.arrays import Array
+from relief.scans.blurred import Design
+from relief.scans.pose import NAMES, Pose
+from relief.scans.scans import MAD_TO_SIGMA, Scan
+
+TUKEY = 6.0
+"""Standard deviations beyond which a residual has no weight; of normal ones the norm then loses 2 % of what
+least squares know."""
+MOST_STEPS = 30
+"""Most steps; from a coarse pose 5 to 10 are taken."""
+DONE = 1e-3
+"""Change of every number in its standard deviations, below which a fit ends."""
+LONGEST_CORRELATION = 0.25
+"""Farthest distance, in sides of the scan, over which errors are taken to be correlated: beyond, the few
+independent parts of a scan tell nothing of it."""
+FEWEST = 100
+"""Fewest samples on the design of which a pose is fitted."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A pose and how well it is known.
+
+    Attributes:
+        pose: how the print lies.
+        covariance: (9, 9) of the numbers of the pose, in the order of `NAMES`.
+        residuals: (rows, cols) mm of the scan, what the model lacks; NaN off the design and in holes.
+        outliers: (rows, cols), samples without weight.
+        correlation: of model and scan over the samples with weight, each weighted; -1 to 1.
+        spread_mm: robust standard deviation of the residuals.
+        overlap: share that the samples on the plate have of all the scan's, or of those that the whole plate
+            would have if these are fewer.
+    """
+
+    pose: Pose
+    covariance: Array
+    residuals: Array
+    outliers: NDArray[np.bool_]
+    correlation: float
+    spread_mm: float
+    overlap: float
+
+    @property
+    def quality(self) -> float:
+        """Correlation, less where a part of the smaller of plate and scan lies off the other."""
+        return self.correlation * float(np.sqrt(min(1.0, self.overlap)))
+
+    def sigma(self, name: str) -> float:
+        """Standard deviation of a number of the pose."""
+        place = NAMES.index(name)
+        return float(np.sqrt(max(self.covariance[place, place], 0.0)))
+
+
+class LostError(ValueError):
+    """The scan and the design do not overlap at a pose."""
+
+
+def fit(design: Design, scan: Scan, start: Pose, fixed: tuple[str, ...] = (), steps: int = MOST_STEPS) -> Fit:
+    """Fit a pose to a scan.
+
+    Args:
+        design: of the print.
+        scan: of the print.
+        start: a pose near the true one: within about half of the finest detail that both show.
+        fixed: numbers of the pose that stay.
+        steps: most steps.
+
+    Raises:
+        LostError: scan and design do not overlap.
+    """
+    free = np.array([name not in fixed for name in NAMES])
+    samples = _Samples(design, scan)
+    numbers = start.array()
+    state = samples.at(Pose.of(numbers))
+    for _ in range(steps):
+        jacobian = state.jacobian[:, free]
+        hessian = jacobian.T @ (state.weights[:, None] * jacobian)
+        gradient = jacobian.T @ (state.weights * state.residuals)
+        step = np.zeros(len(numbers))
+        step[free] = _solve(hessian, gradient)
+        numbers = numbers + _bounded(step, design)
+        state = samples.at(Pose.of(numbers))
+        deviations = state.spread_mm / np.sqrt(np.maximum(np.diag(hessian), np.finfo(float).tiny))
+        if np.all(np.abs(step[free]) <= DONE * deviations):
+            break
+    return state.ended(samples, free)
+
+
+def _solve(hessian: Array, gradient: Array) -> Array:
+    """The step; directions that the scan knows nothing of stay."""
+    units = np.sqrt(np.maximum(np.diag(hessian), np.finfo(float).tiny))
+    scaled = hessian / units / units[:, None]
+    return np.asarray(np.linalg.lstsq(scaled, gradient / units, rcond=1e-10)[0] / units)
+
+
+def _bounded(step: Array, design: Design) -> Array:
+    """The step, shortened so that no point moves by more than a twentieth of the plate."""
+    size = max(design.size_mm)
+    turn, scale, x, y = np.abs(step[:4])
+    farthest = max(0.5 * size * turn, 0.5 * size * scale, x, y) / (0.05 * size)
+    return step / max(1.0, farthest)
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """Residuals and derivatives at one pose, of the samples that lie on the design."""
+
+    pose: Pose
+    places: NDArray[np.intp]
+    residuals: Array
+    jacobian: Array
+    values: Array
+    model: Array
+    spread_mm: float
+
+    @property
+    def ratios(self) -> Array:
+        return np.minimum(np.square(self.residuals / (TUKEY * self.spread_mm)), 1.0)
+
+    @property
+    def weights(self) -> Array:
+        """Tukey's, 0 to 1."""
+        return np.square(1.0 - self.ratios)
+
+    def ended(self, samples: "_Samples", free: NDArray[np.bool_]) -> Fit:
+        weights, ratios = self.weights, self.ratios
+        # Tukey's influence falls off, so the mean of its derivative is less than that of the weights.
+        slope = float(np.mean((1.0 - ratios) * (1.0 - 5.0 * ratios)))
+        covariance = np.zeros((len(NAMES), len(NAMES)))
+        jacobian = self.jacobian[:, free]
+        inverse = np.linalg.pinv(slope * jacobian.T @ jacobian, hermitian=True)
+        middle = samples.correlated(self.places, weights * self.residuals, jacobian)
+        covariance[np.ix_(free, free)] = inverse @ middle @ inverse
+        residuals, outliers = np.full((2, samples.size), np.nan)
+        residuals[self.places], outliers[self.places] = self.residuals, weights <= 0.0
+        return Fit(
+            self.pose,
+            covariance,
+            residuals.reshape(samples.shape),
+            outliers.reshape(samples.shape) > 0.0,
+            _correlation(self.values, self.model, weights),
+            self.spread_mm,
+            len(self.residuals) / max(1.0, min(samples.count, samples.of_plate(self.pose))),
+        )
+
+
+class _Samples:
+    """The measured samples of a scan, and what a pose says of them."""
+
+    def __init__(self, design: Design, scan: Scan) -> None:
+        self._design = design
+        self.shape, self.size = scan.heights.shape, scan.heights.size
+        self._places = np.flatnonzero(scan.measured)
+        x, y = (axis.ravel()[self._places] for axis in np.meshgrid(*scan.axes_mm()))
+        self._x, self._y, self._heights = x, y, scan.heights.ravel()[self._places]
+        self.count, self._pitch_mm = len(self._places), scan.pitch_mm
+
+    def _margin_mm(self, pose: Pose) -> float:
+        """Width of the rim of the design that is left out: at the rim a print is rounded."""
+        blur_mm = float(np.sqrt(max(pose.variance_mm2, 0.0)))
+        return min(self._design.pitch_mm + 2.0 * blur_mm, 0.1 * min(self._design.size_mm))
+
+    def of_plate(self, pose: Pose) -> float:
+        """Number of samples on the whole plate within its rim."""
+        sides = (side - 2.0 * self._margin_mm(pose) for side in self._design.size_mm)
+        return float(np.prod(list(sides))) * (pose.scale / self._pitch_mm) ** 2
+
+    def at(self, pose: Pose) -> _State:
+        x, y = pose.on_design(self._x, self._y)
+        inside = self._design.inside(x, y, self._margin_mm(pose))
+        x, y, heights = x[inside], y[inside], self._heights[inside]
+        if len(x) < FEWEST:
+            raise LostError(f"{len(x)} samples of the scan lie on the design")
+        model = self._design.at(x, y, pose.variance_mm2)
+        tilt = pose.tilt_x * x + pose.tilt_y * y
+        shape = pose.height_scale * model.heights
+        slope_x = pose.height_scale * model.along_x + pose.tilt_x
+        slope_y = pose.height_scale * model.along_y + pose.tilt_y
+        c, s = np.cos(pose.turn) / pose.scale, np.sin(pose.turn) / pose.scale
+        jacobian = np.stack(
+            [
+                slope_x * y - slope_y * x,
+                -(slope_x * x + slope_y * y),
+                -c * slope_x + s * slope_y,
+                -s * slope_x - c * slope_y,
+                pose.height_scale * model.by_variance,
+                model.heights,
+                np.ones(len(x)),
+                x,
+                y,
+            ],
+            axis=-1,
+        )
+        residuals = heights - shape - pose.level_mm - tilt
+        centre = np.median(residuals)
+        spread = MAD_TO_SIGMA * float(np.median(np.abs(residuals - centre)))
+        least = 1e-9 * float(np.ptp(heights)) + np.finfo(float).tiny
+        return _State(
+            pose,
+            self._places[inside],
+            residuals,
+            jacobian,
+            heights - pose.level_mm - tilt,
+            shape,
+            max(spread, least),
+        )
+
+    def correlated(self, places: NDArray[np.intp], influences: Array, jacobian: Array) -> Array:
+        """J' C J for influences (n,) and derivatives (n, k) at places (n,) of the scan."""
+        rows, cols = self.shape
+        lags = [max(2, round(LONGEST_CORRELATION * side)) for side in self.shape]
+        shape = [next_fast_len(side + lag, real=True) for side, lag in zip(self.shape, lags, strict=True)]
+
+        def spectrum(values: Array) -> Array:
+            grid = np.zeros(rows * cols)
+            grid[places] = values
+            return np.asarray(rfft2(grid.reshape(rows, cols), shape))
+
+        known = irfft2(np.abs(spectrum(np.ones(len(places)))) ** 2, shape)
+        products = irfft2(np.abs(spectrum(influences - influences.mean())) ** 2, shape)
+        # Distances that are never met tell nothing.
+        covariance = np.where(known > 0.5, products / np.maximum(known, 1.0), 0.0)
+        covariance *= _window(shape[0], lags[0])[:, None] * _window(shape[1], lags[1])
+        density = rfft2(covariance, shape).real
+        columns = [spectrum(column) for column in jacobian.T]
+        return _weighted_products(columns, np.maximum(density, 0.0), shape)
+
+
+def _window(length: int, lag: int) -> Array:
+    """Parzen's window of lags along an axis, whose spectrum is nowhere negative: (length,)."""
+    away = np.minimum(np.arange(length), length - np.arange(length)) / lag
+    inner = 1.0 - 6.0 * away**2 + 6.0 * away**3
+    return np.where(away <= 0.5, inner, 2.0 * np.maximum(1.0 - away, 0.0) ** 3)
+
+
+def _weighted_products(columns: list[Array], density: Array, shape: list[int]) -> Array:
+    """(k, k) products of columns by their spectra, weighted by a density, over all wave numbers."""
+    # Of the real transform each column but the first and a middle one stands for two.
+    twice = np.full(density.shape[1], 2.0)
+    twice[0] = 1.0
+    if shape[1] % 2 == 0:
+        twice[-1] = 1.0
+    weights = density * twice / (shape[0] * shape[1])
+    products = np.empty((len(columns), len(columns)))
+    for one, first in enumerate(columns):
+        weighted = np.conj(first) * weights
+        for other, second in enumerate(columns[: one + 1]):
+            products[one, other] = products[other, one] = float(np.vdot(np.conj(weighted), second).real)
+    return products
+
+
+def _correlation(values: Array, model: Array, weights: Array) -> float:
+    """Weighted correlation coefficient of two sets of numbers."""
+    total = max(float(weights.sum()), np.finfo(float).tiny)
+    one = values - (weights @ values) / total
+    other = model - (weights @ model) / total
+    norm = np.sqrt((weights @ one**2) * (weights @ other**2))
+    return float((weights * one) @ other / norm) if norm > 0.0 else 0.0

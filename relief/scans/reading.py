@@ -1,0 +1,262 @@
+"""Readers of scans: height maps with holes, meshes seen from above, and points x, y, z as text.
+
+Every file is hostile until it is read.
+"""
+
+import os
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import Delaunay, QhullError
+
+from relief.ground.arrays import Array, Index
+from relief.ground.errors import InputError, PictureError, naming
+from relief.ground.files import read_limited
+from relief.ground.formats import HEIGHT_MAPS, MESHES, UNITS
+from relief.ground.lengths import in_range
+from relief.ground.limits import LARGEST_SIDE, SMALLEST_SIDE
+from relief.ground.progress import stage
+from relief.heightmap import load_content
+from relief.readers import damage_named
+from relief.scans.scans import Scan, block_means, check_scan
+from relief.solids.body import Body
+from relief.solids.meshes.mesh import Mesh, read_mesh
+from relief.solids.meshes.raster import rasterise
+
+POINTS = (".xyz", ".txt", ".csv", ".asc")
+"""Suffixes of files of points."""
+SUFFIXES = (*HEIGHT_MAPS, *MESHES, *POINTS)
+"""Suffixes of the files that are read as scans."""
+LARGEST_TEXT = 1 << 28
+"""Most bytes of a file of points: 8 million lines of three numbers."""
+MOST_POINTS = 4_000_000
+"""Most points on no grid; a million are joined to triangles in 10 seconds."""
+FINEST_SIDE = 2048
+"""Most samples a side on which triangles and points are sampled."""
+LONGEST_EDGE = 6.0
+"""Edge of a triangle between points, in mean distances of neighbours, beyond which it spans a hole."""
+LEVELLED_DEGREES = 3.0
+"""Angle between the mean normal of an open mesh and z from which the mesh is turned upright; a tilt below is
+found with the pose."""
+OPEN = 0.3
+"""Length of the mean normal of a mesh, in that of a flat surface, from which the mesh is open: of a closed
+body the mean is 0."""
+ON_GRID = 1e-3
+"""Share of the distance of neighbours by which points of a grid may be off it."""
+
+
+@dataclass(frozen=True)
+class ScanLengths:
+    """What a file of a scan may not say of itself; None where the file says so or has a usual value.
+
+    Attributes:
+        units: of a mesh or of points, a key of `UNITS`; mm by default.
+        size_mm: width of a height map.
+        relief_mm: height of white above black of a picture.
+        height_scale: mm for a height of 1 of a height map that holds numbers.
+    """
+
+    units: str | None = None
+    size_mm: float | None = None
+    relief_mm: float | None = None
+    height_scale: float | None = None
+
+
+def read_scan(path: str | os.PathLike[str], lengths: ScanLengths | None = None) -> Scan:
+    """Read a scan.
+
+    Args:
+        path: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm, not finite in holes); STL, OBJ,
+            PLY, GLB or 3MF, seen from above; or lines of x, y and z in mm.
+        lengths: what the file does not say.
+
+    Returns:
+        The scan, cut to what is measured.
+
+    Raises:
+        InputError: the file cannot be read, a length is missing or is for another kind of file, or there are
+            more holes than surface.
+    """
+    path, lengths = Path(path), lengths or ScanLengths()
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise InputError(f"{path}: not a scan: expected one of {', '.join(SUFFIXES)}")
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    _refuse_others(path, suffix in HEIGHT_MAPS, lengths)
+    with stage(f"reading {path.name}"):
+        if suffix in HEIGHT_MAPS:
+            scan = _of_height_map(path, lengths)
+        elif suffix in MESHES:
+            scan = _of_mesh(read_mesh(path, units=lengths.units))
+        else:
+            scan = _of_points(_points(path) * UNITS[_known_unit(path, lengths.units)], str(path))
+        return check_scan(scan)
+
+
+def _refuse_others(path: Path, is_map: bool, lengths: ScanLengths) -> None:
+    """Raise InputError for a length that is for another kind of file."""
+    if is_map and lengths.units is not None:
+        raise InputError(f"{path}: units: is for meshes and points; a height map is scaled by size_mm")
+    for name in ("size_mm", "relief_mm", "height_scale"):
+        if not is_map and getattr(lengths, name) is not None:
+            raise InputError(f"{path}: {name}: is for height maps; a mesh or points have units")
+
+
+def _known_unit(path: Path, units: str | None) -> str:
+    if units is not None and units not in UNITS:
+        raise InputError(f"{path}: units: {units!r} is not one of {', '.join(UNITS)}")
+    return units or "mm"
+
+
+def _of_height_map(path: Path, lengths: ScanLengths) -> Scan:
+    try:
+        content = load_content(path)
+    except InputError as error:
+        # Its line names `retouch prepare`, which makes height maps of pictures, but not scans.
+        raise error.__cause__ if isinstance(error.__cause__, PictureError) else error from None
+    wrong = "relief_mm" if content.holds_mm else "height_scale"
+    if getattr(lengths, wrong) is not None:
+        kind = "numbers" if content.holds_mm else "grey"
+        raise InputError(f"{path}: {wrong}: is for another kind of height map; this one holds {kind}")
+    size_mm = _length(path, "size_mm", lengths.size_mm, content.size_mm, "the width of the scan")
+    if content.holds_mm:
+        unit = in_range("height_scale", 1.0 if lengths.height_scale is None else lengths.height_scale)
+    else:
+        white = "the height of white above black"
+        unit = _length(path, "relief_mm", lengths.relief_mm, content.relief_mm, white)
+    heights = np.where(np.isfinite(content.values), content.values, np.nan) * unit
+    return Scan(heights, size_mm / heights.shape[1], str(path))
+
+
+def _length(path: Path, key: str, given: float | None, header: float | None, what: str) -> float:
+    """A length of a height map. Raises InputError if neither an argument nor the header has it."""
+    value = header if given is None else given
+    if value is None:
+        missing = f"missing; {what} in mm, which the file does not say"
+        raise InputError(f"{path}: {key}: {missing}", f"{path}: --{key.replace('_', '-')}: {missing}")
+    with naming(path):
+        return in_range(key, value)
+
+
+def _of_mesh(mesh: Mesh) -> Scan:
+    """The upper side of a mesh, which lies with its relief upward if it is a body."""
+    normals = mesh.body.normals
+    total = normals.sum(axis=0)
+    length = float(np.linalg.norm(total))
+    vertices = mesh.body.vertices
+    if length > OPEN * float(np.linalg.norm(normals, axis=1).sum()):
+        # Faces may be turned inside out; what is up is up.
+        up = total / length * (1.0 if total[2] >= 0.0 else -1.0)
+        if up[2] < np.cos(np.radians(LEVELLED_DEGREES)):
+            vertices = vertices @ _upright(up).T
+            normals = Body(vertices, mesh.body.faces).normals
+    area_mm2 = 0.5 * float(np.abs(normals[:, 2]).sum())
+    # Of a plate one half of the area is the bottom, which has next to no vertices.
+    closed = length <= OPEN * float(np.linalg.norm(normals, axis=1).sum())
+    area_mm2 *= 0.5 if closed else 1.0
+    pitch_mm = float(np.sqrt(area_mm2 / len(vertices)))
+    return _of_triangles(vertices, mesh.body.faces, pitch_mm, str(mesh.path))
+
+
+def _upright(up: Array) -> Array:
+    """(3, 3) rotation that brings a unit vector, which does not point down, to z on the shortest way."""
+    x, y, z = up
+    share = 1.0 / (1.0 + z)
+    return np.array(
+        [[1.0 - x * x * share, -x * y * share, -x], [-x * y * share, 1.0 - y * y * share, -y], up]
+    )
+
+
+def _of_triangles(vertices: Array, faces: Index, pitch_mm: float, name: str) -> Scan:
+    """Triangles seen from above, at samples of this pitch, or as near as their number allows."""
+    middle = 0.5 * (vertices.max(axis=0) + vertices.min(axis=0))
+    size_mm = float(np.ptp(vertices[:, :2], axis=0).max())
+    if not size_mm > 0.0 or not pitch_mm > 0.0:
+        raise InputError(f"{name}: has no extent seen from above")
+    samples = int(np.clip(round(size_mm / pitch_mm), SMALLEST_SIDE, FINEST_SIDE))
+    corners = (vertices - middle)[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    # Upright faces cover no sample.
+    seen = np.abs(normals[:, 2]) > 1e-9 * np.linalg.norm(normals, axis=1)
+    corners, normals = corners[seen], normals[seen]
+    slopes = np.repeat((-normals[:, :2] / normals[:, 2:])[:, None], 3, axis=1)
+    heights = rasterise(corners, slopes, size_mm, samples)
+    heights = np.where(np.isfinite(heights), heights, np.nan)
+    # Linear interpolation at places that lie anywhere between vertices blurs by this on average.
+    return Scan(heights, size_mm / samples, name, variance_mm2=pitch_mm**2 / 6.0)
+
+
+def _points(path: Path) -> Array:
+    """(n, 3) numbers of a text with a point in each line; one line of headings may come first."""
+    content = read_limited(path, LARGEST_TEXT).translate(bytes.maketrans(b",;\t", b"   "))
+    if b"\0" in content:
+        raise InputError(f"{path}: is no text of points x, y, z")
+    first, _, rest = content.partition(b"\n")
+    try:
+        [float(word) for word in first.split(b"#")[0].split()]
+    except ValueError:
+        content = rest
+    with damage_named(path, "lines of x, y and z"):
+        points = np.loadtxt(BytesIO(content), comments="#", ndmin=2, usecols=(0, 1, 2), encoding="latin-1")
+    points = points[np.isfinite(points[:, :2]).all(axis=1)]
+    if len(points) < SMALLEST_SIDE**2:
+        raise InputError(f"{path}: {len(points)} points; at least {SMALLEST_SIDE**2} are needed")
+    return points
+
+
+def _of_points(points: Array, name: str) -> Scan:
+    """Points on a grid as its samples; any others as triangles between them."""
+    scan = _on_grid(points, name)
+    if scan is not None:
+        return scan
+    points = points[np.isfinite(points[:, 2])]
+    if len(points) > MOST_POINTS:
+        raise InputError(f"{name}: {len(points)} points on no grid; at most {MOST_POINTS} are read")
+    try:
+        faces = Delaunay(points[:, :2] - points[:, :2].mean(axis=0)).simplices
+    except QhullError as error:
+        raise InputError(f"{name}: the points lie on a line") from error
+    edges = np.stack([np.hypot(*(points[faces[:, n]] - points[faces[:, n - 1]])[:, :2].T) for n in range(3)])
+    typical = float(np.median(edges))
+    kept = faces[edges.max(axis=0) <= LONGEST_EDGE * typical]
+    if not len(kept):
+        raise InputError(f"{name}: the points lie too unevenly to be joined to a surface")
+    pitch_mm = float(np.sqrt(_area_mm2(points, kept) / len(points)))
+    return _of_triangles(points, kept.astype(np.int64), pitch_mm, name)
+
+
+def _area_mm2(points: Array, faces: Index) -> float:
+    one, other = ((points[faces[:, n]] - points[faces[:, 0]])[:, :2] for n in (1, 2))
+    return 0.5 * float(np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]).sum())
+
+
+def _on_grid(points: Array, name: str) -> Scan | None:
+    """The samples of points that lie on a grid along x and y; None if they do not."""
+    places, pitches = [], []
+    for values in points[:, :2].T:
+        steps = np.diff(np.unique(values))
+        steps = steps[steps > ON_GRID * steps.max()] if len(steps) else steps
+        if not len(steps):
+            return None
+        # Rounding in the text makes steps differ, and missing columns make some of them longer.
+        pitch = float(np.median(steps))
+        at = (values - values.min()) / pitch
+        pitch *= float(at.max() / max(1.0, np.rint(at.max())))
+        at = (values - values.min()) / pitch
+        if np.abs(at - np.rint(at)).max() > 20.0 * ON_GRID + 0.1:
+            return None
+        places.append(np.rint(at).astype(np.int64))
+        pitches.append(pitch)
+    cols, rows = (int(each.max()) + 1 for each in places)
+    coarse = max(pitches)
+    if max(rows, cols) > LARGEST_SIDE or rows * cols > 4 * len(points):
+        return None
+    heights = np.full((rows, cols), np.nan)
+    heights[rows - 1 - places[1], places[0]] = points[:, 2]
+    times = [max(1, round(coarse / pitch)) for pitch in pitches]
+    if abs(pitches[0] * times[0] - pitches[1] * times[1]) > 0.01 * coarse:
+        return None
+    return Scan(block_means(heights, times[1], times[0]), pitches[0] * times[0], name)

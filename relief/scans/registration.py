@@ -1,0 +1,332 @@
+"""Registration: a scan laid on its design, and what it measures there, with intervals."""
+
+from dataclasses import dataclass, replace
+from math import atan, degrees, hypot, inf, log, pi, sqrt
+
+import numpy as np
+from scipy.ndimage import map_coordinates
+
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError
+from relief.ground.progress import stage
+from relief.relief import Relief
+from relief.scans.blurred import Design, samples_mm, surface_of
+from relief.scans.fitting import TUKEY, Fit, LostError, fit
+from relief.scans.pose import Pose
+from relief.scans.scans import Scan
+from relief.scans.searching import Candidate, Search
+
+NORMAL_95 = 1.959964
+"""Standard deviations of a normal distribution on either side that hold 95 %."""
+WORKING_SIDE = 600
+"""Most samples a side of a scan on which a pose is fitted; finer ones are averaged in blocks."""
+FIRST_SIDE = 100
+"""The same for the first steps of each candidate."""
+DESIGN_SIDE, MOST_SIDE = 512, 1024
+"""Samples a side with which the surface of the design is held, and most where the design has more."""
+CANDIDATES, FIRST_STEPS = 4, 8
+"""Most candidates of the search that are fitted, and steps of each before the best goes on."""
+SAME_DESIGN = 0.6
+"""Least correlation of scan and blurred design, where the mirrored scan fits much worse."""
+SURELY_SAME = 0.85
+"""The same where the mirrored scan fits as well, as of a design that is its own mirror image. Scans of other
+plates reach 0.3 to 0.5, and 0.8 if the design has a few hills alone (docs/evidence/scans.md)."""
+BETTER = 0.15
+"""Correlation by which a scan fits much better than another."""
+OTHER_SCALES = (0.93, 1.075, 0.86, 1.16)
+"""Scales that are tried where nothing is found at the size of the design."""
+UNITS_APART = (1e-3, 0.1, 1.0 / 25.4, 10.0, 25.4, 1000.0)
+"""Ratios of lengths in different units: um, cm, inches and metres for mm."""
+UNIT_MARGIN = 1.6
+"""How far a ratio may be off such a one, as a factor, and still suggest another unit."""
+FARTHEST_SCALE = 0.08
+"""Change of the logarithm of the scale from where a fit began, beyond which it shows no print."""
+MOST_BLUR = 0.1
+"""Greatest standard deviation of the blur in sides of the design."""
+LEAST_ON_PLATE = 0.6
+"""Least share of the scan, or of the plate if that is smaller, where one lies over the other. Scans of other
+plates fit best where a corner of one lies over a corner of the other."""
+LEAST_SEEN, MOST_SEEN = 0.2, 4.0
+"""Least and greatest side of the scan in sides of the design."""
+LEAST_HEIGHT, MOST_HEIGHT = 0.2, 5.0
+"""Least and greatest height of the print over that of the design; beyond, the scan is in another unit."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A number that was measured, with the ends of an interval that holds the truth with 95 %."""
+
+    value: float
+    low: float
+    high: float
+
+    @classmethod
+    def about(cls, value: float, sigma: float) -> "Interval":
+        """The interval of a normal distribution."""
+        return cls(value, value - NORMAL_95 * sigma, value + NORMAL_95 * sigma)
+
+    def holds(self, truth: float) -> bool:
+        """Whether a value lies within."""
+        return self.low <= truth <= self.high
+
+    def as_json(self, name: str) -> dict[str, float]:
+        """Value and ends by `name`, `name_low` and `name_high`."""
+        return {name: self.value, f"{name}_low": self.low, f"{name}_high": self.high}
+
+
+@dataclass(frozen=True, eq=False)
+class Registration:
+    """A scan laid on its design.
+
+    Attributes:
+        scan: as read.
+        design: what was printed.
+        surface: the design on the samples with which the pose was fitted.
+        fitted: the pose, its covariance and the residuals, on the samples of `working`.
+        working: the scan on the samples on which the pose was fitted.
+    """
+
+    scan: Scan
+    design: Relief
+    surface: Design
+    fitted: Fit
+    working: Scan
+
+    @property
+    def pose(self) -> Pose:
+        """How the print lies."""
+        return self.fitted.pose
+
+    @property
+    def turned_degrees(self) -> Interval:
+        """Turn of the print in the scan, counter-clockwise."""
+        return Interval.about(degrees(self.pose.turn), degrees(self.fitted.sigma("turn")))
+
+    @property
+    def shift_x_mm(self) -> Interval:
+        """Shift of the middle of the print from the middle of the scan's file, to the right."""
+        return Interval.about(self.pose.shift_x_mm, self.fitted.sigma("shift_x_mm"))
+
+    @property
+    def shift_y_mm(self) -> Interval:
+        """The same, upward."""
+        return Interval.about(self.pose.shift_y_mm, self.fitted.sigma("shift_y_mm"))
+
+    @property
+    def scale(self) -> Interval:
+        """Lengths of the print in the plane over those of the design."""
+        sigma = self.pose.scale * self.fitted.sigma("log_scale")
+        return Interval.about(self.pose.scale, sigma)
+
+    @property
+    def height_scale(self) -> Interval:
+        """Heights of the print over those of the design blurred alike."""
+        return Interval.about(self.pose.height_scale, self.fitted.sigma("height_scale"))
+
+    @property
+    def blur_mm(self) -> Interval:
+        """Standard deviation of the Gaussian blur of printer and scanner together, mm."""
+        # Means of blocks and the reading of the file have blurred the scan too.
+        added = self._working_mm2 + self.scan.variance_mm2 / self.pose.scale**2
+        variance = self.pose.variance_mm2 - added
+        sigma = self.fitted.sigma("variance_mm2")
+        ends = (sqrt(max(0.0, variance + times * sigma)) for times in (0.0, -NORMAL_95, NORMAL_95))
+        return Interval(*ends)
+
+    @property
+    def tilted_degrees(self) -> float:
+        """Angle between the plate and the plane of the scan."""
+        return degrees(atan(hypot(self.pose.tilt_x, self.pose.tilt_y)))
+
+    def levelled(self, outlier: float = TUKEY) -> tuple[Array, Array]:
+        """The print on the samples of the design.
+
+        Deviations are read between the samples of the scan, and added to the design as blurred, which is
+        known everywhere: heights themselves, read between samples, would be smoothed.
+
+        Args:
+            outlier: standard deviations of the residuals beyond which a sample is left out.
+
+        Returns:
+            Heights (rows, cols) mm, at the level of the design and without its tilt, and the deviations from
+            the design as blurred; both NaN where nothing was measured, or outliers were.
+        """
+        # Blocks no finer than the design, so that each of its samples has their mean.
+        times = max(1, int(self.design.pitch_mm * self.pose.scale / self.scan.pitch_mm))
+        scan = self.scan.averaged(times)
+        x, y = self.pose.on_design(*np.meshgrid(*scan.axes_mm()))
+        plane = self.pose.level_mm + self.pose.tilt_x * x + self.pose.tilt_y * y
+        left = scan.heights - plane - self._model(x, y, self._blocks_mm2(times))
+        left[~self.surface.inside(x, y) | (np.abs(left) > outlier * self.fitted.spread_mm)] = np.nan
+        x, y = self.pose.on_scan(*samples_mm(self.design))
+        rows, cols = scan.heights.shape
+        places = np.stack(
+            [
+                0.5 * (rows - 1) - (y - scan.middle_mm[1]) / scan.pitch_mm,
+                (x - scan.middle_mm[0]) / scan.pitch_mm + 0.5 * (cols - 1),
+            ]
+        )
+        deviations = _between_holes(left, places)
+        return deviations + self.model(), deviations
+
+    def model(self) -> Array:
+        """The design (rows, cols) mm, blurred and scaled in height as the print is."""
+        return self._model(*samples_mm(self.design), 0.0) + self.surface.level_mm
+
+    def _model(self, x: Array, y: Array, added_mm2: float) -> Array:
+        """The print at points of the design, about its mean, blurred further by a variance in the scan."""
+        variance = self.pose.variance_mm2 - self._working_mm2 + added_mm2 / self.pose.scale**2
+        heights = self.surface.at(x.ravel(), y.ravel(), variance).heights
+        return np.asarray(self.pose.height_scale * heights.reshape(x.shape))
+
+    def _blocks_mm2(self, times: int) -> float:
+        """Variance of the blur by blocks of samples of the scan."""
+        return (times**2 - 1) / 12.0 * self.scan.pitch_mm**2
+
+    @property
+    def _working_mm2(self) -> float:
+        """Variance of the blur by the blocks of the working scan, in the plane of the design."""
+        return self._blocks_mm2(round(self.working.pitch_mm / self.scan.pitch_mm)) / self.pose.scale**2
+
+
+def _between_holes(values: Array, places: Array) -> Array:
+    """Values (rows, cols) at places (2, ...) of their grid, linear between samples.
+
+    Beside holes they are means of the known samples, by the same weights; NaN where these are less than
+    half of the weights.
+    """
+    known = np.isfinite(values)
+    there = map_coordinates(known.astype(np.float64), places, order=1, cval=0.0)
+    read = map_coordinates(np.where(known, values, 0.0), places, order=1, cval=0.0)
+    return np.where(there >= 0.5, read / np.maximum(there, 0.5), np.nan)
+
+
+def register(scan: Scan, design: Relief) -> Registration:
+    """Lay a scan on its design.
+
+    Args:
+        scan: of a print.
+        design: what was printed; its rim is one, whether or not it is a tile.
+
+    Raises:
+        InputError: the scan is of another plate, mirrored, upside down or in another unit.
+    """
+    if float(np.ptp(design.heights)) <= 0.0:
+        raise InputError(f"{scan.name}: cannot be laid on {design.name}, which is flat")
+    _check_size(scan, max(design.surface.size_mm))
+    side = min(MOST_SIDE, max(DESIGN_SIDE, *design.heights.shape))
+    surface = Design(surface_of(design, side), design.width_mm, side)
+    working = scan.averaged(-(-max(scan.heights.shape) // WORKING_SIDE))
+    found = _found(surface.coarser(FIRST_SIDE), working, scan.name)
+    with stage("fitting the pose"):
+        fitted = fit(surface, working, found.pose)
+    _check_heights(fitted, scan.name)
+    return Registration(scan, design, surface, fitted, working)
+
+
+def _found(design: Design, scan: Scan, name: str) -> Fit:
+    """The best pose of the scan as it is. Raises InputError."""
+    search = Search(design)
+    small = scan.averaged(-(-max(scan.heights.shape) // FIRST_SIDE))
+    # A scan upside down or mirrored fits its design in another way.
+    with stage("finding the print in its scan", total=2 * search.angles):
+        direct = _best(search, design, small)
+        mirrored = _best(search, design, small.flipped())
+    if _quality(direct) < SAME_DESIGN and _quality(mirrored) < SAME_DESIGN:
+        with stage("trying other scales", total=len(OTHER_SCALES) * search.angles):
+            tried = [_best(search, design, small, scale) for scale in OTHER_SCALES]
+        direct = max([direct, *tried], key=_quality)
+    if _is_print(mirrored, direct) and _quality(mirrored) > _quality(direct) + BETTER:
+        raise InputError(f"{name}: is mirrored; the scan fits its design with left and right exchanged")
+    if direct is None or not _is_print(direct, mirrored):
+        _refuse_mould(search, design, small, name)
+        best = max(0.0, _quality(direct))
+        raise InputError(
+            f"{name}: shows another plate than this design: the two correlate by {best:.2f} at the best place"
+        )
+    return direct
+
+
+def _refuse_mould(search: Search, design: Design, scan: Scan, name: str) -> None:
+    """Raise InputError for a scan whose heights are upside down, as of a mould, which is mirrored as well."""
+    inverse = replace(scan, heights=-scan.heights)
+    with stage("looking for a mould", total=2 * search.angles):
+        as_it_is, mirrored = (_best(search, design, each) for each in (inverse, inverse.flipped()))
+    if _is_print(as_it_is, mirrored) or _is_print(mirrored, as_it_is):
+        raise InputError(f"{name}: is upside down: ridges of the design are grooves of the scan")
+
+
+def _quality(found: Fit | None) -> float:
+    return -1.0 if found is None else found.quality
+
+
+def _is_print(found: Fit | None, other: Fit | None) -> bool:
+    """Whether a scan fits the design, beside how its mirror image does."""
+    quality, chance = _quality(found), _quality(other)
+    return quality >= SAME_DESIGN and (quality >= SURELY_SAME or quality >= chance + BETTER)
+
+
+def _best(search: Search, design: Design, scan: Scan, scale: float = 1.0) -> Fit | None:
+    """The best fit from the candidates of a search; None if none is a print of this design."""
+    fits = []
+    for candidate in _distinct(sorted(search.candidates(scan, scale), reverse=True), search):
+        start = replace(candidate.pose, variance_mm2=search.variance_mm2)
+        try:
+            fitted = fit(design, scan, _heights_fitted(design, scan, start), steps=FIRST_STEPS)
+        except LostError:
+            continue
+        if _plausible(fitted, start, design):
+            fits.append((fitted, start))
+    if not fits:
+        return None
+    best, start = max(fits, key=lambda each: each[0].quality)
+    fitted = fit(design, scan, best.pose)
+    return fitted if _plausible(fitted, start, design) else best
+
+
+def _plausible(fitted: Fit, start: Pose, design: Design) -> bool:
+    """Whether a fit stayed where it began: one that grows, blurs away or leaves the plate shows no print."""
+    pose = fitted.pose
+    grown = abs(pose.log_scale - start.log_scale) > FARTHEST_SCALE
+    blurred = pose.variance_mm2 > (MOST_BLUR * max(design.size_mm)) ** 2
+    return fitted.overlap >= LEAST_ON_PLATE and not (grown or blurred)
+
+
+def _distinct(candidates: list[Candidate], search: Search) -> list[Candidate]:
+    """The best candidates, of which neighbouring angles count once."""
+    kept: list[Candidate] = []
+    for each in candidates:
+        apart = (abs((each.pose.turn - other.pose.turn + pi) % (2.0 * pi) - pi) for other in kept)
+        if min(apart, default=inf) > 4.5 * pi / search.angles:
+            kept.append(each)
+        if len(kept) == CANDIDATES:
+            break
+    return kept
+
+
+def _heights_fitted(design: Design, scan: Scan, start: Pose) -> Pose:
+    """The pose with heights and tilt by least squares, with all else as it is."""
+    plane = ("turn", "log_scale", "shift_x_mm", "shift_y_mm", "variance_mm2")
+    level = float(np.median(scan.heights[scan.measured]))
+    return fit(design, scan, replace(start, level_mm=level), fixed=plane, steps=3).pose
+
+
+def _check_size(scan: Scan, size_mm: float) -> None:
+    """Raise InputError for a scan whose size suggests another unit, or that is far too small or large."""
+    ratio = max(scan.size_mm) / size_mm
+    sizes = f"{scan.name}: measures {max(scan.size_mm):.4g} mm, and its design {size_mm:.4g} mm"
+    unit = next((unit for unit in UNITS_APART if abs(log(ratio / unit)) < log(UNIT_MARGIN)), None)
+    if LEAST_SEEN <= ratio <= MOST_SEEN:
+        return
+    if unit is None:
+        raise InputError(f"{sizes}; cut the scan to the plate, or state its size or unit")
+    asked = f"{ratio:.3g} times as much; is the scan in another unit? State"
+    raise InputError(f"{sizes}: {asked} units or size_mm", f"{sizes}: {asked} --units or --size-mm")
+
+
+def _check_heights(fitted: Fit, name: str) -> None:
+    """Raise InputError for heights in another unit."""
+    height = fitted.pose.height_scale
+    if not LEAST_HEIGHT <= height <= MOST_HEIGHT:
+        wrong = f"{name}: its heights are {height:.3g} times those of the design; state"
+        raise InputError(f"{wrong} height_scale or units", f"{wrong} --height-scale or --units")

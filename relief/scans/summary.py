@@ -1,0 +1,94 @@
+"""The numbers of a registered scan, as `scan.json` and the screen tell them."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from relief.ground.arrays import Array
+from relief.scans.loss import Kept, detail_kept, half_kept_mm
+from relief.scans.registration import Interval, Registration
+
+LITTLE_COVERED = 50.0
+"""Percentage of the plate below which a note says that most of what is pressed was not scanned."""
+COARSE_DEGREES = 5.0
+"""Tilt from which heights that are taken along the axis of the scanner are off by 0.4 % and more."""
+
+
+@dataclass(frozen=True, eq=False)
+class PrintScanned:
+    """A print as its scan shows it.
+
+    Attributes:
+        registration: of the scan to the design.
+        heights: (rows, cols) mm on the samples of the design, at its level, from 0; where nothing was
+            measured the design as blurred.
+        deviations: (rows, cols) mm from the design as blurred; NaN where nothing was measured.
+        kept: what of the design's detail is in the print.
+    """
+
+    registration: Registration
+    heights: Array
+    deviations: Array
+    kept: Kept
+
+    @property
+    def covered_percent(self) -> float:
+        """Part of the plate that was measured."""
+        return 100.0 * float(np.isfinite(self.deviations).mean())
+
+    def numbers(self) -> dict[str, Any]:
+        """Lengths, angles and shares by name, with the ends of intervals of 95 %."""
+        found, scan = self.registration, self.registration.scan
+        x, y, blur = found.shift_x_mm, found.shift_y_mm, found.blur_mm
+        left = self.deviations[np.isfinite(self.deviations)]
+        return {
+            **found.turned_degrees.as_json("turned_degrees"),
+            "shifted_mm": [x.value, y.value],
+            "shifted_mm_low": [x.low, y.low],
+            "shifted_mm_high": [x.high, y.high],
+            **found.scale.as_json("scale"),
+            **found.height_scale.as_json("height_scale"),
+            **_times(blur, 1000.0).as_json("blur_um"),
+            **half_kept_mm(blur).as_json("half_kept_mm"),
+            "tilted_degrees": found.tilted_degrees,
+            "correlation": found.fitted.correlation,
+            "deviation_rms_um": 1000.0 * float(np.sqrt(np.mean(left**2))) if left.size else None,
+            "pitch_um": 1000.0 * scan.pitch_mm,
+            "noise_um": 1000.0 * scan.noise_mm,
+            "holes_percent": 100.0 * scan.hole_share,
+            "outliers_percent": 100.0
+            * float(found.fitted.outliers.sum() / max(1, found.working.measured.sum())),
+            "covered_percent": self.covered_percent,
+        }
+
+    def notes(self) -> list[str]:
+        """What a person should know of the numbers, a line each."""
+        lines, found = [], self.registration
+        if self.covered_percent < LITTLE_COVERED:
+            lines.append(
+                f"{self.covered_percent:.0f} % of the plate is measured; elsewhere its design is pressed"
+            )
+        if found.tilted_degrees > COARSE_DEGREES:
+            lines.append(
+                f"the scan is tilted by {found.tilted_degrees:.0f} degrees, which falsifies heights; level it"
+            )
+        if found.scan.pitch_mm > 2.0 * found.design.pitch_mm:
+            lines.append(
+                f"the scan has a sample each {1000.0 * found.scan.pitch_mm:.0f} um, its design each "
+                f"{1000.0 * found.design.pitch_mm:.0f} um; what is finer is lost in the scan"
+            )
+        return lines
+
+
+def print_scanned(registration: Registration) -> PrintScanned:
+    """What a registered scan shows."""
+    heights, deviations = registration.levelled()
+    heights = np.where(np.isfinite(deviations), heights, registration.model())
+    return PrintScanned(
+        registration, heights - min(0.0, float(heights.min())), deviations, detail_kept(registration)
+    )
+
+
+def _times(interval: Interval, factor: float) -> Interval:
+    return Interval(*(factor * each for each in (interval.value, interval.low, interval.high)))

@@ -1,0 +1,152 @@
+"""Meshes of files: one position per vertex, in mm, with texture coordinates where the file has them."""
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.ground.arrays import Array, FloatArray, Index, renumbered
+from relief.ground.errors import InputError
+from relief.ground.files import read_limited
+from relief.ground.formats import MESHES, UNITS
+from relief.ground.progress import stage
+from relief.readers import damage_named
+from relief.solids.body import Body
+from relief.solids.meshes.glb import read_glb
+from relief.solids.meshes.parsed import LARGEST_FILE, Parsed, check_count, check_numbers
+from relief.solids.meshes.ply import read_ply
+from relief.solids.meshes.text_formats import read_obj, read_stl
+from relief.solids.meshes.threemf import read_3mf
+
+READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".glb": read_glb, ".3mf": read_3mf}
+"""Readers by the suffix of the file: from its bytes and its path."""
+SMALLEST_MM, LARGEST_MM = 0.01, 1e5
+"""Least and greatest longest side of a mesh, mm: a speck of dust, and a hundred metres."""
+FEW_MM, MANY_MM = 12.0, 1000.0
+"""Longest sides, mm, below and above which the unit is doubted. Things in the hand measure 0.5 to 12 inches,
+and less than 12 mm has no room for a finger's patch of 10 mm beside an edge."""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A mesh of a file.
+
+    Attributes:
+        body: vertices (n, 3) mm, each position once, and faces (m, 3); parts of the file follow one another.
+        uv: (m, 3, 2) texture coordinates of the corners of each face; None if the file has none.
+        colours: (m, 3, 3) red, green and blue of the corners in sRGB, from 0 to 1; None if the file has none.
+        path: of the file.
+        warnings: lines about what may not be meant, such as a size that suggests another unit.
+        folded: whether faces may pass through one another, so that some lie inside.
+    """
+
+    body: Body
+    uv: Array | None
+    path: Path
+    warnings: tuple[str, ...] = ()
+    folded: bool = False
+    colours: FloatArray | None = None
+
+
+@stage("reading a mesh")
+def read_mesh(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh:
+    """Read STL, OBJ, PLY, GLB or 3MF. The file is hostile until it is read.
+
+    Vertices at exactly the same position become one, and faces without three positions are dropped. GLB is in
+    metres with y up by its definition, and comes out in mm with z up; 3MF states its unit; the others are
+    taken as mm. Whether the mesh is a solid is the question of `check_solid`.
+
+    Args:
+        path: The file; its suffix tells the format.
+        units: A key of `UNITS` that goes before the unit of the file.
+
+    Returns:
+        The mesh.
+
+    Raises:
+        InputError: The suffix or unit is unknown, the file cannot be read, is too large or damaged, has
+            numbers that are not finite or faces without vertices; the line names the file.
+    """
+    path = Path(path)
+    if (suffix := path.suffix.lower()) not in READERS:
+        raise InputError(f"{path}: suffix {path.suffix!r} is not one of {', '.join(MESHES)}")
+    if units is not None and units not in UNITS:
+        raise InputError(f"{path}: units: {units!r} is not one of {', '.join(UNITS)}")
+    content = read_limited(path, LARGEST_FILE)
+    with damage_named(path, f"a mesh in {suffix[1:].upper()}"):
+        parsed = READERS[suffix](content, path)
+    factor = parsed.unit_mm or 1.0 if units is None else UNITS[units]
+    parsed = _checked(parsed, path)
+    body, sound = _welded(parsed, factor, path)
+    lines = (*parsed.warnings, *_doubts(body, parsed.unit_mm is None and units is None))
+    uv, colours = (None if of is None else of[sound] for of in (parsed.uv, parsed.colours))
+    return Mesh(body, uv, path, lines, colours=colours)
+
+
+def _checked(parsed: Parsed, path: Path) -> Parsed:
+    """The same with types that fit, if shapes and numbers are sound. Raises InputError."""
+    vertices = np.asarray(parsed.vertices, dtype=np.float64)
+    faces = np.asarray(parsed.faces, dtype=np.int64)
+    if not len(faces) or not len(vertices):
+        raise InputError(f"{path}: has no triangles; a mesh of triangles is needed, no points or curves")
+    if vertices.shape[1:] != (3,) or faces.shape[1:] != (3,):
+        raise InputError(f"{path}: vertices or faces do not come in threes")
+    check_count(len(faces), "faces", path)
+    check_numbers(faces, len(vertices), "vertices", path)
+    if not np.isfinite(vertices).all():
+        raise InputError(f"{path}: {np.count_nonzero(~np.isfinite(vertices))} coordinates are not finite")
+    uv = None
+    if parsed.uv is not None:
+        uv = np.asarray(parsed.uv, dtype=np.float64)
+        if uv.shape != (len(faces), 3, 2) or not np.isfinite(uv).all():
+            raise InputError(f"{path}: texture coordinates are not finite or do not fit the faces")
+    colours = None
+    if parsed.colours is not None:
+        # Colours that are none are left out: a mesh is sound without.
+        read = np.asarray(parsed.colours, dtype=np.float32)
+        if read.shape == (len(faces), 3, 3) and np.isfinite(read).all():
+            colours = np.clip(read, 0.0, 1.0)
+    return replace(parsed, vertices=vertices, faces=faces, uv=uv, colours=colours)
+
+
+def _welded(parsed: Parsed, factor: float, path: Path) -> tuple[Body, NDArray[np.bool_]]:
+    """The body in mm with each position once, and which faces (m,) have three of them. Raises InputError."""
+    # Scaled by half the span at a time, so that no difference of two numbers overflows.
+    vertices = np.asarray(parsed.vertices, dtype=np.float64)
+    longest = float(np.max(vertices.max(axis=0) / 2 - vertices.min(axis=0) / 2)) * 2 * factor
+    if not SMALLEST_MM <= longest <= LARGEST_MM:
+        raise InputError(
+            f"{path}: the longest side is {longest:.3g} mm, outside [{SMALLEST_MM:g}, {LARGEST_MM:g}]; "
+            "scale the mesh or state its unit"
+        )
+    if np.abs(vertices).max() * factor > 1e3 * LARGEST_MM:
+        raise InputError(f"{path}: lies too far from the origin; move the mesh there")
+    # Adding 0 makes -0 and 0 the same bytes.
+    vertices = vertices * factor + 0.0
+    rows = np.ascontiguousarray(vertices).view(np.dtype((np.void, 24))).ravel()
+    _, first, index = np.unique(rows, return_index=True, return_inverse=True)
+    # In the order of the file, which neighbours share.
+    order = np.argsort(first)
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    faces: Index = rank[index][np.asarray(parsed.faces)]
+    sound = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+    if not sound.any():
+        raise InputError(f"{path}: has no triangle with an area")
+    used, faces = renumbered(faces[sound], len(order))
+    return Body(vertices[first[order]][used], faces), sound
+
+
+def _doubts(body: Body, unit_unknown: bool) -> list[str]:
+    """Lines about a size that suggests another unit than the one taken."""
+    sides = np.ptp(body.vertices, axis=0)
+    size = " x ".join(f"{side:.3g}" for side in sides) + " mm"
+    advice = "; if that is not meant, state the unit with --units " if unit_unknown else "; is that meant? "
+    if sides.max() < FEW_MM:
+        metres = "m or in" if sides.max() < 1.0 else "in or cm"
+        return [f"measures only {size}{advice}{metres}"]
+    if sides.max() > MANY_MM:
+        return [f"measures {size}{advice}um"]
+    return []

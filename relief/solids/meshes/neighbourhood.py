@@ -1,0 +1,166 @@
+"""Neighbours on a mesh: triangles on both sides of an edge, around a vertex, and near a place."""
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components, dijkstra
+
+from relief.ground.arrays import Array, Index, extents
+from relief.solids.body import Body
+
+BITS = 32
+"""Bits of a vertex in the key of an edge."""
+MASK = (1 << BITS) - 1
+"""Bits of the second vertex in the key of an edge."""
+CELL_MM = 2.5
+"""Side of a cell, mm: a patch of 10 mm with the faces beside it meets a few hundred."""
+MOST_CELLS = 256
+"""Most cells along a side, so that a large body takes larger ones."""
+
+
+def edge_keys(one: NDArray[np.intp], other: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Keys of edges by their ends, whichever comes first."""
+    return np.asarray((np.minimum(one, other).astype(np.int64) << BITS) | np.maximum(one, other))
+
+
+def among(keys: NDArray[np.intp], sorted_: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Whether keys are among sorted ones."""
+    if not len(sorted_):
+        return np.zeros(len(keys), bool)
+    at = np.minimum(np.searchsorted(sorted_, keys), len(sorted_) - 1)
+    return np.asarray(sorted_[at] == keys)
+
+
+def edge_pairs(faces: NDArray[np.intp], vertices: int) -> NDArray[np.intp]:
+    """Half-edges (number of the triangle times 3 plus that of the corner) on both sides of each edge, (n, 2).
+
+    Args:
+        faces: (m, 3) of a closed body.
+        vertices: Number of vertices.
+    """
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    keys = np.minimum(start, end) * vertices + np.maximum(start, end)
+    order = np.argsort(keys, kind="stable")
+    same = keys[order[1:]] == keys[order[:-1]]
+    # An edge of more than two triangles, which a sound body lacks, is left out.
+    again = np.concatenate([[False], same]) & np.concatenate([same, [False]])
+    first = np.flatnonzero(same & ~again[:-1] & ~again[1:])
+    return np.stack([order[first], order[first + 1]], axis=1)
+
+
+def near_faces(
+    vertices: NDArray[np.float64], faces: NDArray[np.intp], chosen: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """(m,) whether faces may touch chosen ones: also some that lie farther off, but all that touch them.
+
+    Args:
+        vertices: (n, 3).
+        faces: (m, 3).
+        chosen: (m,) bool.
+    """
+    corners = vertices[faces]
+    low, high = extents(corners)
+    if not chosen.any():
+        return chosen
+    origin, span = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
+    side = (high - low).max(axis=1)
+    cell = max(float(side[chosen].max()), span / MOST_CELLS)
+    # A box no longer than a cell lies in the cells of its eight corners.
+    ends = [np.floor((end - origin) / cell).astype(np.int64) for end in (low, high)]
+    shape = ends[1].max(axis=0) + 1
+    full = np.zeros(shape, bool)
+    eight = [[ends[k][:, axis] for axis, k in enumerate(pick)] for pick in np.ndindex(2, 2, 2)]
+    for x, y, z in eight:
+        full[x[chosen], y[chosen], z[chosen]] = True
+    near = side > cell
+    for x, y, z in eight:
+        near |= full[x, y, z]
+    return np.asarray(near)
+
+
+def connected_around(faces: NDArray[np.intp], seed: int, count: int) -> NDArray[np.intp]:
+    """Triangles that hang together with a vertex by their edges; what hangs by a single vertex is cut off.
+
+    Logarithmic maps need that: a vertex at which the rim passes twice has no order of its neighbours.
+
+    Args:
+        faces: (m, 3) triangles, part of a closed body.
+        seed: The vertex.
+        count: Number of vertices.
+    """
+    while True:
+        pairs = edge_pairs(faces, count) // 3
+        both = sp.coo_matrix((np.ones(len(pairs)), pairs.T), (len(faces), len(faces)))
+        part = connected_components(both, directed=False)[1]
+        own = part[np.flatnonzero((faces == seed).any(axis=1))[0]]
+        faces = faces[part == own]
+        # A vertex at which the rim passes twice: more rim edges start there than one.
+        ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+        keys, inverse = np.unique(ends.min(axis=1) * count + ends.max(axis=1), return_inverse=True)
+        rim = np.bincount(inverse, minlength=len(keys))[inverse] == 1
+        twice = np.bincount(ends[rim, 0], minlength=count) > 1
+        if not twice.any():
+            return faces
+        stays = ~twice[faces].any(axis=1)
+        stays |= (faces == seed).any(axis=1)
+        if stays.all():
+            return faces[(faces == seed).any(axis=1)]
+        faces = faces[stays]
+
+
+def ways_from(body: Body, start: NDArray[np.bool_], most_mm: float) -> Array:
+    """Ways (vertices,) along edges from some vertices, mm; infinite beyond a limit."""
+    if start.all() or not start.any():
+        return np.where(start, 0.0, np.inf)
+    ends = np.stack([body.faces, np.roll(body.faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+    length = np.linalg.norm(body.vertices[ends[:, 0]] - body.vertices[ends[:, 1]], axis=1)
+    count = len(body.vertices)
+    # Every edge has two triangles, which would add up its length.
+    forward = ends[:, 0] < ends[:, 1]
+    graph = sp.coo_matrix((length[forward], tuple(ends[forward].T)), shape=(count, count)).tocsr()
+    return np.asarray(
+        dijkstra(graph, directed=False, indices=np.flatnonzero(start), min_only=True, limit=most_mm)
+    )
+
+
+class NearFaces:
+    """The faces of a body by the boxes that hold them.
+
+    Args:
+        corners: (m, 3, 3) of faces, mm.
+    """
+
+    def __init__(self, corners: Array) -> None:
+        self._low, self._high = extents(corners)
+        self._start = self._low.min(axis=0, initial=np.inf) if len(corners) else np.zeros(3)
+        sides = self._high.max(axis=0, initial=-np.inf) - self._start if len(corners) else np.ones(3)
+        self._cell = max(CELL_MM, float(sides.max()) / MOST_CELLS)
+        # Larger faces than a cell, which few meshes with a texture have, are looked at each time.
+        small = (self._high - self._low).max(axis=1) <= self._cell
+        self._large = np.flatnonzero(~small)
+        numbers = np.flatnonzero(small)
+        keys = self._keys(self._cells(self._low[numbers]))
+        order = np.argsort(keys, kind="stable")
+        self._sorted, self._of = keys[order], numbers[order]
+
+    def _cells(self, at: Array) -> Index:
+        return np.floor((at - self._start) / self._cell).astype(np.int64).clip(-1, MOST_CELLS + 1)
+
+    @staticmethod
+    def _keys(cells: Index) -> Index:
+        return np.asarray(((cells[..., 0] * 1024 + cells[..., 1]) * 1024) + cells[..., 2])
+
+    def within(self, low: Array, high: Array) -> Index:
+        """Numbers of the faces, rising, whose boxes meet a box from (3,) to (3,) mm."""
+        # A small face lies in the cell of its lowest corner and the next one along each axis.
+        first, last = self._cells(low) - 1, self._cells(high)
+        rows = np.stack(np.meshgrid(*(np.arange(first[k], last[k] + 1) for k in (0, 1)), indexing="ij"), -1)
+        rows = rows.reshape(-1, 2)
+        starts = self._keys(np.column_stack([rows, np.full(len(rows), first[2])]))
+        begin = np.searchsorted(self._sorted, starts, side="left")
+        end = np.searchsorted(self._sorted, starts + (last[2] - first[2]), side="right")
+        parts = [self._of[one:other] for one, other in zip(begin, end, strict=True) if other > one]
+        some = np.concatenate([self._large, *parts])
+        for axis in range(3):
+            some = some[(self._low[some, axis] <= high[axis]) & (self._high[some, axis] >= low[axis])]
+        return np.sort(some)

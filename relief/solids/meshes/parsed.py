@@ -1,0 +1,47 @@
+"""What a reader makes of a file of a mesh, before anything is checked, and how much a reader takes."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from relief.ground.errors import InputError
+
+MOST_FACES = 4_000_000
+"""Most faces of a mesh that is read; a plate of 1400 x 1400 samples has as many."""
+MOST_VERTICES = 3 * MOST_FACES
+"""Most vertices; more cannot all be corners."""
+LARGEST_FILE = 1 << 29
+"""Most bytes of a file, packed and unpacked; 4 million faces take 200 MB of STL and 300 MB of 3MF."""
+
+
+@dataclass(frozen=True)
+class Parsed:
+    """Content of a file.
+
+    Attributes:
+        vertices: (n, 3) in the file's unit, z up.
+        faces: (m, 3) numbers of vertices.
+        uv: (m, 3, 2) texture coordinates of corners, or None.
+        colours: (m, 3, 3) red, green and blue of corners in sRGB, from 0 to 1, or None.
+        unit_mm: mm of the file's unit; None where the format has none.
+        warnings: lines about what was read otherwise than may be meant.
+    """
+
+    vertices: Any
+    faces: Any
+    uv: Any = None
+    unit_mm: float | None = None
+    warnings: tuple[str, ...] = ()
+    colours: Any = None
+
+
+def check_count(count: int, of: str, path: Path, most: int = MOST_FACES) -> None:
+    """Raise InputError if a file says that it has more of something than is read."""
+    if count > most:
+        raise InputError(f"{path}: has {count} {of}; at most {most} are read: decimate the mesh")
+
+
+def check_numbers(numbers: Any, count: int, of: str, path: Path) -> None:
+    """Raise InputError if faces name something that the file has too few of."""
+    if numbers.size and not 0 <= numbers.min() <= numbers.max() < count:
+        raise InputError(f"{path}: faces name {of} that the file does not have")

@@ -1,0 +1,218 @@
+"""Shells of a body, the closed surfaces that it consists of: which lie there twice, or within another part.
+
+In a solid none do. Else people have left unions to the slicer, or folds of a displaced surface cross, and a
+finger meets the outer surface, whatever lies inside. Manifold unites shells. What one shell has folded
+through itself stays there, and points of it that lie inside are told by their winding number.
+
+A point behind a face of an outer shell has winding number 1 in a solid. The number is 2 where another part
+holds the point, whose volume would count twice. Winding numbers are sums of the solid angles of all faces
+(A. Van Oosterom and J. Strackee, The solid angle of a plane triangle, IEEE Trans. Biomed. Eng. 30, 1983).
+"""
+
+from itertools import combinations
+
+import numpy as np
+import scipy.sparse as sp
+from manifold3d import Error, Manifold, Mesh64, OpType
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from relief.ground.arrays import Array, Index, extents
+from relief.ground.errors import InputError
+from relief.ground.progress import stage
+from relief.solids.body import Body
+from relief.solids.meshes.intersections import self_intersections
+from relief.solids.meshes.neighbourhood import edge_pairs
+
+BEHIND = 1e-6
+"""Distance of a point from the face before it, as a share of the body's longest side."""
+MOST_BOXES, MOST_ANGLES = 1_000_000_000, 100_000_000
+"""Most comparisons of points with boxes of parts, and most solid angles; each takes about ten seconds."""
+FEW_FACES, HALVINGS = 24, 30
+"""Faces, and halvings of the box, at which the search for a place of a crossing ends."""
+UPWARDS = np.array([0.1234567, 0.2345678, 0.9642])
+"""Direction in which the faces before a point are counted: along no edge that people draw."""
+BEFORE = 1e-6
+"""Distance of the counted faces from the point, as a share of the body's longest side."""
+
+
+def repeats(faces: Index) -> Index:
+    """Numbers of the faces that repeat an earlier one, with the same corners in the same order around them.
+
+    Args:
+        faces: (m, 3) of a body with one position per vertex.
+    """
+    first = np.argmin(faces, axis=1)[:, None]
+    corners = np.take_along_axis(faces, (first + np.arange(3)) % 3, axis=1).astype(np.int64)
+    # A face of a sound body is alone on its side of its first edge.
+    edge = corners[:, 0] * (int(faces.max()) + 1) + corners[:, 1]
+    order = np.argsort(edge, kind="stable")
+    several = np.flatnonzero(np.diff(edge[order]) == 0)
+    doubtful = np.union1d(order[several], order[several + 1])
+    return np.delete(doubtful, np.unique(corners[doubtful], axis=0, return_index=True)[1])
+
+
+def parts_within_others(body: Body, name: object) -> int:
+    """Number of outer shells that lie within another part, or fill the same place.
+
+    Args:
+        body: Closed, with one position per vertex; its shells do not pass through one another.
+        name: of the file, for the message.
+
+    Raises:
+        InputError: There are too many parts to tell.
+    """
+    faces = body.faces
+    # Shells hang together by edges of two faces; parts, whose shells may touch, by vertices.
+    shell = _connected(edge_pairs(faces, len(body.vertices)) // 3, len(faces))
+    if not shell.any():
+        return 0
+    ends = np.stack([faces.ravel(), np.roll(faces, 1, axis=1).ravel()], axis=1)
+    part = np.unique(_connected(ends, len(body.vertices))[faces[:, 0]], return_inverse=True)[1]
+    order = np.argsort(part, kind="stable")
+    starts = np.flatnonzero(np.diff(part[order], prepend=-1))
+    corners = np.split(body.vertices[faces[order]], starts[1:])
+    low, high = (np.array([end(each, axis=(0, 1)) for each in corners]) for end in (np.min, np.max))
+    # Hollows are no parts: the material lies outside of their faces.
+    outer = np.array([_volume(each) > 0.0 for each in corners])
+    largest = _largest_faces(body, shell, outer[part])
+    shells = np.bincount(part[largest], minlength=len(corners))
+    reach = BEHIND * float(np.ptp(body.vertices, axis=0).max())
+    angles = within = 0
+    if len(largest) * len(corners) > MOST_BOXES:
+        largest, angles = largest[:0], MOST_ANGLES + 1
+    front = Body(body.vertices, faces[largest])
+    points = front.vertices[front.faces].mean(axis=1)
+    points -= reach * front.normals / (2.0 * front.areas[:, None])
+    for point, own in zip(points, part[largest], strict=True):
+        around = np.flatnonzero((low <= point).all(axis=1) & (high >= point).all(axis=1))
+        if len(around) == 1 and shells[own] == 1:
+            continue
+        angles += sum(len(corners[other]) for other in around)
+        if angles > MOST_ANGLES:
+            break
+        winding = sum(_solid_angle(corners[other] - point) for other in around) / (4.0 * np.pi)
+        within += winding > 1.5
+    if angles > MOST_ANGLES:
+        raise InputError(f"{name}: its {len(corners)} parts are too many to tell whether one holds another")
+    return within
+
+
+def crossing_place(body: Body) -> Array:
+    """(3,) mm near which faces of a body pass through one another.
+
+    Both faces of a pair reach into the box in which they cross. Boxes are halved, and of the halves one with
+    a crossing is kept. Of few faces all pairs are looked at.
+    """
+    faces = body.faces
+    low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
+    for _ in range(HALVINGS):
+        if len(faces) <= FEW_FACES:
+            break
+        axis = int((high - low).argmax())
+        middle = 0.5 * (low[axis] + high[axis])
+        along = body.vertices[faces, axis]
+        for half, ends in (
+            (along.min(axis=1) <= middle, (low, np.where(np.arange(3) == axis, middle, high))),
+            (along.max(axis=1) >= middle, (np.where(np.arange(3) == axis, middle, low), high)),
+        ):
+            if half.any() and self_intersections(Body(body.vertices, faces[half])):
+                faces, (low, high) = faces[half], ends
+                break
+        else:
+            break
+    for pair in combinations(faces, 2) if len(faces) <= FEW_FACES else ():
+        if self_intersections(Body(body.vertices, np.array(pair))):
+            corners = body.vertices[np.array(pair)]
+            low, high = corners.min(axis=1).max(axis=0), corners.max(axis=1).min(axis=0)
+            break
+    return np.asarray(0.5 * (low + high))
+
+
+@stage("uniting parts")
+def united(body: Body) -> Body:
+    """The shells of a closed body as one, less those that are hollows; as it is if Manifold refuses it."""
+    whole = _manifold(body)
+    if whole.status() != Error.NoError:
+        return body
+    shells = whole.decompose()
+    outer = Manifold.batch_boolean([shell for shell in shells if shell.volume() > 0.0], OpType.Add)
+    for hollow in (_body(shell) for shell in shells if shell.volume() < 0.0):
+        outer -= _manifold(Body(hollow.vertices, hollow.faces[:, ::-1]))
+    return _body(outer)
+
+
+def _manifold(body: Body) -> Manifold:
+    faces = np.ascontiguousarray(body.faces, dtype=np.uint64)
+    return Manifold(Mesh64(np.ascontiguousarray(body.vertices), faces))
+
+
+def _body(manifold: Manifold) -> Body:
+    mesh = manifold.to_mesh64()
+    return Body(np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts, dtype=np.int64))
+
+
+def outside(points: Array, normals: Array, body: Body) -> NDArray[np.bool_]:
+    """Whether points on a body lie on its outer surface, with nothing of the body before them.
+
+    The winding number before a point is the number of faces that a ray from there leaves the body by, less
+    that of the faces by which it enters.
+
+    Args:
+        points: (k, 3) on faces, mm.
+        normals: (k, 3) unit normals of their faces.
+        body: Closed.
+    """
+    up = UPWARDS / np.linalg.norm(UPWARDS)
+    x = np.cross(up, (1.0, 0.0, 0.0))
+    axes = np.stack([x / np.linalg.norm(x), np.cross(up, x / np.linalg.norm(x)), up])
+    corners = (body.vertices @ axes.T)[body.faces]
+    low, high = extents(corners)
+    before = (points + BEFORE * np.ptp(body.vertices, axis=0).max() * normals) @ axes.T
+    return np.array([_winding(at, corners, low, high) == 0 for at in before])
+
+
+def _connected(pairs: Index, count: int) -> Index:
+    """(count,) numbers, from 0, of the groups that pairs (n, 2) of items make."""
+    graph = sp.coo_matrix((np.ones(len(pairs), dtype=np.int8), pairs.T), (count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
+def _largest_faces(body: Body, shell: Index, outer: Array) -> Index:
+    """The largest face of each shell, of those faces that are of an outer one."""
+    areas = np.where(outer, body.areas, 0.0)
+    by_area = np.lexsort((areas, shell))
+    largest = by_area[np.flatnonzero(np.diff(shell[by_area], append=-1))]
+    return np.asarray(largest[areas[largest] > 0.0])
+
+
+def _volume(corners: Array) -> float:
+    """Signed volume that triangles (m, 3, 3) enclose."""
+    a, b, c = np.moveaxis(corners - corners[0, 0], 1, 0)
+    return float(np.einsum("ij,ij->", np.cross(a, b), c) / 6.0)
+
+
+def _solid_angle(corners: Array) -> float:
+    """Solid angle under which triangles (m, 3, 3) are seen from the origin, 4 pi from within a solid."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    lengths = np.linalg.norm(corners, axis=2)
+    products = [np.einsum("ij,ij->i", *pair) for pair in ((b, c), (c, a), (a, b))]
+    below = lengths.prod(axis=1) + sum(products[i] * lengths[:, i] for i in range(3))
+    return 2.0 * float(np.arctan2(np.einsum("ij,ij->i", np.cross(a, b), c), below).sum())
+
+
+def _winding(at: Array, corners: Array, low: Array, high: Array) -> int:
+    """Winding number of a point (3,) by the faces above it: corners (m, 3, 3), ends (m, 3) of their boxes."""
+    over = np.flatnonzero((low[:, :2] <= at[:2]).all(axis=1) & (high >= at).all(axis=1))
+    sides = corners[over] - at
+    turns = [_cross(sides[:, one], sides[:, other]) for one, other in ((1, 2), (2, 0), (0, 1))]
+    shares = np.stack(turns, axis=1)
+    hit = (shares > 0.0).all(axis=1) | (shares < 0.0).all(axis=1)
+    total = shares[hit].sum(axis=1)
+    above = (shares[hit] * sides[hit, :, 2]).sum(axis=1) / total > 0.0
+    return int(np.sign(total[above]).sum())
+
+
+def _cross(one: Array, other: Array) -> Array:
+    """(k,) third components of the products of vectors (k, 3) by their first two."""
+    return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])

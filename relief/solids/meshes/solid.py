@@ -1,0 +1,172 @@
+"""Solids: whether a printer can make a body, or what has to be mended first."""
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse import csgraph
+
+from relief.ground.arrays import Array, Index
+from relief.ground.errors import InputError
+from relief.solids.body import Body
+from relief.solids.meshes.intersections import MOST, crossing_faces, self_intersections
+from relief.solids.meshes.shells import (
+    MOST_BOXES,
+    crossing_place,
+    parts_within_others,
+    repeats,
+    united,
+)
+
+THINNEST = 1e-7
+"""Least volume of a solid as a share of the cube of its longest side; what is less is a sheet."""
+MEND = "mend it in a slicer or by Blender's 3D Print toolbox"
+
+
+def volume_mm3(body: Body) -> float:
+    """Volume that the faces enclose, mm³; negative if they are turned inside out."""
+    return float(_volumes(body).sum())
+
+
+def check_closed(body: Body, name: object, *, repeated: bool = False) -> None:
+    """Refuse a body that is open, turned inside out, without volume, or has faces twice.
+
+    Args:
+        body: with one position per vertex.
+        name: of the file, for the message.
+        repeated: whether faces may lie there twice.
+
+    Raises:
+        InputError: The body encloses nothing; the line says what to do.
+    """
+    open_edges, twisted = _edges(body.faces)
+    if open_edges:
+        raise InputError(f"{name}: is open: {open_edges} edges border on a hole; {MEND}")
+    if twisted:
+        raise InputError(f"{name}: {twisted} edges lie between faces turned against one another; {MEND}")
+    if not repeated and (twice := len(repeats(body.faces))):
+        fault = f"{name}: {twice} faces lie there twice; remove the parts that are there twice"
+        raise InputError(f"{fault} (unite)", f"{fault} (--unite)")
+    volumes, longest = _volumes(body), float(np.ptp(body.vertices, axis=0).max())
+    if abs(volumes.sum()) < THINNEST * longest**3:
+        raise InputError(f"{name}: encloses no volume; give the surface a thickness")
+    if volumes.sum() < 0.0 or _inverted_part(body, volumes, name):
+        raise InputError(f"{name}: is turned inside out; flip the normals (Blender: Mesh, Normals, Flip)")
+
+
+def check_solid(body: Body, name: object, *, apart: bool = False) -> None:
+    """Refuse a body that is no solid: as `check_closed`, and one with faces or parts that overlap.
+
+    Args:
+        body: with one position per vertex.
+        name: of the file, for the message.
+        apart: whether faces are known not to pass through one another, which takes longest to find out.
+
+    Raises:
+        InputError: The body is no solid; the line says what to do.
+    """
+    check_closed(body, name)
+    if not apart and (line := crossings(body)):
+        raise _overlap(f"{name}: {line}", body)
+    if within := parts_within_others(body, name):
+        raise _overlap(f"{name}: {within} of its parts lie within others", body)
+
+
+def check_apart(body: Body, textured: NDArray[np.bool_], name: object) -> None:
+    """Refuse a body of which textured faces, (m,), pass through others. Raises InputError with a place."""
+    crossing = crossing_faces(body)
+    if count := int(np.count_nonzero(textured[crossing])):
+        at = shown_place(Body(body.vertices, body.faces[crossing]))
+        raise _overlap(f"{name}: {count} faces with texture pass through others, some near ({at}) mm", body)
+
+
+def crossings(body: Body) -> str:
+    """How many faces pass through one another and near which point, for a person; empty if none do."""
+    pairs = self_intersections(body)
+    count = f"{'at least ' * (pairs >= MOST)}{pairs} pairs of faces"
+    return f"passes through itself: {count}, some near ({shown_place(body)}) mm" if pairs else ""
+
+
+def shown_place(body: Body) -> str:
+    """A place of a crossing, mm."""
+    return ", ".join(f"{place:.4g}" for place in crossing_place(body))
+
+
+def _overlap(fault: str, body: Body) -> InputError:
+    """The error that says what mends a body that overlaps itself."""
+    if components(body).any():
+        mend = "; unite its parts ({}), or " + MEND
+        return InputError(fault + mend.format("unite"), fault + mend.format("--unite"))
+    return InputError(f"{fault}; as it is one part, remesh it (Blender: Remesh, Voxel), or {MEND}")
+
+
+def outer_body(body: Body, name: object) -> tuple[Body, tuple[str, ...]]:
+    """The body that fingers meet, and what there is to say of it.
+
+    Args:
+        body: With one position per vertex.
+        name: Of the file, for messages.
+
+    Returns:
+        The same body and no lines if it is a solid. Else its shells as one, without hollows that lie inside,
+        and a line with the number of crossing pairs of faces and a place of one, mm.
+
+    Raises:
+        InputError: The body is open, turned inside out or without volume.
+    """
+    check_closed(body, name, repeated=True)
+    if twice := len(repeats(body.faces)):
+        return united(body), (f"{twice} faces lie there twice; its outside is felt",)
+    if line := crossings(body):
+        return united(body), (f"{line}; its outside is felt",)
+    if within := parts_within_others(body, name):
+        return united(body), (f"{within} of its parts lie within others; its outside is felt",)
+    return body, ()
+
+
+def _volumes(body: Body) -> Array:
+    """(m,) signed volumes of the tetrahedra over the faces, from the middle of the vertices, mm³."""
+    a, b, c = np.moveaxis((body.vertices - body.vertices.mean(axis=0))[body.faces], 1, 0)
+    return np.asarray(np.einsum("ij,ij->i", np.cross(a, b), c) / 6.0)
+
+
+def _edges(faces: Index) -> tuple[int, int]:
+    """Number of edges that lack a face, and of edges whose faces run the same way along them."""
+    start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
+    key = np.minimum(start, end) * (int(faces.max()) + 1) + np.maximum(start, end)
+    _, index = np.unique(key, return_inverse=True)
+    count = np.bincount(index)
+    balance = np.bincount(index, np.where(start < end, 1.0, -1.0))
+    return int(np.count_nonzero(count % 2)), int(np.count_nonzero((count % 2 == 0) & (balance != 0.0)))
+
+
+def components(body: Body) -> Index:
+    """(m,) number of the connected part that each face belongs to."""
+    n = len(body.vertices)
+    ends = (body.faces.ravel(), np.roll(body.faces, 1, axis=1).ravel())
+    graph = sp.coo_matrix((np.ones(len(ends[0]), dtype=np.int32), ends), shape=(n, n))
+    _, part = csgraph.connected_components(graph, directed=False)
+    return np.asarray(part[body.faces[:, 0]], dtype=np.int64)
+
+
+def _inverted_part(body: Body, volumes: Array, name: object) -> bool:
+    """Whether a part with negative volume is no hollow, as the box of no other part holds it.
+
+    Raises InputError if the parts are too many to tell.
+    """
+    part = components(body)
+    count = int(part.max()) + 1
+    sums = np.bincount(part, volumes, count)
+    inside_out = np.flatnonzero(sums < 0.0)
+    if not len(inside_out):
+        return False
+    if len(inside_out) * count > MOST_BOXES:
+        raise InputError(f"{name}: its {count} parts are too many to tell whether they are hollows")
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    for corner in range(3):
+        np.minimum.at(low, part, body.vertices[body.faces[:, corner]])
+        np.maximum.at(high, part, body.vertices[body.faces[:, corner]])
+    for one in inside_out:
+        holds = (low <= low[one]).all(axis=1) & (high >= high[one]).all(axis=1) & (sums > 0.0)
+        if not holds.any():
+            return True
+    return False

@@ -1,0 +1,265 @@
+"""Even triangles on the smooth surface that is meant, whatever triangles the body came with."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.ground.arrays import Array, Index
+from relief.ground.progress import say, stage
+from relief.solids.body import Body
+from relief.solids.meshes.neighbourhood import edge_pairs
+from relief.solids.remeshing.collapsing import Collapses
+from relief.solids.remeshing.features import held_lines, regions
+from relief.solids.remeshing.flipping import Flips
+from relief.solids.remeshing.lifting import lifted
+from relief.solids.remeshing.nearest import NearestPoints
+from relief.solids.remeshing.noise import FACETS_NOISE, smoothed, turns_by_chance
+from relief.solids.remeshing.smooth_surface import SmoothSurface, bulges, corner_angles, smooth_surface, units
+from relief.solids.remeshing.triangles import Triangles, repeated
+
+ARC = 0.35
+"""Angle over which an edge of the even mesh spans, rad, where the surface bends: parabolas over its triangles
+are then within 1 um of a circle of 4 mm radius."""
+LEAST_PART = 0.15
+"""Shortest edges wanted where the surface bends, in those of the rest."""
+COARSE = 4.0
+"""Edges on a flat side that stays, in those of the rest: it needs few triangles, but no slivers."""
+ROUNDS = 4
+"""Rounds of splitting, collapsing, flipping and relaxing; five change little more."""
+COARSER = (128.0, 64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0)
+"""Edges, in those wanted, to which triangles are divided at first: flips and collapses between keep them from
+becoming slivers, whose number would double with each halving, also across."""
+STIR = 0.3
+"""Part of their edges by which vertices move by chance at first. Squares would stay squares, and divided all
+at once the number of triangles would jump by a half."""
+STEP = 0.8
+"""Part of the way to the middle of its triangles that a vertex moves."""
+UPRIGHT = 0.3
+"""Cosine of the angle by which relaxing may turn a triangle."""
+SHRUNK = 0.1
+"""Least part of its area that relaxing may leave of a triangle."""
+INWARD = 0.05
+"""Part of the way from a corner to the middle of its triangle where the side of a crease is looked up."""
+
+
+@dataclass(frozen=True)
+class EvenMesh:
+    """Even triangles whose vertices lie on a smooth surface.
+
+    Attributes:
+        body: The triangles.
+        normals: (faces, 3, 3) outward unit normals of the surface at the corners; of a noisy one, smoothed.
+        bulges: (faces, 3, 3) as in `SmoothSurface`, mm.
+        uv: (faces, 3, 2) texture coordinates of the corners, or None.
+        origin: (faces,) a face of the input that each face lies on or near.
+    """
+
+    body: Body
+    normals: Array
+    bulges: Array
+    uv: Array | None
+    origin: Index
+
+
+def even_mesh(
+    body: Body,
+    edge_mm: float,
+    uv: Array | None = None,
+    side: NDArray[np.bool_] | None = None,
+    arc: float = ARC,
+) -> EvenMesh:
+    """Even triangles on the smooth surface behind a body's facets.
+
+    Edges of the part and seams of texture coordinates are held within `HELD_MM`.
+
+    Args:
+        body: A closed body, each vertex once.
+        edge_mm: Edges wanted where the surface is flat; elsewhere they are shorter.
+        uv: (faces, 3, 2) texture coordinates of the corners, or None.
+        side: (faces,) facets of a flat side, whose rim is held and which stays coarse, or None.
+        arc: Angle over which an edge spans at most where the surface bends, rad.
+    """
+    with stage("normals"):
+        surface = smooth_surface(body, side)
+    with stage("even triangles", float(ROUNDS)) as advance:
+        side = np.zeros(len(body.faces), bool) if side is None else side
+        remesher = _Remesher(surface, edge_mm, uv, side, arc)
+        for number in range(ROUNDS):
+            remesher.round(COARSER if number == 0 else COARSER[-1:], STIR if number == 0 else 0.0)
+            advance()
+        return remesher.result(uv)
+
+
+class _Remesher:
+    """The triangles so far, and the surface that they lie on."""
+
+    def __init__(
+        self, surface: SmoothSurface, edge_mm: float, uv: Array | None, side: NDArray[np.bool_], arc: float
+    ) -> None:
+        self.surface, self.edge_mm = surface, edge_mm
+        body = surface.body
+        held, corner = held_lines(surface, uv, side)
+        self.region = regions(body, held)
+        self.nearest = NearestPoints(body, held, self.region, edge_mm)
+        self.size = np.where(side, COARSE * edge_mm, _sizes(surface, edge_mm, arc))
+        size = np.full(len(body.vertices), COARSE * edge_mm)
+        np.minimum.at(size, body.faces, self.size[:, None])
+        self.triangles = Triangles(body, held, corner, size)
+
+    def round(self, coarser: Sequence[float], stir: float) -> None:
+        """Bring the edges nearer to their wanted lengths, and the triangles to even shape.
+
+        Args:
+            coarser: Edges to which triangles are divided one after another, in those wanted.
+            stir: Part of their edges by which vertices are moved by chance.
+        """
+        triangles = self.triangles
+        self._collapse()
+        for factor in coarser:
+            repeated(Flips(triangles).flip)
+            while self._split(factor):
+                repeated(Flips(triangles).flip)
+            self._collapse()
+        for _ in range(3):
+            repeated(Flips(triangles).flip)
+            self._relax(stir)
+
+    def _split(self, coarser: float) -> int:
+        """Divide the edges that are too long, and bring their middles to the surface; returns how many."""
+        triangles = self.triangles
+        first = len(triangles.vertices)
+        count = triangles.split(coarser * self.triangles.wanted())
+        if count:
+            # The triangles around tell the region alone: flips have carried their places away.
+            corner, start = triangles.faces.ravel(), np.repeat(triangles.origin, 3)
+            own = np.flatnonzero(corner >= first)
+            vertex, start = corner[own], start[own]
+            rows = np.unique(np.stack([vertex, self.region[start]]), axis=1, return_index=True)[1]
+            vertex, start = vertex[rows], start[rows]
+            face, share = self.nearest.at(triangles.vertices[vertex], self.region[start], start)
+            triangles.size[first:] = COARSE * self.edge_mm
+            np.minimum.at(triangles.size, vertex, self.size[face])
+            moved = triangles.vertices.copy()
+            free = triangles.held_count()[vertex] == 0
+            moved[vertex[free]] = self.nearest.places(face[free], share[free])
+            self._move(moved)
+        return count
+
+    def _collapse(self) -> None:
+        wanted, collapses = self.triangles.wanted(), Collapses(self.triangles)
+        repeated(partial(collapses.collapse, wanted))
+        self.triangles.drop_unused()
+
+    def _relax(self, stir: float) -> None:
+        """Move free vertices towards the middle of their triangles, along the surface, and by chance."""
+        triangles = self.triangles
+        vertices, faces = triangles.vertices, triangles.faces
+        rows = np.flatnonzero(~triangles.corner & (triangles.held_count() == 0))
+        face, share = self._project(vertices[rows] + STEP * self._ways(stir)[rows], rows)
+        moved, place = vertices.copy(), np.full(len(vertices), -1)
+        moved[rows], place[rows] = self.nearest.places(face, share), face
+        place[self._move(moved)] = -1
+        triangles.size[place >= 0] = self.size[place[place >= 0]]
+        best = place[faces].max(axis=1)
+        triangles.origin = np.where(best >= 0, best, triangles.origin)
+
+    def _move(self, moved: Array) -> NDArray[np.bool_]:
+        """Move vertices to other places (vertices, 3), but (vertices,) those at triangles that would turn."""
+        triangles, stayed = self.triangles, np.zeros(len(moved), bool)
+        while len(turned := self._turned(moved)):
+            moved[turned], stayed[turned] = triangles.vertices[turned], True
+        triangles.vertices = moved
+        return stayed
+
+    def _ways(self, stir: float) -> Array:
+        """(vertices, 3) ways along the surface to the middles of the triangles around, and by chance, mm."""
+        vertices, faces = self.triangles.vertices, self.triangles.faces
+        body, count, corners = Body(vertices, faces), len(vertices), faces.ravel()
+        wanted = self.triangles.wanted()
+        weight = body.areas / wanted[faces].mean(axis=1) ** 2
+        middles = weight[:, None] * vertices[faces].mean(axis=1)
+        middle, normal = (
+            np.stack([np.bincount(corners, np.repeat(of[:, k], 3), count) for k in range(3)], axis=1)
+            for of in (middles, body.normals)
+        )
+        total = np.maximum(np.bincount(corners, np.repeat(weight, 3), count), 1e-30)
+        way = middle / total[:, None] - vertices
+        way += stir * wanted[:, None] * np.random.default_rng(count).uniform(-1.0, 1.0, way.shape)
+        unit = units(np.asarray(normal, np.float64))
+        return np.asarray(way - (way * unit).sum(axis=1, keepdims=True) * unit)
+
+    def _turned(self, moved: Array) -> Index:
+        """Moved vertices at triangles that would turn over or lose nearly all of their area."""
+        vertices, faces = self.triangles.vertices, self.triangles.faces
+        before, after = Body(vertices, faces).normals, Body(moved, faces).normals
+        old, new = np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1)
+        around = np.unique(faces[((after * before).sum(axis=1) < UPRIGHT * old * new) | (new < SHRUNK * old)])
+        return around[(moved[around] != vertices[around]).any(axis=1)]
+
+    def _project(self, points: Array, rows: Index) -> tuple[Index, Array]:
+        """Nearest faces of the input and coordinates there, for points at vertices."""
+        start = np.zeros(len(self.triangles.vertices), np.int64)
+        start[self.triangles.faces] = self.triangles.origin[:, None]
+        return self.nearest.at(points, self.region[start[rows]], start[rows])
+
+    def result(self, uv: Array | None) -> EvenMesh:
+        """The mesh with the normals of the surface, its vertices on the smooth surface."""
+        triangles, surface = self.triangles, self.surface
+        faces = triangles.faces
+        free = ~triangles.corner & (triangles.held_count() == 0)
+        rows = np.flatnonzero(free)
+        face, share = self._project(triangles.vertices[rows], rows)
+        onto = triangles.vertices.copy()
+        onto[rows] = surface.places_at(face, share)
+        vertices, stayed = lifted(triangles.vertices, onto, faces, free)
+        at, shares = np.zeros(len(vertices), np.int64), np.zeros((len(vertices), 3))
+        at[rows], shares[rows] = face, share
+        at, shares = at[faces], shares[faces]
+        held = ~free[faces]
+        number, corner = np.nonzero(held)
+        place = triangles.vertices[faces[number, corner]]
+        inner = place + INWARD * (triangles.vertices[faces[number]].mean(axis=1) - place)
+        start = triangles.origin[number]
+        side, _ = self.nearest.at(inner, self.region[start], start)
+        at[held], shares[held] = self.nearest.from_(place, side)
+        normals = surface.normals_at(at.ravel(), shares.reshape(-1, 3)).reshape(-1, 3, 3)
+        body = Body(vertices, faces)
+        pairs = edge_pairs(faces, len(vertices))
+        creases = triangles.is_held(triangles.keys()).reshape(-1, 3)
+        corners_uv = None if uv is None else np.einsum("fkc,fkcd->fkd", shares, uv[at])
+        bulge = bulges(body, pairs, creases, normals)
+        bulge[stayed[faces] | np.roll(stayed[faces], -1, axis=1)] = 0.0
+        if turns_by_chance(body, normals):
+            say("facets turn by chance, as in a scan; normals are smoothed")
+            normals = smoothed(body, normals)
+        return EvenMesh(body, normals, bulge, corners_uv, triangles.origin)
+
+
+def _sizes(surface: SmoothSurface, edge_mm: float, arc: float) -> Array:
+    """(faces,) lengths of edges wanted by how the surface bends, mm."""
+    corners, normals = surface.body.vertices[surface.body.faces], surface.normals
+    turn = np.linalg.norm(np.roll(normals, -1, axis=1) - normals, axis=2)
+    length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    bend = np.maximum(turn - 0.01, 0.0) / np.maximum(length, 0.02 * edge_mm)
+    sizes = np.clip(arc / np.maximum(bend.max(axis=1), 1e-9), LEAST_PART * edge_mm, edge_mm)
+    if turns_by_chance(surface.body, normals, FACETS_NOISE):
+        # What bends by chance is no smaller than the facets of a scan.
+        sizes = np.clip(length.min(axis=1), sizes, edge_mm)
+    return np.asarray(sizes)
+
+
+def vertex_normals(mesh: EvenMesh, ignored: NDArray[np.bool_]) -> Array:
+    """Normals at the vertices, (n, 3): on creases means over the triangles around, by their angles.
+
+    Args:
+        mesh: The mesh.
+        ignored: (faces,) triangles that count only where a vertex has no others: those of a flat bottom.
+    """
+    angle = corner_angles(mesh.body)
+    angle[ignored] *= 1e-9
+    corners, count = mesh.body.faces.ravel(), len(mesh.body.vertices)
+    sums = [np.bincount(corners, (angle * mesh.normals[:, :, k]).ravel(), count) for k in range(3)]
+    return units(np.stack(sums, axis=1))

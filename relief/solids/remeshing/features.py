@@ -1,0 +1,46 @@
+"""Lines and corners of a part that stay where they are, and the regions of its surface between them."""
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from relief.ground.arrays import Array, Index
+from relief.solids.body import Body
+from relief.solids.meshes.neighbourhood import edge_pairs
+from relief.solids.remeshing.smooth_surface import SmoothSurface, corner_groups
+
+
+def held_lines(
+    surface: SmoothSurface, uv: Array | None, side: NDArray[np.bool_]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """(faces, 3) edges that stay, and (vertices,) vertices that stay."""
+    body = surface.body
+    faces = body.faces
+    pairs = edge_pairs(faces, len(body.vertices))
+    held = surface.creases.ravel().copy()
+    held[pairs[side[pairs[:, 0] // 3] != side[pairs[:, 1] // 3]].ravel()] = True
+    if uv is not None:
+        flat, ahead = uv.reshape(-1, 2), np.roll(uv, -1, axis=1).reshape(-1, 2)
+        one, other = pairs.T
+        seam = (flat[one] != ahead[other]).any(axis=1) | (ahead[one] != flat[other]).any(axis=1)
+        held[pairs[seam].ravel()] = True
+    # Edges of more than two faces, and vertices where several fans meet.
+    single = np.ones(len(held), bool)
+    single[pairs] = False
+    held |= single
+    one, other = pairs.T
+    fan = corner_groups(body, pairs, np.zeros(faces.shape, bool))
+    fans = np.unique(np.stack([faces.ravel(), fan]), axis=1)[0]
+    corner = np.bincount(fans, minlength=len(body.vertices)) > 1
+    half = np.flatnonzero(single)
+    corner[faces.ravel()[half]] = corner[np.roll(faces, -1, axis=1).ravel()[half]] = True
+    return held.reshape(-1, 3), corner
+
+
+def regions(body: Body, held: NDArray[np.bool_]) -> Index:
+    """(faces,) numbers of the parts of the surface between held edges."""
+    pairs = edge_pairs(body.faces, len(body.vertices))
+    pairs = pairs[~held.ravel()[pairs[:, 0]]] // 3
+    graph = sp.coo_matrix((np.ones(len(pairs), np.int8), pairs.T), (len(body.faces),) * 2)
+    return np.asarray(connected_components(graph, directed=False)[1], np.int64)

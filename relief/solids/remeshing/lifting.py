@@ -1,0 +1,57 @@
+"""Vertices brought to the smooth surface, but where triangles would pass through one another then.
+
+Facets of a thin wall need not cross where the smooth surfaces through their corners do: beside the line where
+a ball and a bore that nearly touches it meet.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.ground.arrays import Array, Index
+from relief.solids.body import Body
+from relief.solids.meshes.intersections import crossing_faces
+
+LEAST_EDGE_MM, PARTED = 1e-3, 0.02
+"""Length of an edge, mm, below which its ends are one point, and part of the way to the middle of its
+neighbours by which such a vertex moves: some um."""
+ROUNDS = 4
+"""Times that vertices are left where they are: those beside them may cross others after the first."""
+
+
+def lifted(
+    vertices: Array, onto: Array, faces: Index, free: NDArray[np.bool_]
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Vertices (n, 3) on the smooth surface, and whether they stayed (n,), as triangles would cross.
+
+    Args:
+        vertices: On the facets, mm.
+        onto: The same on the smooth surface, mm.
+        faces: (m, 3) of a closed mesh.
+        free: (n,) vertices on no held line, which move rather than others.
+    """
+    stayed = np.zeros(len(vertices), bool)
+    for number in range(ROUNDS + 1):
+        moved = np.where(stayed[:, None], vertices, onto)
+        _part(moved, faces, free)
+        crossing = faces[crossing_faces(Body(moved, faces))]
+        if number == ROUNDS or stayed[crossing].all():
+            break
+        stayed[crossing] = True
+    return moved, stayed
+
+
+def _part(vertices: Array, faces: Index, free: NDArray[np.bool_]) -> None:
+    """Move vertices (n, 3) apart that have come to lie on their neighbours: no triangle may be a point.
+
+    Args:
+        vertices: mm; changed in place.
+        faces: (m, 3) of a closed mesh.
+        free: (n,) vertices on no held line, which move rather than others.
+    """
+    one, other = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    short = np.linalg.norm(vertices[one] - vertices[other], axis=1) < LEAST_EDGE_MM
+    moving = np.unique(np.where(free[one[short]], one[short], other[short]))
+    if len(moving):
+        count = np.bincount(one, minlength=len(vertices))[moving, None]
+        sums = np.stack([np.bincount(one, vertices[other, k], len(vertices)) for k in range(3)], axis=1)
+        vertices[moving] += PARTED * (sums[moving] / count - vertices[moving])

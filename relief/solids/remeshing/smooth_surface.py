@@ -1,0 +1,214 @@
+"""The smooth surface behind the facets of a body: creases, normals, and how far it bulges over an edge.
+
+Programs that write facets put their corners on the surface that is meant. On a round surface the sum of the
+normals at both ends of an edge is perpendicular to the edge: exactly on planes and balls, and around
+cylinders, and up to the third power of the length elsewhere. So the normals are those that fulfil this best
+near a first guess.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import cg
+
+from relief.ground.arrays import Array, Index
+from relief.solids.body import Body
+from relief.solids.meshes.neighbourhood import edge_pairs
+from relief.solids.remeshing.creases import crease_edges, directions, turns_at, units
+
+RIM = np.radians(10.0)
+"""Angle, rad, from which the rim of a flat side that stays is an edge of the part; a fillet may end there."""
+COPLANAR = np.radians(0.05)
+"""Angle between facets of one plane, rad: rounding of files in single precision leaves less."""
+WIDE = 3.0
+"""Width of a plane against that of the facets beside it, from which the plane has the normal of both."""
+POWER = 2.0
+"""Power of the length by which edges count less: the sums are perpendicular up to its third power."""
+SLIVER = 4.0
+"""Length of an edge, in the shortest of its triangle, from which it belongs to a sliver."""
+NEAR = 1e-3
+"""Weight of staying near the guess, in that of the shortest edges of triangles: long thin ones, which fulfil
+little, then turn nothing."""
+STEPS = 60
+"""Steps of conjugate gradients; the guess is off at few places, and near."""
+LARGEST_BULGE = 0.12
+"""Largest bulge over an edge, as a part of its length: over an arc of 55 degrees."""
+SLIVER_BULGE = 0.5
+"""Largest bulge over an edge of a facet, in the height of the wider facet beside: facets are no narrower than
+what they leave out, and along a sliver a normal that leans by a degree would be 0.1 mm."""
+
+
+@dataclass(frozen=True)
+class SmoothSurface:
+    """A body of facets and the smooth surface through its vertices.
+
+    Attributes:
+        body: Of facets.
+        creases: (faces, 3) whether the edge from corner k to corner k + 1 is an edge of the part.
+        normals: (faces, 3, 3) outward unit normals at the corners, on the face's side of creases.
+        bulges: (faces, 3, 3) four times the way from the middle of edge k to the smooth surface, mm.
+    """
+
+    body: Body
+    creases: NDArray[np.bool_]
+    normals: Array
+    bulges: Array
+
+    def normals_at(self, face: Index, share: Array) -> Array:
+        """Unit normals (n, 3) at barycentric coordinates (n, 3) in faces (n,)."""
+        return units(np.einsum("nc,ncd->nd", share, self.normals[face]))
+
+    def places_at(self, face: Index, share: Array) -> Array:
+        """Points (n, 3) of the smooth surface at barycentric coordinates (n, 3) in faces (n,), mm."""
+        flat = np.einsum("nc,ncd->nd", share, self.body.vertices[self.body.faces[face]])
+        return np.asarray(flat + raised(self.bulges, face, share))
+
+
+def raised(bulges: Array, face: Index, share: Array) -> Array:
+    """Ways (n, 3) from faces (n,) at barycentric coordinates (n, 3) to the smooth surface, mm."""
+    return np.einsum("nc,ncd->nd", share * np.roll(share, -1, axis=1), bulges[face])
+
+
+def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None) -> SmoothSurface:
+    """The smooth surface behind the facets of a body.
+
+    Args:
+        body: A closed body, each vertex once.
+        side: (faces,) facets of a flat side, whose rim is an edge of the part; None: there is none.
+    """
+    pairs = edge_pairs(body.faces, len(body.vertices))
+    creases = crease_edges(body, pairs)
+    if side is not None:
+        rim = pairs[(side[pairs[:, 0] // 3] != side[pairs[:, 1] // 3]) & (turns_at(body, pairs) > RIM)]
+        creases.reshape(-1)[rim.ravel()] = True
+    group = corner_groups(body, pairs, creases)
+    normals = _fulfilled(body, group, _guess(body, pairs[~creases.ravel()[pairs[:, 0]]], group))[
+        group
+    ].reshape(-1, 3, 3)
+    return SmoothSurface(body, creases, normals, bulges(body, pairs, creases, normals, facets=True))
+
+
+def corner_angles(body: Body) -> Array:
+    """(faces, 3) angles at the corners, rad."""
+    corners = body.vertices[body.faces]
+    ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    return np.arctan2(np.linalg.norm(np.cross(ahead, behind), axis=2), (ahead * behind).sum(axis=2))
+
+
+def _planes(body: Body, pairs: Index, turns: Array) -> tuple[Index, Array]:
+    """The plane each face belongs to, (faces,), and the widths of planes, twice area by circumference, mm."""
+    count = len(body.faces)
+    one, other = pairs[turns < COPLANAR].T // 3
+    graph = sp.coo_matrix((np.ones(len(one), np.int8), (one, other)), (count, count))
+    number, plane = connected_components(graph, directed=False)
+    area = np.bincount(plane, body.areas, number)
+    rim = pairs[turns >= COPLANAR]
+    length = directions(body, rim[:, 0])[1]
+    around = sum(np.bincount(plane[side // 3], length, number) for side in rim.T)
+    return plane, 2.0 * area / np.maximum(around, 1e-12)
+
+
+def corner_groups(body: Body, pairs: Index, creases: NDArray[np.bool_]) -> Index:
+    """(faces * 3,) numbers of the normals of corners: one for all around a vertex between its creases."""
+    one, other = pairs[~creases.ravel()[pairs[:, 0]]].T
+    after = lambda half: half - half % 3 + (half + 1) % 3  # noqa: E731
+    ends = np.concatenate([one, after(one)]), np.concatenate([after(other), other])
+    count = 3 * len(body.faces)
+    graph = sp.coo_matrix((np.ones(len(ends[0]), np.int8), ends), (count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], np.int64)
+
+
+def _guess(body: Body, pairs: Index, group: Index) -> Array:
+    """Normals (groups, 3): means by angles; beside a wide plane, which is no facet, that of the plane.
+
+    Args:
+        body: The body.
+        pairs: (n, 2) half-edges on both sides of the edges that are no creases.
+        group: As of `_groups`.
+    """
+    plane, width = _planes(body, pairs, turns_at(body, pairs))
+    unit, weight = units(body.normals), corner_angles(body).ravel()
+    count, planes = int(group.max()) + 1, len(width)
+    own = group * planes + np.repeat(plane, 3)
+    height = (
+        2.0 * np.repeat(body.areas, 3) / np.maximum(directions(body, np.arange(3 * len(plane)))[1], 1e-12)
+    )
+    wide = []
+    rim = pairs[plane[pairs[:, 0] // 3] != plane[pairs[:, 1] // 3]]
+    for one, other in (rim.T, rim.T[::-1]):
+        halves = one[width[plane[one // 3]] > WIDE * height[other]]
+        wide += [own[halves], own[halves - halves % 3 + (halves + 1) % 3]]
+    kept = np.isin(own, np.concatenate(wide))
+    any_wide = np.zeros(count, bool)
+    any_wide[group[kept]] = True
+    weight[any_wide[group] & ~kept] = 0.0
+    columns = [np.bincount(group, weight * np.repeat(unit[:, k], 3), count) for k in range(3)]
+    return units(np.stack(columns, axis=1))
+
+
+def _fulfilled(body: Body, group: Index, guess: Array) -> Array:
+    """Normals (groups, 3) near a guess whose sums at both ends of edges are perpendicular to the edges."""
+    halves = np.arange(len(group))
+    ahead = halves - halves % 3 + (halves + 1) % 3
+    way, length = directions(body, halves)
+    one, other = group[halves], group[ahead]
+    used = length > 0.0
+    rows = np.repeat(np.arange(used.sum()), 6)
+    columns = np.concatenate(
+        [3 * one[used, None] + np.arange(3), 3 * other[used, None] + np.arange(3)], axis=1
+    ).ravel()
+    shortest = np.repeat(np.where(used, length, np.inf).reshape(-1, 3).min(axis=1), 3)
+    weight = (shortest[used] / length[used])[:, None] ** POWER
+    values = np.concatenate([weight * way[used]] * 2, axis=1).ravel()
+    matrix = sp.csr_matrix((values, (rows, columns)), (int(used.sum()), guess.size))
+    # Along slivers normals turn as in the guess: else the short edges at their ends would make them lean.
+    sliver = np.clip(1.0 - SLIVER * shortest[used] / length[used], 0.0, None)[:, None]
+    leaning = np.concatenate([sliver * way[used], -sliver * way[used]], axis=1).ravel()
+    along = sp.csr_matrix((leaning, (rows, columns)), matrix.shape)
+    # Turned alone: normals that may grow shorter would fulfil everything at 0.
+    across = units(np.cross(guess, np.eye(3)[np.argmin(np.abs(guess), axis=1)]))
+    turns = np.stack([across, np.cross(guess, across)], axis=2)
+    number = np.arange(guess.size)
+    places = 2 * (number // 3)[:, None] + np.arange(2)
+    tangents = sp.csr_matrix(
+        (turns.ravel(), (np.repeat(number, 2), places.ravel())), (guess.size, 2 * len(guess))
+    )
+    by_turns = matrix @ tangents
+    lean = along @ tangents
+    square = by_turns.T @ by_turns + lean.T @ lean + NEAR * sp.eye_array(2 * len(guess))
+    change, _ = cg(square, -(by_turns.T @ (matrix @ guess.ravel())), rtol=1e-4, maxiter=STEPS)
+    return units(guess + (tangents @ change).reshape(-1, 3))
+
+
+def bulges(
+    body: Body, pairs: Index, creases: NDArray[np.bool_], normals: Array, facets: bool = False
+) -> Array:
+    """(faces, 3, 3) as in `SmoothSurface`: by the normals at the ends, on creases by those of both sides."""
+    faces = body.faces
+    corners = body.vertices[faces]
+    way = np.roll(corners, -1, axis=1) - corners
+    ahead = np.roll(normals, -1, axis=1)
+    # Half of the quadratic surface through both tangent planes (Boubekeur and Alexa 2008).
+    bulge = 0.5 * (
+        (way * ahead).sum(axis=2, keepdims=True) * ahead
+        - (way * normals).sum(axis=2, keepdims=True) * normals
+    )
+    flat, mean = bulge.reshape(-1, 3), units(normals + ahead).reshape(-1, 3)
+    sharp = pairs[creases.ravel()[pairs[:, 0]]]
+    one, other = sharp.T
+    # The bulge of a crease is perpendicular to it and has the height of both surfaces.
+    heights = np.stack([(flat[side] * mean[side]).sum(axis=1) for side in (one, other)], axis=1)
+    both = np.stack([mean[one], mean[other]], axis=1)
+    solved = np.einsum("nij,nj->ni", np.linalg.pinv(both, rcond=0.2), heights)
+    flat[one] = flat[other] = solved
+    sides = np.linalg.norm(way, axis=2)
+    length, limit = np.linalg.norm(flat, axis=1), 4.0 * LARGEST_BULGE * sides.ravel()
+    if facets:
+        height = np.repeat(2.0 * body.areas / np.maximum(sides.max(axis=1), 1e-12), 3)
+        height[pairs] = height[pairs].max(axis=1)[:, None]
+        limit = np.minimum(limit, 4.0 * SLIVER_BULGE * height)
+    flat *= np.minimum(1.0, limit / np.maximum(length, 1e-12))[:, None]
+    return flat.reshape(-1, 3, 3)

@@ -1,0 +1,76 @@
+"""How an object bends along the axes of the texture that lies on it."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.ground.arrays import Array
+from relief.solids.body import Body
+from relief.solids.wrapping.coordinates.layout import Layout
+
+STRAIGHT_MM = 200.0
+"""Radius from which a surface counts as straight, mm: over the 10 mm of a patch it then rises by 0.06 mm."""
+LEAST_MM = 3.0
+"""Least radius that is told, mm, as the finger takes no smaller one."""
+HALF = (0.25, 0.75)
+"""Parts of the area between which its middle half lies."""
+DEGENERATE = 1e-9
+"""Area in the texture, mm², below which a triangle has no directions there."""
+
+
+class Bending(NamedTuple):
+    """Curvatures of the textured surface along an axis of the texture, 1/mm; positive where it bulges.
+
+    Attributes:
+        median: over the textured area.
+        low: a quarter of the area bends less.
+        high: a quarter of the area bends more.
+    """
+
+    median: float
+    low: float
+    high: float
+
+    @property
+    def radius_mm(self) -> float | None:
+        """Radius of the median, mm, negative in a hollow; None where the surface is straight."""
+        if abs(self.median) <= 1.0 / STRAIGHT_MM:
+            return None
+        return float(np.copysign(max(LEAST_MM, abs(1.0 / self.median)), self.median))
+
+
+def bending(body: Body, normals: Array, layout: Layout, where: NDArray[np.bool_]) -> tuple[Bending, Bending]:
+    """Curvatures along x, to the texture's right, and along y, to its top.
+
+    Args:
+        body: the surface.
+        normals: (faces, 3, 3) unit normals at the corners.
+        layout: coordinates of the texture; those of a triangle's leading patch count.
+        where: (faces,) triangles that carry texture.
+    """
+    faces = np.flatnonzero(where & layout.laid())
+    uv = layout.uv[faces, layout.leading()[faces]]
+    corners, normals = body.vertices[body.faces[faces]], normals[faces]
+    edges = (uv[:, 1:] - uv[:, :1]).transpose(0, 2, 1)
+    determinant = np.linalg.det(edges)
+    sound = np.abs(determinant) > DEGENERATE
+    inverse = np.linalg.inv(edges[sound])
+    # Derivatives of the place and of the normal by the coordinates, (faces, 3, 2).
+    place, turn = (
+        (values[sound, 1:] - values[sound, :1]).transpose(0, 2, 1) @ inverse for values in (corners, normals)
+    )
+    curvature = (place * turn).sum(axis=1) / np.maximum((place**2).sum(axis=1), DEGENERATE)
+    areas = body.areas[faces][sound]
+    one, other = (_over_area(curvature[:, axis], areas) for axis in range(2))
+    return one, other
+
+
+def _over_area(values: Array, areas: Array) -> Bending:
+    """The median of values (n,), and those of the middle half, by areas (n,)."""
+    if not len(values):
+        return Bending(0.0, 0.0, 0.0)
+    order = np.argsort(values)
+    below = np.cumsum(areas[order])
+    numbers = np.searchsorted(below, np.array([0.5, *HALF]) * below[-1])
+    return Bending(*(float(value) for value in values[order[np.minimum(numbers, len(order) - 1)]]))

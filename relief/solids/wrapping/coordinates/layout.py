@@ -1,0 +1,102 @@
+"""Flat coordinates of a surface, mm: those of its triangles in one or several patches, with their shares."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.ground.arrays import Array
+
+SHARPNESS = 6
+"""Power of the patches' shares inside of triangles. Shares change over strips of 2 mm, wider than triangles;
+with this power about 0.4 mm of a strip are mixtures. Gravel feels rougher on wider ones."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Flat coordinates of the triangles of a body.
+
+    Attributes:
+        patch: (faces, k) numbers of the patches that a triangle belongs to; -1: none.
+        uv: (faces, k, 3, 2) coordinates of the corners in mm, u to the right and v up.
+        weight: (faces, k, 3) share of each patch at the corners; over k the sum is 1, or 0 without any.
+        stretch: (faces,) largest change of a length in the leading patch, as a part of it.
+        patches: Number of patches.
+        around_mm: (patches,) ways around the body, mm: coordinates that differ by so much in u are of one
+            place. Infinite for patches that do not go around; None if none does.
+    """
+
+    patch: NDArray[np.intp]
+    uv: Array
+    weight: Array
+    stretch: Array
+    patches: int
+    around_mm: Array | None = None
+
+    def at(self, face: NDArray[np.intp], share: Array) -> tuple[Array, Array]:
+        """Coordinates (n, k, 2) of points in their patches, mm, and the patches' shares (n, k).
+
+        Args:
+            face: (n,) triangles that the points lie in.
+            share: (n, 3) barycentric coordinates there.
+        """
+        uv = np.einsum("nc,nkcd->nkd", share, self.uv[face])
+        weight = np.einsum("nc,nkc->nk", share, self.weight[face])
+        # A corner that no patch of its triangle reaches takes the coordinates of the others.
+        bare = ~weight.any(axis=1)
+        weight[bare] = self.weight[face[bare]].sum(axis=2)
+        weight = weight**SHARPNESS
+        weight[weight < 1e-6 * weight.max(axis=1, keepdims=True)] = 0.0
+        total = weight.sum(axis=1, keepdims=True)
+        return uv, np.divide(weight, total, out=np.zeros_like(weight), where=total > 0.0)
+
+    def leading(self) -> NDArray[np.intp]:
+        """(faces,) places among the patches of each triangle of the one with the largest share."""
+        return np.asarray(np.argmax(self.weight.sum(axis=2), axis=1))
+
+    def laid(self) -> NDArray[np.bool_]:
+        """(faces,) whether any patch covers a triangle."""
+        return np.asarray(self.weight.any(axis=(1, 2)))
+
+    def moved(self, corners: Array, matrices: Array, shift: Array) -> "Layout":
+        """The layout with other coordinates, and what these stretch.
+
+        Args:
+            corners: (faces, 3, 3) corners of the triangles, mm.
+            matrices: (patches, 2, 2) or (1, 2, 2) for all, with which coordinates are multiplied.
+            shift: (2,) what is added afterwards, mm.
+        """
+        each = matrices[np.clip(self.patch, 0, len(matrices) - 1)]
+        uv = np.einsum("fkij,fkcj->fkci", each, self.uv) + shift
+        laid, leading = self.laid(), self.leading()
+        stretch = np.zeros(len(uv))
+        stretch[laid] = stretches(corners[laid], uv[laid, leading[laid]])
+        return replace(self, uv=uv, stretch=stretch, around_mm=None)
+
+
+def stretches(corners: Array, uv: Array) -> Array:
+    """Largest change of a length by flat coordinates, as a part of it, (n,).
+
+    Args:
+        corners: (n, 3, 3) corners of triangles, mm.
+        uv: (n, 3, 2) coordinates of the corners, mm.
+    """
+    low, high = singular_values(corners, uv)
+    return np.asarray(np.maximum(high - 1.0, 1.0 - low))
+
+
+def singular_values(corners: Array, uv: Array) -> tuple[Array, Array]:
+    """Least and greatest factor of a length by flat coordinates, (n,) each; the least below 0 if mirrored."""
+    one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    length = np.maximum(np.linalg.norm(one, axis=1), 1e-12)
+    x = (one * two).sum(axis=1) / length
+    y = np.maximum(np.linalg.norm(np.cross(one, two), axis=1) / length, 1e-12)
+    across = (uv[:, 1] - uv[:, 0]) / length[:, None]
+    up = (uv[:, 2] - uv[:, 0] - across * x[:, None]) / y[:, None]
+    square = (across**2).sum(axis=1) + (up**2).sum(axis=1)
+    determinant = across[:, 0] * up[:, 1] - across[:, 1] * up[:, 0]
+    sum_, difference = (
+        np.sqrt(np.maximum(square + 2.0 * determinant, 0.0)),
+        np.sqrt(np.maximum(square - 2.0 * determinant, 0.0)),
+    )
+    return 0.5 * (sum_ - difference), 0.5 * (sum_ + difference)

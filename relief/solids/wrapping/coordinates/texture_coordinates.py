@@ -1,0 +1,46 @@
+"""Texture coordinates of a mesh as flat coordinates in mm, where they keep sizes."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.ground.arrays import Array
+from relief.solids.body import Body
+from relief.solids.wrapping.coordinates.layout import Layout, singular_values
+
+STRETCH = 0.25
+"""Largest change of a length that coordinates may have against their usual scale, as a part of it."""
+SHARE = 0.95
+"""Part of the area on which coordinates must keep lengths within `STRETCH`."""
+
+
+def by_texture_coordinates(
+    body: Body, uv: Array | None, where: NDArray[np.bool_], *, any_size: bool = False
+) -> Layout | None:
+    """The layout by texture coordinates; None if there are none, or if they would change the texture's size.
+
+    Args:
+        body: The body.
+        uv: (faces, 3, 2) texture coordinates of the corners, in any unit.
+        where: (faces,) those that carry texture.
+        any_size: Whether they are taken however they change the size.
+    """
+    if uv is None:
+        return None
+    corners, areas = body.vertices[body.faces], body.areas
+    low, high = (np.abs(value) for value in singular_values(corners, uv))
+    order = np.argsort(low[where] * high[where])
+    middle = np.searchsorted(np.cumsum(areas[where][order]), 0.5 * areas[where].sum())
+    scale = float(np.sqrt((low * high)[where][order][middle]))
+    if not scale > 0.0:
+        return None
+    stretch = np.maximum(high / scale - 1.0, 1.0 - low / scale)
+    if not any_size and areas[where & (stretch <= STRETCH)].sum() < SHARE * areas[where].sum():
+        return None
+    count = len(body.faces)
+    return Layout(
+        patch=np.where(where, 0, -1)[:, None],
+        uv=(uv / scale)[:, None],
+        weight=np.broadcast_to(where.astype(np.float64)[:, None, None], (count, 1, 3)),
+        stretch=stretch,
+        patches=1,
+    )

@@ -1,0 +1,102 @@
+"""Vertices moved along their normals by a relief, which is lowered where triangles pass through one another.
+
+Also those count that pass through one another by less than any printer shows, as other programs find them.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.ground.arrays import Array, Index, renumbered
+from relief.ground.errors import InputError
+from relief.ground.progress import say
+from relief.solids.body import Body
+from relief.solids.meshes.intersections import crossing_faces
+from relief.solids.meshes.neighbourhood import near_faces
+from relief.solids.wrapping.clearance import evened
+from relief.solids.wrapping.surfaces import FineSurface, Settings
+
+MENDINGS = 6
+"""Times that the relief is lowered where triangles pass through one another; two are usual."""
+MENDED = 0.5
+"""Factor of the heights there, each time."""
+LEAST_FACTOR = 0.05
+"""Factor below which heights are 0, as then nothing passes through anything."""
+
+
+def displaced(
+    surface: FineSurface, offset: Array, factor: Array, settings: Settings, written: Callable[[Body], Body]
+) -> tuple[Body, Array]:
+    """The body with its vertices moved, and the factors, lowered where triangles pass through one another.
+
+    Args:
+        surface: The fine body.
+        offset: (fine vertices,) displacements, mm.
+        factor: (base vertices,) by which they are lowered where there is too little room.
+        settings: How the body is wrapped.
+        written: What the coordinates become in the file.
+
+    Raises:
+        InputError: Triangles pass through one another however low the relief is.
+    """
+    before, changed = surface.points.places, np.ones(len(surface.fine.body.faces), bool)
+    tight = np.zeros(len(factor), bool)
+    for left in reversed(range(MENDINGS)):
+        body, moved = surface.fine.body, offset * surface.of_vertices(factor)
+        places = body.vertices + moved[:, None] * surface.points.normals
+        places[:, 2] = np.maximum(places[:, 2], surface.base.bed_mm)
+        wrapped = written(Body(places, body.faces))
+        # What has not been lowered since the last search is sound, and so are pairs of it.
+        changed |= (wrapped.vertices != before).any(axis=1)[body.faces].any(axis=1)
+        crossing = _crossing(surface, wrapped, settings, changed, shallow=True)
+        if not left or not len(crossing):
+            break
+        at = np.zeros(len(factor), bool)
+        at[surface.base.body.faces[surface.fine.parent[crossing]]] = True
+        away = (moved != 0.0)[body.faces[crossing]].any()
+        # What lowering did not mend may be the surface itself, between vertices of the base.
+        if not surface.flatten(at & (tight | (not away))) and not away:
+            break
+        before, changed, tight = wrapped.vertices, np.zeros(len(body.faces), bool), tight | at
+        changed[crossing] = True
+        lower = np.where(at, MENDED * factor, factor)
+        lower[lower < LEAST_FACTOR] = 0.0
+        factor = evened(surface.base.body, lower, settings.falloff_mm)
+        say(f"{len(crossing):,} triangles pass through others; the relief is lowered there")
+    # The object's own surface may pass through itself by what no printer shows.
+    if len(crossing):
+        _refuse(wrapped, _crossing(surface, wrapped, settings, changed))
+    return wrapped, factor
+
+
+def _refuse(wrapped: Body, crossing: Index) -> None:
+    """Raise InputError with a place if there are triangles, (k,) numbers, that pass through others."""
+    if not len(crossing):
+        return
+    place = ", ".join(f"{value:.1f}" for value in wrapped.vertices[wrapped.faces[crossing[0]]].mean(axis=0))
+    raise InputError(
+        f"relief: {len(crossing):,} triangles pass through others around ({place}) mm, however low the "
+        "relief is there; leave that place out (--mask), take smaller triangles (--faces) or a lower relief "
+        "(--relief-mm)"
+    )
+
+
+def _crossing(
+    surface: FineSurface,
+    wrapped: Body,
+    settings: Settings,
+    changed: NDArray[np.bool_],
+    shallow: bool = False,
+) -> Index:
+    """Numbers of the triangles, those that changed or meet such, that pass through others and may not."""
+    if settings.draft:
+        return np.zeros(0, np.intp)
+    if changed.all():
+        crossing = crossing_faces(wrapped, shallow)
+    else:
+        near = np.flatnonzero(near_faces(wrapped.vertices, wrapped.faces, changed))
+        used, faces = renumbered(wrapped.faces[near], len(wrapped.vertices))
+        crossing = near[crossing_faces(Body(wrapped.vertices[used], faces), shallow)]
+    # Where a body passes through itself without texture, it is as it was read.
+    return crossing[surface.base.textured[surface.fine.parent[crossing]]] if settings.crosses else crossing

@@ -1,0 +1,60 @@
+"""Edges and number of the triangles that carry a texture, of a wrapping and as a draft tells them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.ground.progress import say
+from relief.solids.body import Body
+from relief.solids.meshes.refining import AREA_PER_FACE, edge_for, expected_faces
+from relief.solids.wrapping.surfaces import ENOUGH_MM2, MOST_FACES, BaseSurface, Settings, check_count
+from relief.solids.wrapping.tiles import Covering
+
+BYTES_A_FACE = 21.0
+"""Size of a 3MF file for a triangle, bytes: 20.5 on a capsule and 20.8 on a knob, in gravel."""
+
+
+def edge_of(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], settings: Settings) -> float:
+    """Longest edge of the textured triangles, mm; what the work comes to is told."""
+    pitch, edge = _pitch(coverings, settings), settings.edge_mm
+    if edge is None:
+        edge = max(pitch, edge_for(body, where, _most(body, where, settings)))
+    count = expected_faces(body, edge, where)
+    if settings.edge_mm is not None:
+        check_count(count, settings)
+    finest = "printer" if settings.finest_mm == pitch else "texture"
+    coarser = "" if edge <= 1.01 * pitch else f" (the {finest} has samples every {pitch:.3g} mm)"
+    megabytes = max(BYTES_A_FACE * count / 1e6, 0.1)
+    say(f"about {count:,} triangles with edges of {edge:.3g} mm{coarser}, {megabytes:.2g} MB as 3MF")
+    return float(edge)
+
+
+def expected_file(base: BaseSurface, coverings: Sequence[Covering], settings: Settings) -> tuple[float, int]:
+    """Longest edge of the textured triangles, mm, and number of all triangles that `wrap` will write, about.
+
+    Args:
+        base: Of a draft of the same textures.
+        coverings: The textures.
+        settings: How the file is made.
+    """
+    body, where = base.body, base.textured
+    edge_mm = settings.edge_mm or _pitch(coverings, settings)
+    others = int(np.count_nonzero(~where))
+    # The base of the file has as many more triangles as its edges are shorter, of the same shapes.
+    divided = expected_faces(body, base.coarser * edge_mm, where) - others
+    count, most = others + round(base.coarser**2 * divided), _most(body, where, settings)
+    if settings.edge_mm is None and count > most:
+        return float(np.sqrt(body.areas[where].sum() / (AREA_PER_FACE * most))), most
+    return edge_mm, count
+
+
+def _pitch(coverings: Sequence[Covering], settings: Settings) -> float:
+    """Shortest edges of triangles that show more of the textures, mm."""
+    return max(settings.finest_mm, min(covering.tile.pitch_mm for covering in coverings))
+
+
+def _most(body: Body, where: NDArray[np.bool_], settings: Settings) -> int:
+    """Number of triangles that the settings allow, in all."""
+    enough = int(body.areas[where].sum() / ENOUGH_MM2) + int(np.count_nonzero(~where))
+    return settings.faces or min(enough, MOST_FACES)

@@ -1,0 +1,190 @@
+"""Laying textures on a body: each one's place in flat coordinates, repeated or once."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.ground.arrays import Array, smooth_step
+from relief.ground.errors import InputError
+from relief.solids.body import Body
+from relief.solids.meshes.neighbourhood import ways_from
+from relief.solids.meshes.unrolling import feet
+from relief.solids.wrapping.coordinates.closing import closed, told
+from relief.solids.wrapping.coordinates.found import OFF_SIZE, Coordinates, found_coordinates, shown_vector
+from relief.solids.wrapping.coordinates.layout import Layout
+from relief.solids.wrapping.coordinates.patches import lay_once
+from relief.solids.wrapping.masks import mask_at
+from relief.solids.wrapping.placement import Placement
+from relief.solids.wrapping.surfaces import BaseSurface, FineSurface
+from relief.solids.wrapping.tiles import Covering
+
+BLEND_MM = 2.0
+"""Width of the strip on which neighbouring patches share the surface, mm."""
+TOP_MM = 0.5
+"""Depth of what counts as the top of a body, mm."""
+LEAST_WEIGHT = 1e-9
+"""Weight of a triangle that carries texture at a corner alone: a mask may leave no whole one."""
+
+
+@dataclass(frozen=True)
+class Laid:
+    """A texture in its place.
+
+    Attributes:
+        covering: The texture and its mask.
+        layout: Its coordinates.
+        fade: (vertices,) share that is left towards the border of its chart.
+    """
+
+    covering: Covering
+    layout: Layout
+    fade: Array | None = None
+
+    def on_base(self, base: BaseSurface, falloff_mm: float) -> Array:
+        """Share (vertices,) of the texture on the coarse triangles, 0 to 1."""
+        share = np.ones(len(base.body.vertices))
+        if self.covering.mask is not None:
+            share = mask_at(self.covering.mask, base.points, falloff_mm)
+        if self.covering.once:
+            inside = self.covering.tile.window(self.layout.uv, falloff_mm) * (self.layout.weight > 0.0)
+            window = np.zeros(len(share))
+            np.maximum.at(window, base.body.faces, inside.max(axis=1))
+            share = share * window * (1.0 if self.fade is None else self.fade)
+        return np.asarray(share)
+
+    def on_fine(self, surface: FineSurface, falloff_mm: float) -> Array:
+        """Share (fine vertices,) of the texture, 0 to 1."""
+        uv, weight = self.layout.at(surface.parent, surface.share)
+        share = weight.any(axis=1).astype(float)
+        if self.covering.mask is not None:
+            share *= mask_at(self.covering.mask, surface.points, falloff_mm)
+        if self.covering.once:
+            share *= (self.covering.tile.window(uv, falloff_mm) * weight).sum(axis=1)
+            if self.fade is not None:
+                share *= surface.of_vertices(self.fade)
+        return np.asarray(share)
+
+
+class Layer:
+    """Lays textures on a body, each repeated or once.
+
+    Attributes:
+        notes: Lines about what was changed so that textures fit.
+    """
+
+    def __init__(self, base: BaseSurface, placement: Placement, falloff_mm: float) -> None:
+        self.base, self.placement, self.falloff_mm = base, placement, falloff_mm
+        self.notes: list[str] = []
+        self._all: Coordinates | None = None
+
+    def laid(self, coverings: Sequence[Covering]) -> list[Laid]:
+        """The textures in their places. Raises InputError if the projection does not go with the body."""
+        return [self._once(each) if each.once else self._repeated(each) for each in coverings]
+
+    @property
+    def coordinates(self) -> str:
+        """Name of the coordinates that were taken."""
+        return "patches" if self._all is None else self._all.name
+
+    def _repeated(self, covering: Covering) -> Laid:
+        coordinates = self._coordinates(covering)
+        layout, placement = coordinates.layout, self.placement
+        matrices = placement.turning[None]
+        if layout.around_mm is not None:
+            rows, cols = covering.tile.size_mm
+            closings = [
+                closed(around, placement.turn_deg, cols, rows) if np.isfinite(around) else None
+                for around in layout.around_mm
+            ]
+            matrices = np.stack([placement.turning if of is None else of.matrix for of in closings])
+            lines = [
+                told(closing, (rows, cols), placement.turn_deg, part)
+                for closing, part in zip(closings, coordinates.parts, strict=True)
+                if closing is not None
+            ]
+            self._tell(*filter(None, lines))
+        # The offset is in the axes of the surface.
+        uv = layout.uv - np.array(placement.offset_mm)
+        corners = self.base.body.vertices[self.base.body.faces]
+        return Laid(covering, replace(layout, uv=uv).moved(corners, matrices, np.zeros(2)))
+
+    def _tell(self, *lines: str) -> None:
+        self.notes += [line for line in lines if line not in self.notes]
+
+    def _coordinates(self, covering: Covering) -> Coordinates:
+        """The coordinates that all textures share; found for the first of them."""
+        if self._all is None:
+            tile = None if covering.once else covering.tile
+            self._all = found_coordinates(self.base, self.placement, tile, BLEND_MM)
+            self._tell(*filter(None, [self._all.line]))
+        return self._all
+
+    def _once(self, covering: Covering) -> Laid:
+        """A texture around its place."""
+        base, placement = self.base, self.placement
+        rows, cols = covering.tile.size_mm
+        corners = base.body.vertices[base.body.faces]
+        middle, share = self._place(covering)
+        at = share @ corners[middle]
+        self._tell(f"placed once, around ({shown_vector(at)}) mm")
+        fade: Array | None = None
+        if placement.projection in ("auto", "patches"):
+            half = 0.5 * math.hypot(rows, cols) + math.hypot(*placement.offset_mm)
+            seed = int(base.body.faces[middle, np.argmax(share)])
+            layout = lay_once(base.body, base.normals, seed, half, placement.direction)
+        else:
+            layout, fade = self._one_chart(covering, middle)
+        uv = layout.uv - share @ layout.uv[middle, 0] - np.array(placement.offset_mm)
+        shift = np.array([0.5 * cols, -0.5 * rows])
+        return Laid(covering, replace(layout, uv=uv).moved(corners, placement.turning[None], shift), fade)
+
+    def _one_chart(self, covering: Covering, middle: int) -> tuple[Layout, Array]:
+        """The chart that a triangle lies in, cut on the other side, and how it ends at its border."""
+        layout, body = self._coordinates(covering).layout, self.base.body
+        leading = layout.leading()
+        chart = int(leading[middle])
+        own = layout.laid() & (leading == chart)
+        others = np.zeros(len(body.vertices), bool)
+        others[body.faces[~own & layout.laid()]] = True
+        ways = ways_from(body, others, self.falloff_mm)
+        fade = smooth_step(np.minimum(ways, self.falloff_mm) / self.falloff_mm)
+        uv = layout.uv[:, chart] - layout.uv[middle, chart, 0]
+        if layout.around_mm is not None and np.isfinite(around := float(layout.around_mm[chart])):
+            uv[..., 0] -= around * np.round(uv[..., 0].mean(axis=1, keepdims=True) / around)
+        weight = np.broadcast_to(own.astype(np.float64)[:, None, None], (len(own), 1, 3))
+        return Layout(np.where(own, 0, -1)[:, None], uv[:, None], weight, layout.stretch, 1), fade
+
+    def _place(self, covering: Covering) -> tuple[int, Array]:
+        """The triangle that a texture is placed around once, and where in it, by three shares."""
+        base = self.base
+        carried, vertices, faces = base.carried, base.body.vertices, base.body.faces
+        if covering.mask is not None:
+            carried = carried * mask_at(covering.mask, base.points, self.falloff_mm)
+        if not (carried > 0.0).any():
+            raise InputError("mask: leaves nothing of the surface to the texture; take a wider mask")
+        if self.placement.at is not None:
+            middle = np.array(self.placement.at)
+        else:
+            if not base.masked and covering.mask is None:
+                top = vertices[carried > 0.0, 2].max() - TOP_MM
+                carried = np.where(vertices[:, 2] >= top, carried, 0.0)
+            weight = base.body.areas * carried[faces].min(axis=1) + LEAST_WEIGHT * carried[faces].sum(axis=1)
+            middle = np.average(vertices[faces].mean(axis=1), axis=0, weights=weight)
+        those = np.flatnonzero((carried > 0.0)[faces].any(axis=1))
+        face, share = feet(middle[None], Body(vertices, faces[those]))
+        return int(those[face[0]]), share[0]
+
+
+def off_size(laid: Laid, body_areas: Array, where: NDArray[np.bool_]) -> tuple[float, float]:
+    """Part of the textured area on which lengths are off by `OFF_SIZE`, and the most on 99 % of it."""
+    where = where & laid.layout.laid()
+    areas, stretch = body_areas[where], laid.layout.stretch[where]
+    if not len(areas):
+        return 0.0, 0.0
+    order = np.argsort(stretch)
+    passed = np.cumsum(areas[order])
+    most = stretch[order][np.searchsorted(passed, 0.99 * passed[-1])]
+    return float(areas[stretch > OFF_SIZE].sum() / areas.sum()), float(most)

@@ -1,0 +1,212 @@
+"""Masks: the part of a surface that carries a texture, as a short text.
+
+z>2             above z = 2 mm; the texture grows over the falloff
+z>2..5          grows from z = 2 to z = 5
+angle<60        normals within 60 degrees of +z; angle:-x<30 within 30 of -x
+turn>90         angle about z through the middle of the object, 0 to 360 degrees from +x
+odd             a region by its name
+mask.png        a picture over the mesh's texture coordinates: white carries
+colour          colours of the file: white carries, black does not; colour:red where they are red
+z>2 & angle<60  both; z>2 | odd either; not (z>2 | odd) neither
+"""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+from scipy.spatial import cKDTree
+
+from relief.ground.arrays import Array, Index, smooth_step
+from relief.ground.errors import InputError
+from relief.ground.formats import HEIGHT_MAPS
+from relief.ground.lengths import shown
+from relief.heightmap import load_field
+from relief.solids.wrapping.mask_text import GRAMMAR, Mask, Part, mask_of
+
+FALLOFF_DEGREES = 10.0
+"""Width of the falloff of angles, degrees."""
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+"""A number in a mask."""
+CONDITION = re.compile(
+    rf"\s*(x|y|z|turn|angle(?::[-+]?[xyz])?)\s*([<>])\s*({NUMBER})(?:\s*\.\.\s*({NUMBER}))?\s*"
+)
+"""A comparison in a mask; two numbers are both ends of a ramp."""
+PICTURES = HEIGHT_MAPS
+"""Suffixes of pictures that may be masks."""
+LARGEST = 1e6
+"""Largest number of a comparison: beyond the largest mesh, mm, and any angle."""
+COLOUR = re.compile(r"colou?rs?(?::\s*(\w+|#[0-9a-fA-F]{6}))?")
+"""The colours of a file, or one of them."""
+COLOURS = {
+    **{"black": (0.0, 0.0, 0.0), "white": (1.0, 1.0, 1.0), "red": (1.0, 0.0, 0.0), "green": (0.0, 1.0, 0.0)},
+    **{"blue": (0.0, 0.0, 1.0), "yellow": (1.0, 1.0, 0.0), "cyan": (0.0, 1.0, 1.0)},
+    "magenta": (1.0, 0.0, 1.0),
+}
+"""Colours by their names, red, green and blue in sRGB."""
+ALIKE, UNLIKE = 0.25, 0.5
+"""Distances of colours, in sRGB from 0 to 1, up to which they are the same, and from which on others."""
+GREY = (0.299, 0.587, 0.114)
+"""Shares of red, green and blue in the grey of a colour (ITU-R BT.601)."""
+
+Regions = Mapping[str, Callable[[Array], NDArray[np.bool_]]]
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points of a surface.
+
+    Attributes:
+        places: (n, 3) mm.
+        normals: (n, 3) outward unit normals.
+        uv: (n, 2) texture coordinates of the mesh; None if the mesh has none.
+        regions: Regions of the object by name.
+        colours: (n, 3) red, green and blue in sRGB, from 0 to 1; None if the mesh has none.
+    """
+
+    places: Array
+    normals: Array
+    uv: Array | None
+    regions: Regions
+    colours: Array | None = None
+
+    def at(self, chosen: Index) -> "Points":
+        """Some of the points, by their numbers (k,)."""
+        uv, colours = (None if of is None else of[chosen] for of in (self.uv, self.colours))
+        return Points(self.places[chosen], self.normals[chosen], uv, self.regions, colours)
+
+
+def mask_at(text: str, points: Points, falloff_mm: float) -> Array:
+    """How much of the texture each point carries, (n,) from 0 to 1.
+
+    Args:
+        text: The mask; see the module.
+        points: The points.
+        falloff_mm: Width over which a texture ends, mm, where the text states no other; inside of the mask.
+
+    Raises:
+        InputError: The text is no mask, names no region, or needs texture coordinates or colours that the
+            mesh lacks.
+    """
+    # A name or a file may hold the signs that join masks.
+    alone = text in points.regions or (_is_picture(text) and Path(text.strip()).is_file())
+    return _at(Part(text.strip(), False) if alone else mask_of(text), points, falloff_mm)
+
+
+def check_mask(text: str, regions: Regions, with_uv: bool, with_colours: bool) -> None:
+    """Refuse a mask as `mask_at` does, before there is a surface.
+
+    Args:
+        text: The mask.
+        regions: Regions of the object.
+        with_uv: Whether the mesh has texture coordinates, or may have.
+        with_colours: Whether it has colours, or may have.
+    """
+    uv, colours = np.zeros((1, 2)) if with_uv else None, np.zeros((1, 3)) if with_colours else None
+    point = Points(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), uv, regions, colours)
+    mask_at(text, point, falloff_mm=1.0)
+
+
+def _is_picture(text: str) -> bool:
+    return Path(text.strip()).suffix.lower() in PICTURES
+
+
+def _at(mask: Mask, points: Points, falloff_mm: float) -> Array:
+    """Shares (n,) of a mask; those of its parts are multiplied, for any those of what is left out."""
+    if isinstance(mask, Part):
+        return _one(mask.text, mask.inverted, points, falloff_mm)
+    shares = [_at(part, points, falloff_mm) for part in mask.parts]
+    if mask.any:
+        return np.asarray(1.0 - np.prod([1.0 - share for share in shares], axis=0))
+    return np.asarray(np.prod(shares, axis=0))
+
+
+def _one(text: str, inverted: bool, points: Points, falloff_mm: float) -> Array:
+    """Shares (n,) of a part; inverted, texture ends inside of what is left out, and goes on in colours."""
+    if match := CONDITION.fullmatch(text):
+        name, sign, first, second = match.groups()
+        if inverted:
+            sign = "<" if sign == ">" else ">"
+        return _compared(name, sign, first, second, points=points, falloff_mm=falloff_mm)
+    if text in points.regions:
+        return _inside(points.regions[text](points.places) != inverted, points.places, falloff_mm)
+    if match := COLOUR.fullmatch(text):
+        share = _coloured(match[1], points)
+    elif _is_picture(text):
+        share = _pictured(text, points)
+    else:
+        names = f"; regions of this object: {', '.join(points.regions)}" if points.regions else ""
+        raise InputError(f"mask: {text!r} is no mask; expected {GRAMMAR}{names}")
+    return 1.0 - share if inverted else share
+
+
+def _coloured(name: str | None, points: Points) -> Array:
+    """Shares (n,) by colours: how bright they are, or whether they are that of a name or #rrggbb."""
+    if points.colours is None:
+        raise InputError("mask: colour: the mesh has no colours; take a mask by height, angle or region")
+    if name is None:
+        return points.colours @ GREY
+    if name.startswith("#"):
+        wanted = tuple(int(name[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
+    elif (wanted := COLOURS.get(name.lower(), ())) == ():
+        raise InputError(f"mask: colour:{name}: expected {', '.join(COLOURS)}, or as #ff8000")
+    far = np.linalg.norm(points.colours - wanted, axis=1)
+    return smooth_step((UNLIKE - far) / (UNLIKE - ALIKE))
+
+
+def _compared(
+    name: str, sign: str, first: str, second: str | None, *, points: Points, falloff_mm: float
+) -> Array:
+    values, width = _values(name, points), falloff_mm if name in "xyz" else FALLOFF_DEGREES
+    low = float(first)
+    if max(abs(low), abs(float(second or 0.0))) > LARGEST:
+        raise InputError(f"mask: {name}{sign}{shown(first)}: a number is outside [-{LARGEST:g}, {LARGEST:g}]")
+    if second is not None:
+        high = float(second)
+        if not low < high:
+            raise InputError(f"mask: {name}{sign}{first}..{second}: the second number is not the greater")
+    elif sign == ">":
+        high = low + width
+    else:
+        low, high = low - width, low
+    risen = smooth_step((values - low) / (high - low))
+    return risen if sign == ">" else 1.0 - risen
+
+
+def _values(name: str, points: Points) -> Array:
+    """Coordinates in mm, or angles in degrees."""
+    if name in "xyz":
+        return points.places[:, "xyz".index(name)]
+    if name == "turn":
+        middle = 0.5 * (points.places.min(axis=0) + points.places.max(axis=0))
+        offset = points.places - middle
+        return np.degrees(np.arctan2(offset[:, 1], offset[:, 0])) % 360.0
+    axis = name.partition(":")[2] or "z"
+    sign = -1.0 if axis.startswith("-") else 1.0
+    return np.degrees(np.arccos(np.clip(sign * points.normals[:, "xyz".index(axis[-1])], -1.0, 1.0)))
+
+
+def _inside(belongs: NDArray[np.bool_], places: Array, falloff_mm: float) -> Array:
+    """1 inside of a region, falling to 0 towards the nearest point outside of it."""
+    share = belongs.astype(np.float64)
+    if belongs.any() and not belongs.all():
+        far, _ = cKDTree(places[~belongs]).query(places[belongs], distance_upper_bound=falloff_mm)
+        share[belongs] = smooth_step(np.minimum(far, falloff_mm) / falloff_mm)
+    return share
+
+
+def _pictured(path: str, points: Points) -> Array:
+    if points.uv is None:
+        raise InputError(
+            f"mask: {path}: a picture lies over texture coordinates, and the mesh has none; "
+            "take a mask by height, angle or region"
+        )
+    grey = load_field(path)
+    if not (np.isfinite(grey).all() and grey.min() >= 0.0 and grey.max() <= 1.0):
+        raise InputError(f"mask: {path}: expected a grey picture, black 0 to white 1")
+    rows, cols = grey.shape
+    at = [(1.0 - points.uv[:, 1]) * rows - 0.5, points.uv[:, 0] * cols - 0.5]
+    return np.asarray(ndimage.map_coordinates(grey, at, order=1, mode="nearest"))

@@ -1,0 +1,180 @@
+"""Wrapping: a body displaced along its normals by a tile that has its size in mm everywhere."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.ground.arrays import Array, FloatArray
+from relief.ground.progress import stage
+from relief.solids.body import Body
+from relief.solids.meshes.refining import refined
+from relief.solids.wrapping.bending import Bending, bending
+from relief.solids.wrapping.checks import check_area, check_choices, check_room, check_size
+from relief.solids.wrapping.clearance import clearance_factor
+from relief.solids.wrapping.displacing import displaced
+from relief.solids.wrapping.edges import edge_of
+from relief.solids.wrapping.laying import Laid, Layer, off_size
+from relief.solids.wrapping.lowering import Lowering, lowering
+from relief.solids.wrapping.masks import Regions
+from relief.solids.wrapping.placement import Placement
+from relief.solids.wrapping.surfaces import BaseSurface, FineSurface, Settings
+from relief.solids.wrapping.tiles import Covering
+
+
+@dataclass(frozen=True)
+class Wrapped:
+    """A wrapped body, and what is to be told of it.
+
+    Attributes:
+        body: The displaced body.
+        original: The same triangles before the displacement.
+        textured: (vertices,) how much of the texture each vertex carries, 0 to 1.
+        seams: (vertices,) whether patches that do not fit are blended there.
+        area_mm2: Area that carries texture.
+        edge_mm: Longest edge of the textured triangles, mm.
+        coordinates: "texture coordinates", "cylinder", "sphere", "plane" or "patches".
+        patches: Number of patches, or of charts of a cylinder, sphere or plane.
+        off_size: Part of the textured area on which lengths in the texture are off by a tenth or more.
+        stretch: Largest change of a length on 99 % of the area, as a part of it.
+        notes: Lines about how the texture was placed, and what was changed so that it fits.
+        blended: Part of the textured vertices, about that of the area, at which patches that do not fit are
+            blended.
+        factor: (vertices,) by which the heights are lowered there, so that the relief does not meet itself.
+        lowering: On what part of the textured area that is, how far and where.
+        bending: How the textured surface bends along the first texture's x and y.
+        base: The coarse triangles that it was laid on.
+    """
+
+    body: Body
+    original: Body
+    textured: Array
+    seams: NDArray[np.bool_]
+    area_mm2: float
+    edge_mm: float
+    coordinates: str
+    patches: int
+    off_size: float
+    stretch: float
+    notes: tuple[str, ...]
+    blended: float
+    factor: Array
+    lowering: Lowering
+    bending: tuple[Bending, Bending]
+    base: BaseSurface
+
+
+@stage("wrapping")
+def wrap(
+    body: Body,
+    coverings: Sequence[Covering],
+    settings: Settings | None = None,
+    uv: Array | None = None,
+    regions: Regions | None = None,
+    written: Callable[[Body], Body] = lambda body: body,
+    placement: Placement | None = None,
+    colours: FloatArray | None = None,
+) -> Wrapped:
+    """Lay tiles over a body.
+
+    Args:
+        body: A solid, mm; each vertex once.
+        coverings: The first lies everywhere; each later one replaces the earlier ones where its mask is 1.
+        settings: How; None: the defaults.
+        uv: (faces, 3, 2) texture coordinates of the corners. They place the texture where they keep its size;
+            else, and without them, a cylinder does, or patches.
+        regions: Regions of the object that masks may name.
+        written: What the coordinates of a body become in the file that it is for.
+        placement: Where and in what direction textures lie; None: the defaults.
+        colours: (faces, 3, 3) of the corners, in sRGB from 0 to 1, for masks; None: the body has none.
+
+    Returns:
+        The wrapped body as written: closed as the body was, with every vertex once, and nowhere through
+        itself.
+
+    Raises:
+        InputError: A mask is none or leaves nothing, a number is out of range, the triangles would be too
+            many, the placement does not go with the body, or there is no room for the relief.
+    """
+    settings, regions = settings or Settings(), regions or {}
+    check_choices(
+        settings, [covering.mask for covering in coverings], regions, uv is not None, colours is not None
+    )
+    tallest = max(float(covering.tile.heights.max()) for covering in coverings)
+    check_size(body, tallest)
+    base = BaseSurface(body, uv, regions, settings, colours)
+    layer = Layer(base, placement or Placement(), settings.falloff_mm)
+    check_area(base.body, base.carried, coverings[0].tile.pitch_mm, coverings[0].mask)
+    laid = layer.laid(coverings) if any(covering.once for covering in coverings) else []
+    if laid:
+        base.carried = base.carried * _present([of.on_base(base, settings.falloff_mm) for of in laid])
+        check_area(base.body, base.carried, coverings[0].tile.pitch_mm, coverings[0].mask)
+    where = base.textured
+    edge_mm = edge_of(base.body, where, coverings, settings)
+    with stage("room"):
+        out_mm, in_mm = (1.0 - settings.level) * tallest, settings.level * tallest
+        factor = clearance_factor(base.mesh, base.carried, out_mm, in_mm, settings.falloff_mm)
+    factor = np.where(base.carried > 0.0, factor, 1.0)
+    check_room(base.body, where, factor, tallest)
+    laid = laid or layer.laid(coverings)
+    with stage("dividing triangles"):
+        fine = refined(base.body, edge_mm, where)
+    with stage("displacing"):
+        surface = FineSurface(base, fine, np.any([of.layout.laid() for of in laid], axis=0))
+        height, textured = _heights(laid, surface, settings)
+        offset = np.minimum((height - settings.level * tallest) * textured, surface.to_bed())
+    wrapped, factor = displaced(surface, offset, factor, settings, written)
+    check_room(base.body, where, factor, tallest)
+    seams = _unfit(*laid[0].layout.at(surface.parent, surface.share))
+    off, stretch = off_size(laid[0], base.body.areas, where)
+    return Wrapped(
+        body=wrapped,
+        original=surface.fine.body,
+        textured=textured,
+        seams=seams,
+        area_mm2=float(base.body.areas[where].sum()),
+        edge_mm=edge_mm,
+        coordinates=layer.coordinates,
+        patches=laid[0].layout.patches,
+        off_size=off,
+        stretch=stretch,
+        notes=tuple(layer.notes),
+        blended=float(seams[textured > 0.0].mean()),
+        factor=surface.of_vertices(factor),
+        lowering=lowering(base.body, where, factor),
+        bending=bending(base.body, base.mesh.normals, laid[0].layout, where),
+        base=base,
+    )
+
+
+def _present(shares: Sequence[Array]) -> Array:
+    """How much of any texture there is, where later ones with shares (n,) lie on earlier ones."""
+    return np.asarray(1.0 - np.prod([1.0 - share for share in shares], axis=0))
+
+
+def _heights(laid: Sequence[Laid], surface: FineSurface, settings: Settings) -> tuple[Array, Array]:
+    """Heights of the textures at the fine vertices, mm, and how much of them there is, 0 to 1.
+
+    Raises InputError if the mask of a texture leaves nothing of what is textured.
+    """
+    carried = surface.carried(settings)
+    height, present = np.zeros(len(carried)), np.zeros(len(carried))
+    for of in laid:
+        tile, mask = of.covering.tile, of.covering.mask
+        share = of.on_fine(surface, settings.falloff_mm)
+        if mask is not None:
+            check_area(surface.fine.body, share * carried, tile.pitch_mm, mask)
+        height += share * (surface.heights(tile, of.layout, share > 0.0) - height)
+        present += share * (1.0 - present)
+    return np.divide(height, present, out=height, where=present > 0.0), present * carried
+
+
+def _unfit(uv: Array, weight: Array) -> NDArray[np.bool_]:
+    """(n,) whether patches with different coordinates share a place, the second with a twentieth at least."""
+    if weight.shape[1] < 2:
+        return np.zeros(len(weight), bool)
+    first, second = np.argsort(-weight, axis=1)[:, :2].T
+    rows = np.arange(len(weight))
+    apart = np.linalg.norm(uv[rows, first] - uv[rows, second], axis=1)
+    return np.asarray((weight[rows, second] > 0.05) & (apart > 0.1))

@@ -1,0 +1,30 @@
+"""The page that runs an experiment: the trials are shown, and answers by the keyboard are kept."""
+
+from pathlib import Path
+
+from relief.ground.files import write_atomically
+from retouch.laboratory.people.plan import FOLDER, Plan
+from retouch.pages.rendering import render_page
+
+PAGE = "index.html"
+"""The page, in the folder of the plan."""
+
+
+def write_experiment_page(folder: Path, of: Plan, title: str) -> Path:
+    """Write the page of a plan into the folder of its set.
+
+    Args:
+        folder: of the set.
+        of: the plan.
+        title: of the page.
+    """
+    page = folder / FOLDER / PAGE
+    content = render_page(
+        "experiment.html.j2",
+        scripts=("experiment.js",),
+        pair={"title": title},
+        plan=of,
+        data=of.as_json(),
+    )
+    write_atomically(page, content)
+    return page

@@ -1,0 +1,78 @@
+"""How many people and trials a JND of a given precision takes, from the plan alone.
+
+A person's answers know the logarithm of the noise s with the standard error that their Fisher information
+gives, at the predicted JND; over people who differ by `SPREAD`, the middle of all is known with
+
+    variance = (SPREAD² + standard error²) / people
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from relief.ground.arrays import Array
+
+PRECISION = 0.1
+"""Half of the 95 % interval that is asked for, as a share of the Weber fraction."""
+SPREAD = 0.25
+"""Standard deviation of people's logarithms of s that is assumed; 0.25 has two people in three within a
+quarter of the middle either way. The people of an experiment say their own."""
+LAPSES, PREFERENCES = 0.02, 0.3
+"""Lapse rate and standard deviation of side preferences, JND, that are assumed."""
+TRIALS = (20, 40, 80, 120, 240, 480)
+"""Trials of a person for which the people are counted."""
+SIGMAS = float(stats.norm.ppf(0.975))
+
+
+def information(differences: Array, noise: float) -> float:
+    """Fisher information of one answer about log s, mean over pairs, less what lapses and preference take.
+
+    Args:
+        differences: (n,) logarithms of the ratios of the pairs' values.
+        noise: s.
+    """
+    z = differences / noise
+    density = stats.norm.pdf(z) * (1.0 - LAPSES)
+    told = 0.5 * LAPSES + (1.0 - LAPSES) * stats.norm.cdf(z)
+    gradient = np.array([-density * z, -density, 0.5 - stats.norm.cdf(z)])
+    matrix = (gradient / (told * (1.0 - told))) @ gradient.T / len(differences)
+    return float(matrix[0, 0] - matrix[0, 1:] @ np.linalg.pinv(matrix[1:, 1:]) @ matrix[1:, 0])
+
+
+def half_width(information_of_one: float, noise: float, people: int, trials: int, spread: float) -> float:
+    """Half of the 95 % interval of the Weber fraction, as a share of the fraction, for all people."""
+    variance = (spread**2 + 1.0 / (information_of_one * trials)) / people
+    return SIGMAS * math.sqrt(variance) * noise * math.exp(noise) / math.expm1(noise)
+
+
+def power(differences: Sequence[float], ratio: float, people: int) -> dict[str, Any]:
+    """What a plan can tell of the JND, before anybody has answered.
+
+    Args:
+        differences: logarithms of the ratios of the values of all planned pairs.
+        ratio: of values one JND apart, as predicted.
+        people: of the plan.
+
+    Returns:
+        `half_width_percent` of all people and of one person, `answers_for_10_percent` of people who are
+        alike, and in `people_for_10_percent` how many people who differ by `SPREAD` it takes by trials each.
+    """
+    noise = math.log(ratio)
+    of_one = information(np.array(differences), noise)
+    trials = round(len(differences) / people)
+    factor = (SIGMAS * noise * math.exp(noise) / math.expm1(noise) / PRECISION) ** 2
+    return {
+        "people": people,
+        "trials_each": trials,
+        "half_width_percent": 100.0 * half_width(of_one, noise, people, trials, SPREAD),
+        "half_width_of_a_person_percent": 100.0 * half_width(of_one, noise, 1, trials, 0.0),
+        "answers_for_10_percent": math.ceil(factor / of_one),
+        "people_for_10_percent": [
+            {"trials_each": each, "people": math.ceil(factor * (SPREAD**2 + 1.0 / (of_one * each)))}
+            for each in TRIALS
+        ],
+        "spread_assumed": SPREAD,
+    }

@@ -1,0 +1,156 @@
+"""What sorts, magnitudes and judgements of likeness say, beside what is predicted of a set."""
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from statistics import fmean, stdev
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from retouch.laboratory.people.comparisons import correlations, wilson
+from retouch.laboratory.people.plates import SetPlate
+from retouch.laboratory.people.reading import YES, Magnitude, Pair, Sort
+from retouch.laboratory.stimulus_sets import prediction
+from retouch.laboratory.stimulus_sets.levels import ROUGHNESS
+from tactile.jnd import jnd_apart
+
+Entry = dict[str, Any]
+SAME_HALF = 0.5
+"""Share of answers from which on a plate passes for its texture, as section 5.3 of the paper counts."""
+
+
+def mean_with_interval(values: Sequence[float]) -> tuple[float, float | None, float | None]:
+    """Mean over people with its 95 % interval by Student's t; no ends for one person."""
+    mean = fmean(values)
+    if len(values) < 2:
+        return mean, None, None
+    half = float(stats.t.ppf(0.975, len(values) - 1)) * stdev(values) / math.sqrt(len(values))
+    return mean, mean - half, mean + half
+
+
+def sorted_plates(sorts: Sequence[Sort], plates: Mapping[str, SetPlate]) -> Entry:
+    """How often neighbours, whole sets and plates two or more steps apart are sorted by V, and should be."""
+    by_person: dict[str, list[float]] = {}
+    right, whole, far = [], [], []
+    expected: dict[str, list[float]] = {"neighbours": [], "sorted": [], "far": []}
+    places: dict[str, list[int]] = {}
+    for sort in sorts:
+        rank = {label: k for k, label in enumerate(sort.labels)}
+        order = sorted(sort.labels, key=lambda label: plates[label].roughness)
+        ranks = [rank[label] for label in order]
+        neighbours = [one < other for one, other in pairwise(ranks)]
+        by_person.setdefault(sort.person, []).extend(map(float, neighbours))
+        right += neighbours
+        whole.append(ranks == sorted(ranks))
+        far.append(any(ranks[i] > ranks[j] for i in range(len(ranks)) for j in range(i + 2, len(ranks))))
+        for label, place in rank.items():
+            places.setdefault(label, []).append(place)
+        _expect(expected, tuple(order), plates)
+    each = [100.0 * fmean(told) for told in by_person.values()]
+    mean, low, high = mean_with_interval(each)
+    scores = {label: fmean(told) for label, told in places.items()}
+    return {
+        "sorts": len(sorts),
+        "people": len(by_person),
+        "neighbours_percent": mean,
+        "neighbours_low": low,
+        "neighbours_high": None if high is None else min(100.0, high),
+        "neighbours_std": stdev(each) if len(each) > 1 else None,
+        "sorted_percent": 100.0 * fmean(whole),
+        "far_discrepancies": sum(far),
+        "predicted_neighbours_percent": 100.0 * fmean(expected["neighbours"]),
+        "predicted_sorted_percent": 100.0 * fmean(expected["sorted"]),
+        "predicted_far_discrepancies": math.fsum(expected["far"]),
+        "order": correlations(scores, plates),
+    }
+
+
+_PREDICTED: dict[tuple[float, ...], tuple[float, float, float]] = {}
+"""Predictions by JND: an experiment has many sorts of few sets."""
+
+
+def _expect(expected: dict[str, list[float]], order: tuple[str, ...], plates: Mapping[str, SetPlate]) -> None:
+    jnds = tuple(jnd_apart(plates[label].roughness, plates[order[0]].roughness) for label in order)
+    if jnds not in _PREDICTED:
+        _PREDICTED[jnds] = (
+            prediction.neighbours_right(jnds),
+            prediction.sorted_right(jnds),
+            prediction.far_discrepancy(jnds),
+        )
+    for name, value in zip(("neighbours", "sorted", "far"), _PREDICTED[jnds], strict=True):
+        expected[name].append(value)
+
+
+def rated_plates(magnitudes: Sequence[Magnitude], plates: Mapping[str, SetPlate]) -> Entry:
+    """How the numbers that people gave go by V: exponent of a power law, and rank correlations.
+
+    Each person's numbers are taken relative to their geometric mean, as everybody has a scale of their own.
+    """
+    by_person: dict[str, list[Magnitude]] = {}
+    for one in magnitudes:
+        by_person.setdefault(one.person, []).append(one)
+    exponents, told = [], dict[str, list[float]]()
+    for each in by_person.values():
+        logs = np.log([one.magnitude for one in each])
+        values = np.log([plates[one.plate].roughness for one in each])
+        if values.std() > 0.0:
+            exponents.append(float(np.polyfit(values, logs, 1)[0]))
+        for one, log in zip(each, logs - logs.mean(), strict=True):
+            told.setdefault(one.plate, []).append(float(log))
+    scores = {label: fmean(logs) for label, logs in told.items()}
+    mean, low, high = mean_with_interval(exponents) if exponents else (None, None, None)
+    return {
+        "ratings": len(magnitudes),
+        "people": len(by_person),
+        "exponent": mean,
+        "exponent_low": low,
+        "exponent_high": high,
+        "plates": [
+            {"plate": label, "relative_magnitude": math.exp(log), "ratings": len(told[label])}
+            for label, log in scores.items()
+        ],
+        "order": correlations(scores, plates),
+    }
+
+
+def judged_same(pairs: Sequence[Pair], plates: Mapping[str, SetPlate]) -> Entry:
+    """How often plates pass for their texture by sight (section 5.3 of the paper).
+
+    Of a pair the texture as found is the reference, and the other plate is judged.
+    """
+    told: dict[str, list[bool]] = {}
+    for pair in pairs:
+        first = plates[pair.first]
+        is_texture = first.kind == ROUGHNESS and first.level == 0.0
+        told.setdefault(pair.second if is_texture else pair.first, []).append(pair.told == YES)
+    entries: list[Entry] = []
+    for label, same in told.items():
+        low, high = wilson(sum(same), len(same))
+        entries.append(
+            {
+                "plate": label,
+                "kind": plates[label].kind,
+                "answers": len(same),
+                "same_percent": 100.0 * fmean(same),
+                "low_percent": 100.0 * low,
+                "high_percent": 100.0 * high,
+                "picture_change_percent": plates[label].picture_change_percent,
+            }
+        )
+    kinds: dict[str, list[Entry]] = {}
+    for entry in entries:
+        kinds.setdefault(entry["kind"], []).append(entry)
+    return {
+        "answers": len(pairs),
+        "kinds": {
+            kind: {
+                "plates": len(each),
+                "same_percent": fmean(entry["same_percent"] for entry in each),
+                "passed": sum(entry["same_percent"] >= 100.0 * SAME_HALF for entry in each),
+            }
+            for kind, each in kinds.items()
+        },
+        "plates": entries,
+    }

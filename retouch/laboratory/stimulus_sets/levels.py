@@ -1,0 +1,118 @@
+"""The plates of a set as rows of a study, and the study file that computes them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from optimize.verification.jod import jod_obstacle
+from relief.ground.files import write_atomically
+from retouch.laboratory.stimulus_sets.controls import Control
+from retouch.laboratory.stimulus_sets.stimulus_set import TILE, StimulusSet
+from retouch.laboratory.studies.rows import Expanded, Row
+from retouch.laboratory.studies.study_file import Study, load_study
+
+STUDY, BASE = "study.toml", "base.toml"
+"""The study file in the folder of a set, and the run file that it starts from."""
+ROUGHNESS, CONTACT, SCALED, CONTROLS = "roughness", "contact area", "scaled in height", "controls"
+"""Tables of the study, which are kinds of plates."""
+TEXTURE, JND, SCALE, CONTROL = "texture", "touch.jnd", "touch.contact_area_scale", "control"
+"""Axes of the tables."""
+
+
+@dataclass(frozen=True)
+class PlateRow:
+    """A plate and the row that computes it.
+
+    Attributes:
+        texture: name of its texture.
+        kind: table of the row.
+        level: just-noticeable differences, ratio of contact areas, or number of a control.
+        row: the row.
+    """
+
+    texture: str
+    kind: str
+    level: float
+    row: Row
+
+    @property
+    def mark(self) -> str:
+        """The level in the characters of a label."""
+        if self.kind == CONTACT:
+            return f"AREA {self.level:g}"
+        if self.kind == CONTROLS:
+            return f"PATCH {self.level:g}"
+        mark = f"{self.level:+g}" if self.level else "0"
+        return f"{mark} SCALED" if self.kind == SCALED else mark
+
+    @property
+    def label(self) -> str:
+        """Name of the plate: texture and level."""
+        return f"{self.texture} {self.mark.lower()}"
+
+
+def write_study_file(stimuli: StimulusSet, controls: Sequence[Control], out: Path) -> Study:
+    """Write the study of a set into its folder and load it.
+
+    Args:
+        stimuli: the set.
+        controls: its controls.
+        out: the folder.
+
+    Raises:
+        InputError: a setting of the runs is none.
+    """
+    textures = [str(texture) for texture in stimuli.textures]
+    tables: list[dict[str, Any]] = []
+    if stimuli.jnd:
+        tables.append({"name": ROUGHNESS, "axes": {TEXTURE: textures, JND: list(stimuli.jnd)}})
+    if stimuli.contact_area_scale:
+        axes = {TEXTURE: textures, SCALE: list(stimuli.contact_area_scale)}
+        kept = {JND: 0.0} if stimuli.same_roughness else {}
+        tables.append({"name": CONTACT, "set": kept, "axes": axes})
+    scaled = [level for level in stimuli.jnd if level]
+    if stimuli.with_scaled and scaled:
+        axes = {TEXTURE: textures, JND: scaled}
+        tables.append({"name": SCALED, "set": {"descent.method": "scaling"}, "axes": axes})
+    if controls:
+        values = [
+            {
+                "label": f"{one.texture} {one.number}",
+                TEXTURE: str(one.file),
+                "size_mm": one.size_mm,
+                "height_scale": 1.0,
+            }
+            for one in controls
+        ]
+        tables.append({"name": CONTROLS, "set": {JND: 0.0, "repeats": True}, "axes": {CONTROL: values}})
+    study = {
+        "title": f"Stimuli: {', '.join(stimuli.names)}",
+        "description": "The rows of a stimulus set, whose page is index.html.",
+        "base": BASE,
+        "measures": [] if jod_obstacle() else ["jod"],
+        "set": {"verify.baseline": False, **stimuli.settings},
+        "tables": tables,
+    }
+    base = {"scene": "studio.xml", "texture": textures[0], "repeats": not stimuli.whole}
+    write_atomically(out / BASE, tomli_w.dumps(base).encode())
+    write_atomically(out / STUDY, tomli_w.dumps(study).encode())
+    return load_study(out / STUDY)
+
+
+def plate_rows(stimuli: StimulusSet, expanded: Expanded) -> Iterator[PlateRow]:
+    """The plates of a set, texture by texture: roughness, contact area, scaled, controls, each ascending."""
+    for name, texture in zip(stimuli.names, stimuli.textures, strict=True):
+        for table in expanded.tables:
+            rows = []
+            for row in table.rows:
+                if table.name == CONTROLS:
+                    own, _, level = str(row.labels[CONTROL]).rpartition(" ")
+                else:
+                    own = str(row.labels[TEXTURE]).removesuffix(TILE)
+                    level = row.labels[JND if JND in row.labels else SCALE]
+                if own == name:
+                    rows.append(PlateRow(texture.stem.removesuffix(TILE), table.name, float(level), row))
+            yield from sorted(rows, key=lambda plate: plate.level)

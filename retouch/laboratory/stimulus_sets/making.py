@@ -1,0 +1,134 @@
+"""A stimulus set from its request: rows by the engine of studies, plates to print, tables and the page."""
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from relief.ground.files import write_atomically
+from relief.ground.locks import only_writer
+from relief.ground.progress import say, stage
+from relief.relief import Relief
+from retouch.laboratory.stimulus_sets import document as documents
+from retouch.laboratory.stimulus_sets.controls import check_sources, make_controls
+from retouch.laboratory.stimulus_sets.levels import plate_rows, write_study_file
+from retouch.laboratory.stimulus_sets.page import page
+from retouch.laboratory.stimulus_sets.plates import FOLDER, check_labels, write_plates
+from retouch.laboratory.stimulus_sets.stimulus_set import StimulusSet, claim
+from retouch.laboratory.studies import engine
+from retouch.laboratory.studies.document import document, document_bytes, spreadsheet
+from retouch.laboratory.studies.page import page as study_page
+from retouch.laboratory.studies.rows import expand
+from retouch.laboratory.workers.jobs import Runner, Work
+
+PAGE, STUDY_PAGE = "index.html", "study.html"
+"""The page of a set, and that of its study."""
+MakeRunner = Callable[[Work, Callable[[Any, str], None]], Runner]
+"""From the work and an observer of stages to a runner."""
+
+
+@dataclass(frozen=True)
+class StimulusPlates:
+    """What became of a set.
+
+    Attributes:
+        folder: of the set.
+        content: of `stimuli.json`.
+        files: to print.
+        missing: number of plates that are neither done nor failed.
+        experiment: page that shows the trials and takes answers; None where no two plates can be compared.
+    """
+
+    folder: Path
+    content: dict[str, Any]
+    files: tuple[Path, ...]
+    missing: int
+    experiment: Path | None = None
+
+    @property
+    def page(self) -> Path:
+        """The page."""
+        return self.folder / PAGE
+
+    def as_json(self) -> dict[str, Any]:
+        """What `retouch stimuli --json` prints."""
+        files = [*map(str, (self.page, *self.files))]
+        experiment = None if self.experiment is None else str(self.experiment)
+        return {"folder": str(self.folder), **self.content, "files": files, "experiment": experiment}
+
+
+def make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> StimulusPlates:
+    """Make a set, or what of it is missing, and write every file.
+
+    Args:
+        stimuli: the set.
+        out: its folder.
+        make_runner: of the runner of rows; None computes nothing and draws what is there.
+
+    Raises:
+        InputError: a texture is no tile, a source is too small, a label or a plate does not fit, or the
+            folder holds something else, or another command writes into it.
+        OSError, KeyboardInterrupt: rows that are done stay; the same call goes on.
+    """
+    began = time.monotonic()
+    stimuli.check_textures()
+    check_sources(stimuli)
+    with only_writer(out):
+        return _make(stimuli, out, make_runner, began)
+
+
+def _make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None, began: float) -> StimulusPlates:
+    claim(out, stimuli)
+    (out / engine.ROWS).mkdir(exist_ok=True)
+    study = write_study_file(stimuli, make_controls(stimuli, out), out)
+    expanded = expand(study)
+    plates = list(plate_rows(stimuli, expanded))
+    check_labels([plate.label for plate in plates], stimuli.print)
+    before = engine.known_rows(expanded, out, study.measures)
+    if make_runner is None:
+        rows = engine.known(expanded, out, study.measures)
+    else:
+        rows = engine.compute(expanded, out, make_runner, study.measures)
+    of_study = document(study, expanded, rows, quick=False)
+    write_atomically(out / engine.DOCUMENT, document_bytes(of_study))
+    write_atomically(out / engine.SPREADSHEET, spreadsheet(of_study))
+    write_atomically(out / STUDY_PAGE, study_page(of_study, out))
+    done = documents.plates_done(plates, rows, out)
+    textures, files = [], list[Path]()
+    for name in stimuli.names:
+        own = [plate for plate in done if plate.of.texture == name]
+        tiles = {plate.of.label: Relief.read(plate.folder / "heights.exr", repeats=False) for plate in own}
+        printed = write_plates(out, name, tiles, stimuli.print, stimuli.printer) if tiles else []
+        files += printed
+        with stage(f"pairs of {name}"):
+            paths = [path.relative_to(out).as_posix() for path in printed]
+            textures.append(documents.texture_entry(name, own, paths))
+    if stimuli.label_advice is not None:
+        say(stimuli.label_advice)
+    for old in set((out / FOLDER).glob("*.3mf")) - set(files):
+        old.unlink()
+    content = {
+        "textures": textures,
+        "summary": documents.summary_of(textures),
+        "failures": [*expanded.faults, *(f"{key[:12]}: {why}" for key, why in rows.failures.items())],
+        "wall_s": _wall_s(out, time.monotonic() - began, bool(before), make_runner is None),
+    }
+    write_atomically(out / documents.DOCUMENT, documents.document_bytes(content))
+    for part, file in (("plates", documents.PLATES), ("pairs", documents.PAIRS)):
+        write_atomically(out / file, documents.spreadsheet(content, part))
+    write_atomically(out / PAGE, page(content, stimuli, out))
+    missing = len(expanded.rows) - len(rows.records) - len(rows.failures)
+    return StimulusPlates(out, content, tuple(files), missing)
+
+
+def _wall_s(out: Path, took_s: float, continued: bool, redrawn: bool) -> float | None:
+    """Seconds from the command to its files; None for a set that several commands have made."""
+    if not redrawn:
+        return None if continued else took_s
+    try:
+        earlier = json.loads((out / documents.DOCUMENT).read_bytes()).get("wall_s")
+    except (OSError, ValueError, AttributeError):
+        return None
+    return float(earlier) if isinstance(earlier, int | float) else None

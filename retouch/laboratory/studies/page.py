@@ -1,0 +1,121 @@
+"""The page of a study: tables to sort, plots, and the pictures of a row on click, in one file."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from optimize.run_directory.key import REPORT
+from relief.ground.formatting import number
+from retouch.laboratory.studies.columns import Column, filled, heading
+from retouch.laboratory.studies.document import Document, TableOfDocument
+from retouch.laboratory.studies.engine import ROWS
+from retouch.laboratory.studies.plots import charts
+from retouch.laboratory.studies.records import Cell
+from retouch.laboratory.studies.row_key import SHORT
+from retouch.laboratory.studies.row_plates import NAMES, row_plates
+from retouch.laboratory.studies.study_file import label_text
+from retouch.pages.plate_viewer.figure import as_json, figure_template
+from retouch.pages.rendering import render_page
+
+RENDERS, BEFORE = "renders", "-before.png"
+"""Folder of the pictures of a run, and the end of the names of those of the original."""
+
+
+def page(content: Document, out: Path) -> bytes:
+    """The page.
+
+    Pictures are not in the page; a click loads those of a row from its run directory, so that they are shown
+    where the page lies beside `rows/`.
+
+    Args:
+        content: the document of the study.
+        out: folder of the study.
+    """
+    plots, note = charts(content)
+    keys = dict.fromkeys(row.key for table in content.tables for row in table.rows)
+    cells = {key: content.records[key].cells for key in keys if key in content.records}
+    return render_page(
+        "study.html.j2",
+        scripts=("pairs.js", "study.js"),
+        plates=True,
+        images=" 'self' file:",
+        pair={"title": content.title},
+        content=content,
+        charts=plots,
+        note=note,
+        summary=_summary(cells, len(keys), len(content.failures)),
+        tables=[_table(content, table, out) for table in content.tables],
+        data=as_json({key: _details(key, numbers, out) for key, numbers in cells.items()}),
+        plate_figure=figure_template(*NAMES),
+        plates_of_rows=as_json(row_plates({key: out / ROWS / key[:SHORT] for key in cells})),
+        missing=sum(key not in content.records and key not in content.failures for key in keys),
+        meanings_of=filled(list(cells.values())).items(),
+    )
+
+
+def _summary(cells: Mapping[str, Mapping[str, Cell]], rows: int, failed: int) -> dict[str, Any]:
+    """Key figures of all rows, each of which counts once."""
+
+    def column(name: str) -> list[float]:
+        values = [numbers.get(name) for numbers in cells.values()]
+        return [float(value) for value in values if isinstance(value, int | float)]
+
+    misses, changes = [abs(miss) for miss in column("miss_percent")], column("change_percent")
+    cpu_s, time_s = column("cpu_s"), column("time_s.total")
+    return {
+        "done": len(cells),
+        "rows": rows,
+        "failed": failed,
+        "miss": float(np.median(misses)) if misses else None,
+        "largest_miss": max(misses, default=None),
+        "change": float(np.mean(changes)) if changes else None,
+        "changes": (min(changes), max(changes)) if changes else None,
+        "seconds": sum(time_s),
+        "cpu_s": sum(cpu_s) if len(cpu_s) == len(cells) else None,
+    }
+
+
+def _table(content: Document, table: TableOfDocument, out: Path) -> dict[str, Any]:
+    """A table for the template: headings, and for each row its cells with the values that they sort by."""
+    cells_of = [content.records[row.key].cells if row.key in content.records else {} for row in table.rows]
+    columns = filled(cells_of)
+    rows = []
+    for row, cells in zip(table.rows, cells_of, strict=True):
+        report = out / ROWS / row.key[:SHORT] / REPORT
+        rows.append(
+            {
+                "key": row.key,
+                "labels": [(label_text(value), value) for value in row.labels.values()],
+                "cells": [(_text(cells.get(key), column), cells.get(key)) for key, column in columns.items()],
+                "report": f"{ROWS}/{row.key[:SHORT]}/{REPORT}" if report.is_file() else None,
+                "failure": content.failures.get(row.key),
+            }
+        )
+    return {
+        "name": table.name,
+        "axes": [(axis, heading(axis)) for axis in table.axes],
+        "columns": columns.items(),
+        "rows": rows,
+    }
+
+
+def _text(value: Cell, column: Column) -> str:
+    if isinstance(value, bool) or value is None:
+        return "\N{EN DASH}" if value is None else "yes" if value else "no"
+    if isinstance(value, int):
+        return label_text(value)
+    return value.replace("_", " ") if isinstance(value, str) else number(value, column.digits)
+
+
+def _details(key: str, cells: Mapping[str, Cell], out: Path) -> dict[str, Any]:
+    """What a click on a row shows: every number, and the names of its pictures."""
+    folder = f"{ROWS}/{key[:SHORT]}"
+    names = sorted(path.name.removesuffix(BEFORE) for path in (out / folder / RENDERS).glob(f"*{BEFORE}"))
+    numbers = {
+        name: value if isinstance(value, str) else number(value, 5)
+        for name, value in cells.items()
+        if value is not None
+    }
+    return {"folder": folder, "pictures": names, "numbers": numbers}

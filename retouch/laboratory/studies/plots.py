@@ -1,0 +1,107 @@
+"""Plots of a study: means of a column over an axis, a series for each value of another axis."""
+
+from collections.abc import Iterator, Sequence
+
+from markupsafe import Markup
+
+from retouch.laboratory.studies.columns import UNCHANGED, ZERO_UNCHANGED, heading
+from retouch.laboratory.studies.document import Document, TableOfDocument, flat_rows
+from retouch.laboratory.studies.records import Cell
+from retouch.laboratory.studies.statistics import RowCells, mean_over
+from retouch.laboratory.studies.study_file import Plot, label_text
+from retouch.pages.intervals import Mean, Means, line_chart, row_chart
+
+DEFAULT_COLUMNS = ("change_percent", "miss_percent")
+"""Columns that are drawn where the study file names no plot."""
+THROUGH = "Lines go through 0 where nothing is changed, which needs no run."
+"""Sentence about lines with a point that has no mark."""
+MOST_SERIES = 6
+"""Most values of an axis that become series where the study file does not ask for them."""
+
+
+def charts(content: Document) -> tuple[list[Markup], str]:
+    """The plots that the study file asks for, or those that its axes suggest, and a note for all of them."""
+    points, most, through = [], 0, False
+    for table in content.tables:
+        rows = [row for row in flat_rows(content) if row["table"] == table.name]
+        plots = [plot for plot in content.plots if plot.table in (None, table.name)]
+        for plot in plots if content.plots else _suggested(table):
+            chart = _chart(plot, table, rows, len(content.tables) > 1)
+            if chart is not None:
+                points.append(chart[0])
+                most, through = max(most, chart[1]), through or chart[2]
+    told = note(content) if most > 1 else "Each point is of a single row, without an interval."
+    return points, f"{told} {THROUGH}" if through else told
+
+
+def _suggested(table: TableOfDocument) -> Iterator[Plot]:
+    """Plots over the last axis of numbers, or else the longest axis."""
+    axes = {axis: values for axis, values in table.axes.items() if len(values) > 1}
+    if not axes:
+        return
+    numbers = [axis for axis, values in axes.items() if _numbers(values)]
+    x = numbers[-1] if numbers else max(axes, key=lambda axis: len(axes[axis]))
+    by = [axis for axis, values in axes.items() if axis != x and len(values) <= MOST_SERIES]
+    for column in DEFAULT_COLUMNS:
+        yield Plot(x=x, y=column, by=by[-1] if by else None)
+
+
+def _chart(
+    plot: Plot, table: TableOfDocument, rows: Sequence[RowCells], named: bool
+) -> tuple[Markup, int, bool] | None:
+    """A plot of a table, the most numbers that a point is the mean of, and whether a line goes through 0.
+
+    None if the table lacks an axis of the plot or has no number.
+    """
+    needed = {axis for axis in (plot.by, plot.over) if axis is not None}
+    if not needed <= table.axes.keys():
+        return None
+    places = table.axes.get(plot.x)
+    numeric = places is None or _numbers(places)
+    series = []
+    for value in [None] if plot.by is None else table.axes[plot.by]:
+        mine = [row for row in rows if plot.by is None or row[plot.by] == value]
+        means: list[Mean | None] = []
+        if places is None:
+            # A column: one point, the means of both.
+            across = mean_over(mine, plot.x, plot.over, 0.0)
+            means = [] if across is None else [mean_over(mine, plot.y, plot.over, across.value)]
+        for number, place in enumerate(places or ()):
+            at = float(place) if numeric and isinstance(place, int | float) else float(number)
+            means.append(mean_over([row for row in mine if row[plot.x] == place], plot.y, plot.over, at))
+        points = [mean for mean in means if mean is not None]
+        if points:
+            name = "" if plot.by is None else label_text(value)
+            series.append(Means(name, points, _unchanged(plot, points) if numeric else None))
+    if not series:
+        return None
+    title = f"{table.name}: {heading(plot.y)}" if named else heading(plot.y)
+    title = title[:1].upper() + title[1:]
+    most = max(mean.count for one in series for mean in one.means)
+    if places is None or numeric:
+        through = any(one.through is not None for one in series)
+        return line_chart(title, series, heading(plot.x)), most, through
+    return row_chart(title, series, [label_text(place) for place in places], heading(plot.y)), most, False
+
+
+def _unchanged(plot: Plot, points: Sequence[Mean]) -> tuple[float, float] | None:
+    """The point of a plot where nothing is changed, if the plot reaches beyond on both sides."""
+    at = UNCHANGED.get(plot.x)
+    if at is None or plot.y not in ZERO_UNCHANGED:
+        return None
+    places = [point.place for point in points]
+    return (at, 0.0) if min(places) < at < max(places) and at not in places else None
+
+
+def _numbers(values: Sequence[Cell]) -> bool:
+    return all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
+
+
+def note(content: Document) -> str:
+    """What means and intervals of the plots are of, in a sentence."""
+    over = {plot.over for plot in content.plots}
+    drawn = f"values of {', '.join(sorted(filter(None, over)))}" if over - {None} else "rows"
+    return (
+        f"Points are means over {drawn}; lines beside them are 95 % intervals of the mean, "
+        f"drawn anew from the same {drawn} 4000 times (bootstrap)."
+    )

@@ -1,0 +1,80 @@
+"""Solids: what is refused, and that the line says what to do."""
+
+import numpy as np
+import pytest
+
+from relief.ground.errors import InputError
+from relief.solids.body import Body
+from relief.solids.meshes import check_solid
+from relief.solids.meshes.solid import volume_mm3
+from tests.relief.solids.meshes.bodies import CUBE, cube, joined, torus
+
+
+def turned(body: Body) -> Body:
+    return Body(body.vertices, body.faces[:, ::-1])
+
+
+def welded(body: Body) -> Body:
+    """The body with each position once, as `read_mesh` gives it."""
+    vertices, index = np.unique(body.vertices, axis=0, return_inverse=True)
+    return Body(vertices, index.ravel()[body.faces])
+
+
+def quarter_turn(body: Body) -> Body:
+    """The same cube by other diagonals."""
+    return Body(
+        (body.vertices - 10.0) @ [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]] + 10.0, body.faces
+    )
+
+
+def test_solids_pass() -> None:
+    for body in (
+        cube(),
+        joined(cube(), cube(at=(30.0, 0.0, 0.0))),
+        joined(cube(), turned(cube(5.0, (3.0, 3.0, 3.0)))),
+        torus((1.0, 2.0, 3.0), (0, 1, 2), 10.0, 2.0),
+        # A rattle, and cubes that touch at a vertex, along an edge, and side by side.
+        joined(cube(), turned(cube(10.0, (3.0, 3.0, 3.0))), cube(5.0, (5.0, 5.0, 5.0))),
+        *(
+            welded(joined(cube(), cube(at=at)))
+            for at in ((20.0, 20.0, 20.0), (20.0, 20.0, 0.0), (20.0, 0.0, 0.0))
+        ),
+    ):
+        check_solid(body, "part.stl")
+
+
+@pytest.mark.parametrize(
+    ("body", "line"),
+    [
+        (Body(cube().vertices, CUBE[:-1]), "part.stl: is open: 3 edges border on a hole; mend it"),
+        (Body(cube().vertices, np.vstack([CUBE[:-1], CUBE[-1:, ::-1]])), "3 edges lie between faces turned"),
+        (turned(cube()), "is turned inside out; flip the normals"),
+        (joined(cube(), turned(cube(10.0, (30.0, 0.0, 0.0)))), "is turned inside out"),
+        (Body(cube().vertices * (1.0, 1.0, 0.0), CUBE), "encloses no volume; give the surface a thickness"),
+        (welded(joined(cube(), cube())), "12 faces lie there twice; remove"),
+        (welded(joined(cube(), quarter_turn(cube()))), "lie there twice|lie within others"),
+        (joined(cube(), cube(5.0, (3.0, 3.0, 3.0))), "1 of its parts lie within others; unite"),
+        (joined(cube(), cube(at=(5.0, 6.0, 7.0))), "passes through itself: .* unite its parts"),
+    ],
+    ids=[
+        "open",
+        "twisted",
+        "inverted",
+        "a part inverted",
+        "flat",
+        "twice",
+        "twice by other faces",
+        "nested",
+        "intersecting",
+    ],
+)
+def test_what_is_no_solid_is_refused(body: Body, line: str) -> None:
+    with pytest.raises(InputError, match=line):
+        check_solid(body, "part.stl")
+
+
+def test_volumes_are_those_of_geometry() -> None:
+    assert volume_mm3(cube(3.0, (100.0, -50.0, 7.0))) == pytest.approx(27.0)
+    ring = torus((0.0, 0.0, 0.0), (0, 1, 2), 10.0, 2.0)
+    # The inscribed polygons are smaller.
+    assert volume_mm3(ring) == pytest.approx(2 * np.pi**2 * 10.0 * 4.0, rel=0.02)
