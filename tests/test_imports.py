@@ -99,7 +99,7 @@ _ALLOWED = {
     "retouch.commands": (
         "mitsuba_scenes optimize.descent optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification relief relief.ground relief.preparing retouch retouch.app retouch.app.state "
-        "retouch.pages retouch.verbs surrogate.nets tactile"
+        "retouch.pages retouch.verbs retouch.verbs.objects surrogate.nets tactile"
     ),
     "retouch.laboratory": "",
     "retouch.laboratory.people": (

@@ -33,7 +33,7 @@ from relief.solids.remeshing.fine_object import smooth_object
 from relief.solids.wrapping.coordinates.layout import Layout
 from relief.solids.wrapping.laying import Layer
 from relief.solids.wrapping.placement import Placement
-from relief.solids.wrapping.surfaces import FALLOFF_MM, BaseSurface, Settings
+from relief.solids.wrapping.surfaces import BaseSurface, Settings
 from relief.solids.wrapping.tiles import Covering, Tile
 from relief.solids.wrapping.wrap import wrap
 
@@ -120,7 +120,7 @@ def parts(name: str, bare: Body, wrapped: Body, felt: MeshFeel, plate: Array) ->
         return {}
     surface, tile = BaseSurface(bare, None, {}, Settings()), tile_of(TEXTURE)
     base = surface.body
-    layout = Layer(surface, Placement(), FALLOFF_MM).laid([Covering(tile)])[0].layout
+    layout = Layer(surface, Placement(), Settings().falloff_mm).laid([Covering(tile)])[0].layout
     unroller = Unroller(wrapped, smooth_object(bare, name))
     laid, flat = [], []
     for number, points in places.items():

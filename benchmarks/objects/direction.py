@@ -39,6 +39,7 @@ from relief.solids.objects.implicit import body_of
 from relief.solids.objects.smooth import ball
 from relief.solids.objects.swept import cylinder
 from relief.solids.wrapping.laying import Laid, Layer
+from relief.solids.wrapping.options import PlacingOptions
 from relief.solids.wrapping.placement import placement_of
 from relief.solids.wrapping.surfaces import BaseSurface, Settings
 from relief.solids.wrapping.tiles import Covering
@@ -128,7 +129,7 @@ def cases() -> list[Case]:
 def measured(case: Case) -> tuple[dict[str, Any], Body]:
     """The numbers of a case, and the wrapped body."""
     bare, covering = PARTS[case.part](), Covering(tile_of(TEXTURE))
-    placement, settings = placement_of(**case.options), Settings(faces=FACES)
+    placement, settings = placement_of(PlacingOptions(**case.options)), Settings(faces=FACES)
     began = time.process_time()
     wrapped = wrap(bare, [covering], settings, placement=placement)
     seconds = time.process_time() - began

@@ -30,8 +30,6 @@ passing through one another, and far above the rounding of files."""
 SLIVER_MM = 1e-5
 """Height of a triangle over its longest edge, mm, below which it is a sliver: what single precision rounds
 coordinates of 100 mm by."""
-HOLE_MM = 0.5
-"""Size, mm, up to which holes are closed where no other is stated: less than a finger or a printer tells."""
 MOST_RIM, MOST_OPEN = 300, 200_000
 """Most edges around a hole, whose triangles take half a second then, and most open edges looked at."""
 MOST_NEAR = 20

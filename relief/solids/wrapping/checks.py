@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.lengths import shown
+from relief.ground.options import checked
 from relief.solids.body import Body
 from relief.solids.wrapping.masks import Regions, check_mask
-from relief.solids.wrapping.surfaces import MOST_FACES, Settings
+from relief.solids.wrapping.surfaces import Settings
 
 FEW_SAMPLES = 4
 """Side, in samples of the texture, of the least square that may carry the texture."""
@@ -35,15 +36,7 @@ def check_choices(
     Raises:
         InputError: The line names the field.
     """
-    ranges = {
-        "level": (settings.level, 0.0, 1.0),
-        "falloff_mm": (settings.falloff_mm, 0.05, 100.0),
-        "edge_mm": (settings.edge_mm, 0.01, 10.0),
-        "faces": (settings.faces, 1000, 20 * MOST_FACES),
-    }
-    for name, (value, low, high) in ranges.items():
-        if value is not None and not low <= value <= high:
-            raise InputError(f"{name}: {value:g} is outside [{low:g}, {high:g}]")
+    checked(settings)
     for mask in (settings.mask, *masks):
         if mask is not None:
             check_mask(mask, regions, with_uv, with_colours)

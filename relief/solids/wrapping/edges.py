@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from relief.ground.progress import say
 from relief.solids.body import Body
 from relief.solids.meshes.refining import AREA_PER_FACE, edge_for, expected_faces
-from relief.solids.wrapping.surfaces import ENOUGH_MM2, MOST_FACES, BaseSurface, Settings, check_count
+from relief.solids.wrapping.options import MOST_FACES
+from relief.solids.wrapping.surfaces import ENOUGH_MM2, BaseSurface, Settings, check_count
 from relief.solids.wrapping.tiles import Covering
 
 BYTES_A_FACE = 21.0

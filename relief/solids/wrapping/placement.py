@@ -1,7 +1,6 @@
 """How a texture is turned, moved and projected on a body, as options state it."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,18 +8,15 @@ import numpy as np
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.lengths import shown
+from relief.ground.options import checked
+from relief.solids.wrapping.options import PlacingOptions, Vector
 
-PROJECTIONS = ("auto", "cylinder", "sphere", "plane", "uv", "patches")
-"""Kinds of flat coordinates: by an axis, a centre or a direction, those of the mesh, or patches."""
 FARTHEST_MM = 1000.0
 """Largest shift of a texture, mm: more than the width of any tile."""
 MIDDLE = "middle"
 """The place in the middle of the mask, or at the top without a mask, in words."""
 LONGEST_TEXT = 100
 """Most characters of a vector."""
-
-Vector = str | float | Sequence[float]
-"""Numbers as a text with commas, or as they are; a direction may be an axis by its name, as "x" or "-z"."""
 
 
 @dataclass(frozen=True)
@@ -61,24 +57,14 @@ def turned(degrees: float) -> Array:
     return np.array([[cos, sin], [-sin, cos]])
 
 
-def placement_of(
-    projection: str = "auto",
-    along: Vector | None = None,
-    turn_deg: float = 0.0,
-    offset_mm: Vector = 0.0,
-    at: Vector | None = None,
-) -> Placement:
-    """The placement that options state; arguments as of `Placement`, vectors also as texts.
-
-    With `at`, a point or "middle", every texture is placed once.
+def placement_of(options: PlacingOptions) -> Placement:
+    """The placement that options state; with `at`, a point or "middle", every texture is placed once.
 
     Raises:
         InputError: A value is out of range, no vector, or without effect; the line names the option.
     """
-    if projection not in PROJECTIONS:
-        raise InputError(f"projection: {shown(projection)!r} is not one of {', '.join(PROJECTIONS)}")
-    if not -360.0 <= turn_deg <= 360.0:
-        raise InputError(f"turn_deg: {turn_deg:g} is outside [-360, 360]")
+    checked(options)
+    projection, along, at = options.projection, options.along, options.at
     if along is not None and projection == "uv":
         raise InputError(
             "along: does not go with the projection uv: texture coordinates have their own direction",
@@ -92,11 +78,11 @@ def placement_of(
             "--offset moves the texture",
         )
     in_middle = isinstance(at, str) and at.strip().lower() == MIDDLE
-    shift = _numbers("offset_mm", offset_mm, (1, 2), "a length as 2.5, or two as 2.5,-1")
+    shift = _numbers("offset_mm", options.offset_mm, (1, 2), "a length as 2.5, or two as 2.5,-1")
     return Placement(
         projection,
         None if along is None else _direction(along),
-        float(turn_deg),
+        float(options.turn_deg),
         shift if len(shift) == 2 else (shift[0], 0.0),
         None if at is None or in_middle else _numbers("at", at, (3,), "middle, or a point as 10,0,4.5, mm"),
         at is not None,

@@ -18,6 +18,7 @@ from relief.solids.remeshing.even_mesh import ARC, EvenMesh, even_mesh, vertex_n
 from relief.solids.remeshing.smooth_surface import raised
 from relief.solids.wrapping.coordinates.layout import Layout
 from relief.solids.wrapping.masks import Points, Regions, mask_at
+from relief.solids.wrapping.options import MOST_FACES, SurfaceOptions
 from relief.solids.wrapping.tiles import Tile
 
 BASE_EDGE_MM = 1.0
@@ -31,10 +32,6 @@ EVEN_AREA = 0.4
 """Mean area of even triangles, in the square of the edge wanted."""
 LEAST_BASE_EDGES = 24
 """Edges at least along the longest side of a small object."""
-FALLOFF_MM = 2.0
-"""Width over which the texture ends at masks and at a flat bottom, mm, where no other is given."""
-MOST_FACES = 1_000_000
-"""Triangles at most, where no other number is given: a 3MF file of about 21 MB."""
 ENOUGH_MM2 = 0.0035
 """Mean area of the textured triangles, mm², where nothing is asked for: smaller ones change the feel of
 gravel, grass and leather by less than 0.1 JND (docs/evidence/objects.md)."""
@@ -51,18 +48,11 @@ RIM_MM = 0.1
 """Distance of the points that stand for the rim of the bottom, mm."""
 
 
-@dataclass(frozen=True)
-class Settings:
-    """How a body is wrapped.
+@dataclass(frozen=True, kw_only=True)
+class Settings(SurfaceOptions):
+    """How a body is wrapped: the options, and what follows from mesh and printer.
 
     Attributes:
-        mask: Part of the surface that carries any texture; None: all.
-        level: Height of the object's own surface in the relief, from 0, its lowest point (the relief stands
-            on the surface), to 1, its highest (the relief is cut into the surface).
-        falloff_mm: Width over which the texture ends, mm.
-        keep_bottom: Whether a flat bottom, the lowest triangles that point down, stays as it is.
-        edge_mm: Longest edge of the textured triangles, mm; None: what `faces` allow, or that of the samples.
-        faces: Triangles at most, about; None: as many as the feel needs, `MOST_FACES` at most.
         draft: Whether the body is to be looked at and not to be printed: patches, normals and clearance are
             computed on triangles of `DRAFT_EDGE_MM`, and crossing triangles stay.
         holes: That stay without texture; None: no hole does.
@@ -70,12 +60,6 @@ class Settings:
         crosses: Whether the body passes through itself somewhere, which is refused where texture would lie.
     """
 
-    mask: str | None = None
-    level: float = 0.0
-    falloff_mm: float = FALLOFF_MM
-    keep_bottom: bool = True
-    edge_mm: float | None = None
-    faces: int | None = None
     draft: bool = False
     holes: Holes | None = None
     finest_mm: float = 0.0

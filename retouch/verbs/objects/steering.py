@@ -1,22 +1,21 @@
 """Regions of an object with another feel and the same look: their tiles are optimised for where they lie."""
 
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from optimize.settings.run_file import run_from_scene
 from relief.ground.errors import InputError, naming
-from relief.ground.lengths import Lengths
 from relief.ground.progress import listening, stage
 from relief.solids.wrapping.wrap import wrap
-from retouch.verbs.objects.wrap_task import WrapOptions, task_of
+from retouch.verbs.objects.wrap_options import WrapOptions
+from retouch.verbs.objects.wrap_task import lengths_of, task_of
 from retouch.verbs.reliefs import Source
 
 DRAFT_FACES = 20_000
-"""Triangles by which it is told how an object bends in a region: its curvature needs no texture."""
+"""Triangles by which the curvature of an object in a region is measured, without texture."""
 LARGEST_JND = 10.0
 """Largest change of feel that is asked for, in just-noticeable differences."""
 
@@ -47,14 +46,21 @@ class Steered:
     curved_y_mm: float | None
 
     def as_json(self) -> dict[str, Any]:
-        """What `retouch wrap --json` tells of it."""
+        """The region in the output of `retouch wrap --json`."""
         return {**vars(self), "run": str(self.run)}
+
+    def line(self) -> str:
+        """The region for a person."""
+        return (
+            f"{self.mask}: {self.reached:+.2f} JND on the object's curvature, asked for {self.jnd:+g}; the "
+            f"tile is that of {self.run}."
+        )
 
 
 def without_steered(options: WrapOptions) -> WrapOptions:
     """Options without the regions whose feel is to change: until it has, they have the look of the rest."""
-    kept = [(mask, tile) for mask, tile in options.get("regions", ()) if not isinstance(tile, float | int)]
-    return cast("WrapOptions", {**options, "regions": kept})
+    kept = [(mask, tile) for mask, tile in options.regions if not isinstance(tile, float | int)]
+    return replace(options, regions=kept)
 
 
 def with_steered(
@@ -70,7 +76,7 @@ def with_steered(
     Raises:
         InputError: a folder exists, the texture is no height map of a file, or a change is out of range.
     """
-    regions: Sequence[tuple[str, Source | float]] = options.get("regions", ())
+    regions = options.regions
     wanted = {
         number: (mask, float(jnd), out.with_name(f"{out.stem}-region-{number}"))
         for number, (mask, jnd) in enumerate(regions, 1)
@@ -78,6 +84,7 @@ def with_steered(
     }
     if not wanted:
         return options, []
+    task_of(texture, mesh, without_steered(options))
     file = _file_of(texture)
     for _, jnd, folder in wanted.values():
         if not 0.0 < abs(jnd) <= LARGEST_JND:
@@ -88,7 +95,7 @@ def with_steered(
     tiles = [
         (mask, made[number].run if number in made else tile) for number, (mask, tile) in enumerate(regions, 1)
     ]
-    return cast("WrapOptions", {**options, "regions": tiles}), list(made.values())
+    return replace(options, regions=tiles), list(made.values())
 
 
 def _file_of(texture: Source) -> Path:
@@ -102,23 +109,21 @@ def _steered(
     file: Path, mesh: str | os.PathLike[str], mask: str, jnd: float, folder: Path, options: WrapOptions
 ) -> Steered:
     """A tile with another feel, optimised for a region."""
-    whole = options.get("mask")
-    where = mask if whole is None else f"({whole}) & ({mask})"
-    bare = cast("WrapOptions", {**options, "regions": (), "mask": where})
+    where = mask if options.mask is None else f"({options.mask}) & ({mask})"
+    bare = replace(options, regions=(), mask=where)
     with stage("how the object bends"), listening(None), naming(mesh):
         task = task_of(file, mesh, bare)
         body, coverings, settings, uv, named = task.arguments
         draft = replace(settings, faces=DRAFT_FACES, edge_mm=None, draft=True)
         drawn = wrap(body, coverings, draft, uv, named, placement=task.placement, colours=task.colours)
     radii = {f"curved_{axis}_mm": one.radius_mm for axis, one in zip("xy", drawn.bending, strict=True)}
-    lengths = {key: options[key] for key in Lengths.__annotations__ if options.get(key) is not None}  # type: ignore[literal-required]
     changes = [
         f"touch.jnd={jnd!r}",
         "repeats=true",
         "verify.baseline=false",
         f"look.shape={SHAPE!r}",
         *(f"touch.{key}={radius!r}" for key, radius in radii.items() if radius is not None),
-        *(f"{key}={length!r}" for key, length in lengths.items()),
+        *(f"{key}={length!r}" for key, length in lengths_of(options).items()),
     ]
     # The packages of runs take two seconds to import, and few wraps need them.
     from retouch.verbs.runs import optimize

@@ -1,24 +1,26 @@
 """A page that shows in seconds what `retouch wrap` will make: the object and its texture on few triangles."""
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 
 from relief.ground.errors import InputError, naming
 from relief.ground.files import permitted
-from relief.ground.progress import Progress, listening, stage
+from relief.ground.formatting import about
+from relief.ground.options import by_keywords
+from relief.ground.progress import listening, stage
 from relief.relief import Relief
 from relief.solids.export.printed_parts import print_part
 from relief.solids.wrapping.edges import BYTES_A_FACE, expected_file
 from relief.solids.wrapping.wrap import wrap
 from retouch.pages.objects.wrap_page import Preview, write_wrap_page
 from retouch.verbs.objects.steering import without_steered
-from retouch.verbs.objects.wrap_task import Task, WrapOptions, task_of, told_of
+from retouch.verbs.objects.wrap_options import WrapOptions
+from retouch.verbs.objects.wrap_task import Task, size_words, task_of, wrap_numbers
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
 
@@ -59,22 +61,27 @@ class WrapPreview:
             "edge_mm": self.preview.edge_mm,
             "shown_edge_mm": shown.edge_mm,
             "coordinates": shown.coordinates,
-            **told_of(shown),
+            **wrap_numbers(shown),
             "print": self.preview.printed and self.preview.printed.as_json(),
             "off_size": shown.off_size,
             "notes": list(shown.notes),
             "warnings": list(self.warnings),
         }
 
+    def line(self) -> str:
+        """What the file will come to, for a person."""
+        preview, body = self.preview, self.preview.shown.body
+        time, unit = about(preview.seconds)
+        return (
+            f"{self.file}: {size_words(body)} mm on {len(body.faces):,} triangles; retouch wrap will make "
+            f"about {round(preview.faces, -4):,}, {preview.bytes / 2**20:.2g} MiB as 3MF, in about {time} "
+            f"{unit}."
+        )
 
+
+@by_keywords(WrapOptions)
 def preview_wrap(
-    texture: Source,
-    mesh: str | os.PathLike[str],
-    page: str | os.PathLike[str],
-    *,
-    quiet: bool | None = None,
-    progress: Callable[[Progress], None] | None = None,
-    **options: Unpack[WrapOptions],
+    texture: Source, mesh: str | os.PathLike[str], page: str | os.PathLike[str], options: WrapOptions
 ) -> WrapPreview:
     """Write a page that shows the object with its texture on few triangles, and what the file will come to.
 
@@ -86,7 +93,7 @@ def preview_wrap(
     """
     page = Path(page)
     check_page(page)
-    with followed(progress, quiet), stage("preview"):
+    with followed(options.progress, options.quiet), stage("preview"):
         task = task_of(texture, mesh, without_steered(options))
         with naming(mesh):
             preview = _preview(f"{_name(texture)} on {Path(mesh).stem}", task)

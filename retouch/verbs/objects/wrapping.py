@@ -1,29 +1,33 @@
 """Wrapping: a tile on an object, with the same size in mm everywhere."""
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 
 from relief.ground.errors import InputError, naming
 from relief.ground.files import check_file_to_write, permitted
 from relief.ground.formats import FORMATS
-from relief.ground.progress import Progress
+from relief.ground.options import by_keywords
 from relief.solids.body import Part
 from relief.solids.export.parts import as_written, write_parts
 from relief.solids.export.printed_parts import PrintedPart, print_part
 from relief.solids.meshes import check_solid
 from relief.solids.meshes.solid import check_closed
+from relief.solids.wrapping.lowering import Lowering
 from relief.solids.wrapping.wrap import Wrapped
 from relief.solids.wrapping.wrap import wrap as wrapped_by
-from retouch.verbs.objects.steering import Steered, with_steered, without_steered
-from retouch.verbs.objects.wrap_task import WrapOptions, task_of, told_of
+from retouch.verbs.objects.steering import Steered, with_steered
+from retouch.verbs.objects.wrap_options import WrapOptions
+from retouch.verbs.objects.wrap_task import size_words, task_of, wrap_numbers
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
+
+LEAST_REPORTED = 0.005
+"""Share of the area from which on lines report that lengths in the texture are off there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,22 +57,41 @@ class WrappedObject:
             "faces": len(self.wrapped.body.faces),
             "self_intersections": 0,
             **{name: getattr(self.wrapped, name) for name in names},
-            **told_of(self.wrapped),
+            **wrap_numbers(self.wrapped),
             "steered": [one.as_json() for one in self.steered],
             "print": self.printed and self.printed.as_json(),
             "warnings": list(self.warnings),
             "bytes": self.file.stat().st_size,
         }
 
+    def lines(self) -> list[str]:
+        """Size, triangles and how the texture lies, for a person."""
+        wrapped, size = self.wrapped, size_words(self.wrapped.body)
+        mebibytes = self.file.stat().st_size / 2**20
+        lines = [
+            f"{self.file}: {size} mm, {len(wrapped.body.faces):,} triangles, closed, {mebibytes:.1f} MiB",
+            f"Texture on {wrapped.area_mm2:.0f} mm² with edges of {wrapped.edge_mm:.2g} mm, by "
+            f"{_coordinates(wrapped)}; seams are blended on {100 * wrapped.blended:.0f} % of it.",
+            *(f"{note[0].upper()}{note[1:]}." for note in wrapped.notes),
+        ]
+        if wrapped.off_size >= LEAST_REPORTED:
+            lines.append(
+                f"On {100 * wrapped.off_size:.0f} % of it lengths in the texture are off by more than 10 %, "
+                f"by up to {100 * wrapped.stretch:.0f} %."
+            )
+        if wrapped.lowering.part > 0.0:
+            lines.append(_lowered_line(wrapped.lowering))
+        lines += [one.line() for one in self.steered]
+        if bends := _bending_line(wrapped):
+            lines.append(bends)
+        if self.printed is not None:
+            lines.append(f"As printed by {self.printed.printer.name}: {self.printed.words()}")
+        return lines
 
+
+@by_keywords(WrapOptions)
 def wrap(
-    texture: Source,
-    mesh: str | os.PathLike[str],
-    out: str | os.PathLike[str],
-    *,
-    quiet: bool | None = None,
-    progress: Callable[[Progress], None] | None = None,
-    **options: Unpack[WrapOptions],
+    texture: Source, mesh: str | os.PathLike[str], out: str | os.PathLike[str], options: WrapOptions
 ) -> WrappedObject:
     """Displace the surface of a solid by a texture, and write the solid that comes out.
 
@@ -77,8 +100,6 @@ def wrap(
             name of a bundled one, or the folder of a run.
         mesh: file of a solid (STL, OBJ, PLY, GLB, 3MF), or the name of an object that comes with Retouch.
         out: file to write: .3mf, .stl, .obj, .glb or .ply.
-        options: keywords that state what is done, listed with `retouch.verbs.objects.wrap_task.WrapOptions`.
-        quiet, progress: as in `optimize`.
 
     Raises:
         InputError: the mesh is no solid, a mask cannot be read, an option is out of range or does not go with
@@ -89,8 +110,7 @@ def wrap(
         fault = f"suffix {out.suffix!r} is not one of {', '.join(FORMATS)}"
         raise InputError(f"{out}: {fault}", f"{out}: -o: {fault}")
     check_file_to_write(out)
-    with followed(progress, quiet):
-        task_of(texture, mesh, without_steered(options))
+    with followed(options.progress, options.quiet):
         options, steered = with_steered(texture, mesh, out, options)
         task = task_of(texture, mesh, options)
         with naming(mesh):
@@ -104,3 +124,34 @@ def wrap(
         with permitted(out):
             write_parts(out, [Part(Path(mesh).stem, wrapped.body)])
     return WrappedObject(out, wrapped, task.warnings, printed, tuple(steered))
+
+
+def _coordinates(wrapped: Wrapped) -> str:
+    """What flattens the surface, in words."""
+    kind, count = wrapped.coordinates, wrapped.patches
+    if kind == "patches":
+        return "one patch" if count == 1 else f"{count} patches"
+    return str(kind) if kind == "texture coordinates" else f"a {kind}"
+
+
+def _bending_line(wrapped: Wrapped) -> str | None:
+    """Radii of the object along the texture, as options by which a tile is optimised for them."""
+    radii = {axis: one.radius_mm for axis, one in zip("xy", wrapped.bending, strict=True)}
+    flags = [f"--curved-{axis}-mm {radius:.3g}" for axis, radius in radii.items() if radius is not None]
+    if not flags:
+        return None
+    return f"In the median the object bends as a tile is steered for by retouch optimize {' '.join(flags)}."
+
+
+def _lowered_line(lowering: Lowering) -> str:
+    """On what part of the texture the relief is lowered, how far and where."""
+    line = (
+        f"On {100 * lowering.part:.1f} % the relief is lowered, to {lowering.median_factor:.2f} of its "
+        f"height in the median and {lowering.lowest_factor:.2f} at least, where the object bends too tightly "
+        "or is too thin"
+    )
+    if lowering.places:
+        largest = lowering.places[0]
+        at = ", ".join(f"{value:.1f}" for value in largest.at_mm)
+        line += f"; the largest such place, {largest.area_mm2:.3g} mm², is around ({at}) mm"
+    return line + "."

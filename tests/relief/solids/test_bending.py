@@ -6,6 +6,7 @@ import pytest
 from relief.solids.objects.smooth import ball
 from relief.solids.objects.swept import cylinder
 from relief.solids.wrapping import surfaces
+from relief.solids.wrapping.options import PlacingOptions
 from relief.solids.wrapping.placement import placement_of
 from relief.solids.wrapping.surfaces import Settings
 from relief.solids.wrapping.tiles import Covering, Tile
@@ -21,7 +22,8 @@ def _few_triangles(monkeypatch):
 
 
 def radii(body, **placed):
-    wrapped = wrap(body, [TILE], Settings(edge_mm=1.0, draft=True), placement=placement_of(**placed))
+    placement = placement_of(PlacingOptions(**placed))
+    wrapped = wrap(body, [TILE], Settings(edge_mm=1.0, draft=True), placement=placement)
     return [along.radius_mm for along in wrapped.bending], wrapped.bending
 
 

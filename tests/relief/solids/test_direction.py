@@ -14,6 +14,7 @@ from relief.solids.wrapping.coordinates.closing import closed, told
 from relief.solids.wrapping.coordinates.found import found_coordinates
 from relief.solids.wrapping.coordinates.revolution import found_axis, found_centre
 from relief.solids.wrapping.laying import Layer
+from relief.solids.wrapping.options import PlacingOptions
 from relief.solids.wrapping.placement import Placement, placement_of, turned
 from relief.solids.wrapping.surfaces import BaseSurface, Settings
 from relief.solids.wrapping.tiles import Covering, Tile
@@ -30,6 +31,11 @@ def _coarse(monkeypatch):
 DRAFT = Settings(draft=True, edge_mm=0.6, keep_bottom=False)
 
 
+def placed_by(**options):
+    """The placement that options state."""
+    return placement_of(PlacingOptions(**options))
+
+
 def base_of(body, uv=None, settings=DRAFT):
     return BaseSurface(body, uv, {}, settings)
 
@@ -37,7 +43,7 @@ def base_of(body, uv=None, settings=DRAFT):
 def laid(body, covering=None, uv=None, **options):
     """A texture on a body, the triangles, and the name of its coordinates."""
     base = base_of(body, uv)
-    layer = Layer(base, placement_of(**options), 1.0)
+    layer = Layer(base, placed_by(**options), 1.0)
     (of,) = layer.laid([covering or Covering(waves())])
     return of, base, layer
 
@@ -134,7 +140,9 @@ def test_a_turn_is_counter_clockwise_seen_from_outside():
 def test_an_offset_moves_the_texture_to_its_right_and_its_top(projection):
     base = base_of(box(6.0, 6.0, 3.0))
     plain, moved = (
-        Layer(base, placement_of(projection, along="y", offset_mm=offset), 1.0).laid([Covering(waves())])[0]
+        Layer(base, placed_by(projection=projection, along="y", offset_mm=offset), 1.0).laid(
+            [Covering(waves())]
+        )[0]
         for offset in ("0", "1.5,-0.5")
     )
     kept = plain.layout.laid()
@@ -166,7 +174,7 @@ def test_a_cone_is_no_cylinder_by_itself_and_its_stretch_is_told():
 
     body = narrow(cylinder(7.0, 30.0, 1.5))
     assert found_coordinates(base_of(body), Placement(), None, 2.0).name == "patches"
-    wrapped = wrap(body, [Covering(waves())], DRAFT, placement=placement_of("cylinder"))
+    wrapped = wrap(body, [Covering(waves())], DRAFT, placement=placed_by(projection="cylinder"))
     assert wrapped.coordinates == "cylinder"
     assert 0.3 < wrapped.off_size < 0.9 and 0.2 < wrapped.stretch < 0.5
 
@@ -203,7 +211,7 @@ def badge(size_mm=6.0):
 @pytest.mark.parametrize("projection", ["auto", "plane"])
 def test_a_badge_lies_once_around_its_place_and_ends_over_the_falloff(projection):
     settings = Settings(edge_mm=0.3, falloff_mm=0.8, draft=True)
-    placement = placement_of(projection, at="-3,2,2.5", along="y")
+    placement = placed_by(projection=projection, at="-3,2,2.5", along="y")
     wrapped = wrap(box(16.0, 14.0, 5.0), [badge()], settings, placement=placement)
     check_solid(wrapped.body, "badge")
     moved = np.linalg.norm(wrapped.body.vertices - wrapped.original.vertices, axis=1)
@@ -250,7 +258,7 @@ def test_a_badge_lies_on_a_tile_whose_texture_stays_around_it():
 @pytest.mark.slow
 def test_a_badge_on_a_cylinder_lies_on_one_side_of_it():
     settings = Settings(edge_mm=0.6, draft=True)
-    placement = placement_of("cylinder", at=(-9.0, 0.0, 15.0))
+    placement = placed_by(projection="cylinder", at=(-9.0, 0.0, 15.0))
     wrapped = wrap(cylinder(9.0, 30.0, 1.5), [badge(10.0)], settings, placement=placement)
     moved = np.linalg.norm(wrapped.body.vertices - wrapped.original.vertices, axis=1) > 0.0
     places = wrapped.original.vertices[moved]
@@ -260,7 +268,7 @@ def test_a_badge_on_a_cylinder_lies_on_one_side_of_it():
 
 def test_texture_coordinates_are_taken_however_they_stretch_where_stated():
     def coordinates(base, **options):
-        return found_coordinates(base, placement_of(**options), None, 2.0).name
+        return found_coordinates(base, placed_by(**options), None, 2.0).name
 
     body, uv = uv_box()
     body = Body(0.4 * body.vertices, body.faces)
@@ -278,7 +286,7 @@ def test_texture_coordinates_are_taken_however_they_stretch_where_stated():
 def test_a_direction_that_lies_nowhere_in_the_surface_is_refused():
     base = base_of(box(12.0, 12.0, 4.0), settings=Settings(mask="angle<10", draft=True))
     with pytest.raises(InputError, match="along: 0, 0, 1 points out of the surface everywhere"):
-        found_coordinates(base, placement_of(along="z"), None, 2.0)
+        found_coordinates(base, placed_by(along="z"), None, 2.0)
 
 
 @pytest.mark.parametrize(
@@ -303,12 +311,12 @@ def test_a_direction_that_lies_nowhere_in_the_surface_is_refused():
 )
 def test_what_is_no_placement_is_refused(options, message):
     with pytest.raises(InputError, match=message):
-        placement_of(**options)
+        placed_by(**options)
 
 
 def test_directions_and_lengths_are_texts_or_numbers():
-    assert placement_of(along="-Z").along == (-0.0, -0.0, -1.0)
-    assert placement_of(along=[1.0, 2.0, 3.0]).along == (1.0, 2.0, 3.0)
-    assert placement_of(at="middle") == Placement(once=True)
-    assert placement_of(offset_mm=2).offset_mm == (2.0, 0.0)
-    assert placement_of(offset_mm="2,-1").offset_mm == placement_of(offset_mm=(2, -1)).offset_mm
+    assert placed_by(along="-Z").along == (-0.0, -0.0, -1.0)
+    assert placed_by(along=[1.0, 2.0, 3.0]).along == (1.0, 2.0, 3.0)
+    assert placed_by(at="middle") == Placement(once=True)
+    assert placed_by(offset_mm=2).offset_mm == (2.0, 0.0)
+    assert placed_by(offset_mm="2,-1").offset_mm == placed_by(offset_mm=(2, -1)).offset_mm

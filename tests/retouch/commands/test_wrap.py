@@ -1,9 +1,8 @@
 """`retouch wrap`: objects and files with a tile, masks and regions; bad input in one line."""
 
-import inspect
 import json
 import re
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,18 +10,12 @@ import trimesh
 from manifold3d import Manifold
 
 import retouch
-from relief.ground.lengths import Lengths
 from relief.heightmap import save_heights_exr
 from relief.solids.body import stl
 from relief.solids.meshes import read_mesh
 from relief.solids.objects.table import OBJECTS
-from relief.solids.wrapping.placement import PROJECTIONS, placement_of
-from relief.solids.wrapping.surfaces import Settings
 from retouch.commands.main import BAD_INPUT, main
 from retouch.commands.wrap import OBJECTS as NAMED
-from retouch.commands.wrap import PLACING as OF_COMMAND
-from retouch.commands.wrap import PROJECTIONS as CHOICES
-from retouch.verbs.objects.wrap_task import PLACING, Repair, WrapOptions
 from tests.relief.solids.meshes.test_outer import solid
 
 FEW = ("--edge-mm", "0.8")
@@ -137,17 +130,7 @@ def test_a_texture_whose_sides_do_not_fit_is_placed_once_and_that_is_told(capsys
     )
 
 
-def test_one_list_of_options_is_that_of_command_preview_and_python():
-    settings = {field.name for field in fields(Settings)} - {"draft", "holes", "crosses", "finest_mm"}
-    placing = set(inspect.signature(placement_of).parameters)
-    repair = {field.name for field in fields(Repair)}
-    lengths = set(Lengths.__annotations__)
-    assert set(WrapOptions.__annotations__) == settings | placing | repair | lengths | {
-        "units",
-        "regions",
-        "printer",
-    }
-    assert set(PLACING) == set(OF_COMMAND) == placing
+def test_an_unknown_keyword_is_refused():
     with pytest.raises(TypeError, match="unexpected keyword argument 'masks'"):
         retouch.wrap("waves.exr", "box.stl", "out.stl", masks="z>0")  # type: ignore[call-arg]
 
@@ -290,4 +273,3 @@ def test_what_is_checked_is_what_the_file_holds(suffix):
 
 def test_the_help_names_the_objects_there_are():
     assert tuple(NAMED.split(", ")) == tuple(OBJECTS)
-    assert CHOICES == PROJECTIONS

@@ -1,0 +1,269 @@
+"""Options of verbs, each declared once: a field of a frozen dataclass, `Annotated` with its `Option`.
+
+`add_options` makes the fields options of the command line and `given` reads them back; `by_keywords` makes
+them keywords of a Python function; `checked` refuses values out of range; `words` writes a command line and
+`overrides` keys of a run file. The app's fields take label, unit, range and help from the same place.
+
+The dataclasses stand in modules that import nothing heavy, because `--help` imports them all. What no field
+can state (a check of several options, a file that is read) stays with the verb; what no row of argparse can
+(positional arguments, `-D`) stays plain argparse.
+"""
+
+import functools
+import inspect
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import MISSING, Field, dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar, get_args
+
+from relief.ground.errors import InputError
+from relief.ground.formatting import plain
+
+if TYPE_CHECKING:
+    import argparse
+
+    from relief.ground.progress import Progress
+
+A = TypeVar("A")
+B = TypeVar("B")
+C = TypeVar("C")
+Kind = TypeVar("Kind")
+Result = TypeVar("Result")
+Keywords = ParamSpec("Keywords")
+
+
+@dataclass(frozen=True)
+class Option:
+    """How a field of a dataclass is an option.
+
+    Attributes:
+        help: what the option does, without its default.
+        usage: placeholder of the value in the help, such as "MM"; with another flag than the field's name
+            gives, "--turn DEGREES". Empty: as argparse makes it.
+        range: least and greatest number, both allowed; None: any.
+        choices: the only values, in order.
+        default: what holds where the option is not given, in words; None: the field's default, "" for none.
+        read: from the text on the command line to the value; None: by the field's type.
+        several: whether the option may be given several times.
+        alone: name of a set of options of which one at most may be given.
+        key: dotted key of the run file that the option sets.
+        label: name of the app's field.
+    """
+
+    help: str
+    usage: str = ""
+    range: tuple[float, float] | None = None
+    choices: tuple[str, ...] = ()
+    default: str | None = None
+    read: Callable[[str], object] | None = None
+    several: bool = False
+    alone: str = ""
+    key: str = ""
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class Declared:
+    """A field that is an option.
+
+    Attributes:
+        name: of the field, the argument and the keyword.
+        type: of a value that is given.
+        value: where nothing is given.
+        option: how the field is an option.
+        group: heading in the help; "" for none.
+    """
+
+    name: str
+    type: type
+    value: Any
+    option: Option
+    group: str
+
+    @property
+    def flag(self) -> str:
+        """The option on the command line."""
+        flag = self.option.usage.partition(" ")[0]
+        return flag if flag.startswith("--") else f"--{self.name.replace('_', '-')}"
+
+    @property
+    def unit(self) -> str | None:
+        """Placeholder of the value in the help."""
+        return self.option.usage.removeprefix(self.flag).strip() or None
+
+    def check(self, value: Any) -> None:
+        """Raise InputError, which begins with the name, if a value is out of range or no choice."""
+        option = self.option
+        if option.choices and value not in option.choices:
+            fault = f"{plain(str(value)[:160])!r} is not one of {', '.join(option.choices)}"
+            raise InputError(f"{self.name}: {fault}")
+        low, high = option.range or (-math.inf, math.inf)
+        if option.range and not low <= value <= high:
+            raise InputError(f"{self.name}: {value:g} is outside [{low:g}, {high:g}]")
+
+
+def declared(options: type) -> dict[str, Declared]:
+    """Fields of a dataclass that are options, by name; those of the first base come first.
+
+    A base is a group of the help: its attribute `GROUP`, if it has one, is the heading.
+    """
+    by_name = {field.name: field for field in fields(options)}
+    return {
+        name: _declared(by_name[name], getattr(base, "GROUP", ""))
+        for base in _groups(options)
+        for name, annotation in inspect.get_annotations(base).items()
+        if hasattr(annotation, "__metadata__")
+    }
+
+
+def _groups(options: type) -> Iterator[type]:
+    """The class and its bases, the class last and its bases in the order in which they are named."""
+    yield from (base for base in options.__mro__[1:] if base is not object)
+    yield options
+
+
+def _declared(field: "Field[Any]", group: str) -> Declared:
+    annotation: Any = field.type
+    (option,) = annotation.__metadata__
+    known = (bool, int, float, str, Path)
+    value_type = annotation.__origin__
+    types = [one for one in (value_type, *get_args(value_type)) if one in known]
+    value = None if field.default is MISSING else field.default
+    return Declared(field.name, types[0] if types else str, value, option, group)
+
+
+def add_options(parser: "argparse.ArgumentParser", options: type, *left_out: str) -> None:
+    """Add the options of a dataclass to a parser, None where not given, but for those that are left out."""
+    groups: dict[str, Any] = {"": parser}
+    alone: dict[str, Any] = {}
+    for one in declared(options).values():
+        if one.name in left_out:
+            continue
+        if one.group not in groups:
+            groups[one.group] = parser.add_argument_group(one.group)
+        place = groups[one.group]
+        if rivals := one.option.alone:
+            place = alone.setdefault(rivals, None) or place.add_mutually_exclusive_group()
+            alone[rivals] = place
+        place.add_argument(one.flag, dest=one.name, help=_help(one), **_settings(one))
+
+
+def _settings(one: Declared) -> dict[str, Any]:
+    """Keywords of `add_argument` for an option."""
+    if one.type is bool and one.option.read is None:
+        return {"action": "store_const", "const": not one.value}
+    settings: dict[str, Any] = {"type": one.option.read or one.type, "metavar": one.unit}
+    if one.option.choices:
+        settings["choices"] = one.option.choices
+    return settings | ({"action": "append"} if one.option.several else {})
+
+
+def _help(one: Declared) -> str:
+    default = one.option.default
+    if default is None and one.type is not bool and isinstance(one.value, int | float | str):
+        default = f"{one.value:g}" if isinstance(one.value, float) else str(one.value)
+    return f"{one.option.help} (default: {default})" if default else one.option.help
+
+
+def given(arguments: "argparse.Namespace", options: type) -> dict[str, Any]:
+    """The options of a dataclass that are given, by name."""
+    values = {name: getattr(arguments, name, None) for name in declared(options)}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def checked(options: object) -> None:
+    """Raise InputError for the first value that is out of its range; None is never checked."""
+    for name, one in declared(type(options)).items():
+        if (value := getattr(options, name)) is not None:
+            one.check(value)
+
+
+def part(options: object, kind: type[Kind]) -> Kind:
+    """The value of a dataclass whose fields are among those of another."""
+    return kind(**{field.name: getattr(options, field.name) for field in fields(kind) if field.init})  # type: ignore[arg-type]
+
+
+def words(options: object) -> list[str]:
+    """The command line of the options that differ from their defaults."""
+    line = []
+    for name, one in declared(type(options)).items():
+        value = getattr(options, name)
+        if value != one.value and value is not None:
+            text = f"{value:g}" if isinstance(value, float) else str(value)
+            line += [one.flag] if one.type is bool else [f"{one.flag}={text}"]
+    return line
+
+
+def overrides(options: type, values: Mapping[str, Any]) -> list[str]:
+    """Values as overrides `key=value` of a run file, whose strings TOML shares with JSON."""
+    keys = {name: one.option.key for name, one in declared(options).items()}
+    return [f"{keys[name]}={literal(value)}" for name, value in values.items() if keys.get(name)]
+
+
+def literal(value: object) -> str:
+    """A value as TOML: a number, true, false, or a string."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(value) if isinstance(value, int | float) else json.dumps(str(value), ensure_ascii=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shown:
+    """How a Python function shows its progress.
+
+    Attributes:
+        quiet: False shows progress on stderr, True nothing; None, a bar in a notebook and nothing elsewhere.
+        progress: called with the progress, in place of showing it.
+    """
+
+    quiet: bool | None = None
+    progress: "Callable[[Progress], None] | None" = None
+
+
+def _describe(called: Any, function: Callable[..., Any], options: Any) -> None:
+    """Give a function that takes options as keywords the signature and the documentation of them."""
+    own = inspect.signature(function)
+    parameters = [parameter for parameter in own.parameters.values() if parameter.name != "options"]
+    for keyword in inspect.signature(options).parameters.values():
+        annotation = getattr(keyword.annotation, "__origin__", keyword.annotation)
+        parameters.append(keyword.replace(annotation=annotation))
+    called.__signature__ = own.replace(parameters=parameters)
+    lines = [
+        f"    {name}: {'False: ' * (one.value is True)}{_help(one)}."
+        for name, one in declared(options).items()
+    ]
+    lines += ["    quiet, progress: how progress is shown, as in `optimize`."] * hasattr(options, "quiet")
+    called.__doc__ = "\n".join((inspect.getdoc(function) or "", "", "Keywords:", *lines))
+
+
+def by_keywords(
+    options: Callable[Keywords, Kind],
+) -> Callable[[Callable[[A, B, C, Kind], Result]], Callable[Concatenate[A, B, C, Keywords], Result]]:
+    """Let a function of three arguments and `options` take the options as keywords.
+
+    Args:
+        options: a dataclass of keywords, which mypy and editors then know as those of the function.
+    """
+    names = set(inspect.signature(options).parameters)
+
+    def with_keywords(
+        function: Callable[[A, B, C, Kind], Result],
+    ) -> Callable[Concatenate[A, B, C, Keywords], Result]:
+        @functools.wraps(function)
+        def called(*arguments: Any, **keywords: Any) -> Result:
+            own = {name: value for name, value in keywords.items() if name not in names}
+            chosen = {name: value for name, value in keywords.items() if name in names}
+            return function(*arguments, options=options(**chosen), **own)  # type: ignore[call-arg]
+
+        own = inspect.signature(function)
+        parameters = [parameter for parameter in own.parameters.values() if parameter.name != "options"]
+        parameters += inspect.signature(options).parameters.values()
+        called.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
+        lines = [f"    {name}: {_help(one)}." for name, one in declared(options).items()]  # type: ignore[arg-type]
+        lines += ["    quiet, progress: how progress is shown, as in `optimize`."] * hasattr(options, "quiet")
+        called.__doc__ = "\n".join((f"{function.__doc__ or ''}\n\nKeywords:", *lines))
+        return called
+
+    return with_keywords

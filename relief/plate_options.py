@@ -1,0 +1,63 @@
+"""Options of the verbs that take a height map: its lengths, whether it repeats, and the printer."""
+
+import argparse
+from dataclasses import dataclass
+from typing import Annotated
+
+from relief.ground.limits import (
+    LARGEST_HEIGHT_SCALE,
+    LARGEST_PLATE_MM,
+    LARGEST_RELIEF_MM,
+    SMALLEST_PLATE_MM,
+    SMALLEST_RELIEF_MM,
+)
+from relief.ground.options import Option
+from relief.printers import PRINTERS, is_printer_file
+
+PLATE_MM = (SMALLEST_PLATE_MM, LARGEST_PLATE_MM)
+RELIEF_MM = (SMALLEST_RELIEF_MM, LARGEST_RELIEF_MM)
+SCALE = (1.0 / LARGEST_HEIGHT_SCALE, LARGEST_HEIGHT_SCALE)
+LONGEST_NAME = 40
+"""Most characters that a message repeats of a name."""
+
+
+def size_option(what: str, default: str) -> Option:
+    """The option of a width; `what` is as wide, and `default` where nothing is given."""
+    return Option(f"{what}, mm", "MM", PLATE_MM, default=default, label="Width")
+
+
+def relief_option(default: str) -> Option:
+    """The option of the height of a picture's white."""
+    text = "height of white above black in a picture, mm"
+    return Option(text, "MM", RELIEF_MM, default=default, label="Relief")
+
+
+def height_scale_option(default: str) -> Option:
+    """The option of the unit of a file of heights."""
+    text = "mm for a height of 1 in EXR, NPY and float TIFF"
+    return Option(text, "FACTOR", SCALE, default=default)
+
+
+def printer_option(what: str, default: str = "none") -> Option:
+    """The option of a printer, with which `what` is done."""
+    text = f"{what}: {', '.join(PRINTERS)}, or a printer file (.toml)"
+    default = f"{default}; docs/printing.md has their numbers"
+    return Option(text, "PRINTER", default=default, read=printer, label="Printer")
+
+
+def printer(text: str) -> str:
+    """Read the name of a printer, or of a printer file. Raises argparse.ArgumentTypeError."""
+    if text not in PRINTERS and not is_printer_file(text):
+        raise argparse.ArgumentTypeError(
+            f"{text[:LONGEST_NAME]!r} is none of {', '.join(PRINTERS)}, nor a printer file (.toml)"
+        )
+    return text
+
+
+@dataclass(frozen=True, kw_only=True)
+class TileOptions:
+    """Lengths of a tile, None where its file says them."""
+
+    size_mm: Annotated[float | None, size_option("width of one tile", "the texture's header, or 10")] = None
+    relief_mm: Annotated[float | None, relief_option("the texture's header")] = None
+    height_scale: Annotated[float | None, height_scale_option("1")] = None

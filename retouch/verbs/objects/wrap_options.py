@@ -1,0 +1,52 @@
+"""Options of `retouch wrap`, and keywords of `retouch.wrap` and `retouch.preview_wrap`."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from relief.ground.options import Option, Shown
+from relief.plate_options import TileOptions, printer_option
+from relief.solids.wrapping.options import MeshOptions, PlacingOptions, SurfaceOptions
+
+if TYPE_CHECKING:
+    from relief.printers import Printer
+    from retouch.verbs.reliefs import Source
+
+
+def region(text: str) -> tuple[str, Path | float]:
+    """Read MASK=TEXTURE, or MASK=CHANGE with a change of feel in JND. Raises argparse.ArgumentTypeError."""
+    mask, equals, texture = (part.strip() for part in text.rpartition("="))
+    if not (equals and mask and texture):
+        raise argparse.ArgumentTypeError(f"{text!r}: expected MASK=TEXTURE, as in odd=grass-tile, or odd=+2")
+    if texture[0] in "+-":
+        try:
+            return mask, float(texture)
+        except ValueError:
+            pass
+    return mask, Path(texture)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrapOptions(Shown, TileOptions, MeshOptions, SurfaceOptions, PlacingOptions):
+    """How a tile is laid over an object."""
+
+    GROUP: ClassVar = SurfaceOptions.GROUP
+
+    regions: Annotated[
+        Sequence[tuple[str, "Source | float"]],
+        Option(
+            "another texture where the mask is; or the change of feel in just-noticeable differences, as in "
+            "odd=+2, for which the texture is optimised; may be given several times, later ones lie on top",
+            "--region MASK=TEXTURE",
+            read=region,
+            several=True,
+        ),
+    ] = ()
+    printer: Annotated[
+        "str | Printer | None",
+        printer_option(
+            "triangles no finer than this printer shows, and what it makes of the object in layers across z"
+        ),
+    ] = None
