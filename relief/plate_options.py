@@ -21,28 +21,28 @@ LONGEST_NAME = 40
 """Most characters that a message repeats of a name."""
 
 
-def size_option(what: str, default: str) -> Option:
+def size_option(what: str, default: str, key: str = "") -> Option:
     """The option of a width; `what` is as wide, and `default` where nothing is given."""
-    return Option(f"{what}, mm", "MM", PLATE_MM, default=default, label="Width")
+    return Option(f"{what}, mm", "MM", PLATE_MM, default=default, key=key, label="Width")
 
 
-def relief_option(default: str) -> Option:
+def relief_option(default: str, key: str = "") -> Option:
     """The option of the height of a picture's white."""
     text = "height of white above black in a picture, mm"
-    return Option(text, "MM", RELIEF_MM, default=default, label="Relief")
+    return Option(text, "MM", RELIEF_MM, default=default, key=key, label="Relief")
 
 
-def height_scale_option(default: str) -> Option:
+def height_scale_option(default: str, key: str = "") -> Option:
     """The option of the unit of a file of heights."""
     text = "mm for a height of 1 in EXR, NPY and float TIFF"
-    return Option(text, "FACTOR", SCALE, default=default)
+    return Option(text, "FACTOR", SCALE, default=default, key=key)
 
 
-def printer_option(what: str, default: str = "none") -> Option:
+def printer_option(what: str, default: str = "none", key: str = "") -> Option:
     """The option of a printer, with which `what` is done."""
     text = f"{what}: {', '.join(PRINTERS)}, or a printer file (.toml)"
     default = f"{default}; docs/printing.md has their numbers"
-    return Option(text, "PRINTER", default=default, read=printer, label="Printer")
+    return Option(text, "PRINTER", default=default, read=printer, key=key, label="Printer")
 
 
 def printer(text: str) -> str:

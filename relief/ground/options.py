@@ -9,6 +9,7 @@ can state (a check of several options, a file that is read) stays with the verb;
 (positional arguments, `-D`) stays plain argparse.
 """
 
+import argparse
 import functools
 import inspect
 import json
@@ -22,10 +23,10 @@ from relief.ground.errors import InputError
 from relief.ground.formatting import plain
 
 if TYPE_CHECKING:
-    import argparse
-
     from relief.ground.progress import Progress
 
+LONGEST_NUMBER = 40
+"""Most characters of a whole number."""
 A = TypeVar("A")
 B = TypeVar("B")
 C = TypeVar("C")
@@ -134,7 +135,7 @@ def _declared(field: "Field[Any]", group: str) -> Declared:
     return Declared(field.name, types[0] if types else str, value, option, group)
 
 
-def add_options(parser: "argparse.ArgumentParser", options: type, *left_out: str) -> None:
+def add_options(parser: argparse.ArgumentParser, options: type, *left_out: str) -> None:
     """Add the options of a dataclass to a parser, None where not given, but for those that are left out."""
     groups: dict[str, Any] = {"": parser}
     alone: dict[str, Any] = {}
@@ -147,17 +148,46 @@ def add_options(parser: "argparse.ArgumentParser", options: type, *left_out: str
         if rivals := one.option.alone:
             place = alone.setdefault(rivals, None) or place.add_mutually_exclusive_group()
             alone[rivals] = place
-        place.add_argument(one.flag, dest=one.name, help=_help(one), **_settings(one))
+        _add(place, one)
+
+
+def add_option(place: argparse._ActionsContainer, name: str, option: Option, kind: type = str) -> None:
+    """Add one option, None where not given, whose values are of a kind."""
+    _add(place, Declared(name, kind, None, option, ""))
+
+
+def _add(place: argparse._ActionsContainer, one: Declared) -> None:
+    place.add_argument(one.flag, dest=one.name, help=_help(one), **_settings(one))
 
 
 def _settings(one: Declared) -> dict[str, Any]:
     """Keywords of `add_argument` for an option."""
     if one.type is bool and one.option.read is None:
         return {"action": "store_const", "const": not one.value}
-    settings: dict[str, Any] = {"type": one.option.read or one.type, "metavar": one.unit}
+    read = one.option.read or one.type
+    if read is int and one.option.range:
+        read = whole_number(*map(int, one.option.range))
+    settings: dict[str, Any] = {"type": read, "metavar": one.unit}
     if one.option.choices:
         settings["choices"] = one.option.choices
     return settings | ({"action": "append"} if one.option.several else {})
+
+
+def whole_number(lowest: int, highest: int) -> Callable[[str], int]:
+    """A function that reads a whole number from `lowest` to `highest`, both included.
+
+    The function raises argparse.ArgumentTypeError for any other text.
+    """
+
+    def read(text: str) -> int:
+        # Python turns no more than some thousand digits into a number.
+        if not (text.isdecimal() and len(text) <= LONGEST_NUMBER and lowest <= int(text) <= highest):
+            raise argparse.ArgumentTypeError(
+                f"{text[:LONGEST_NUMBER]!r} is not a whole number from {lowest} to {highest}"
+            )
+        return int(text)
+
+    return read
 
 
 def _help(one: Declared) -> str:
@@ -167,7 +197,7 @@ def _help(one: Declared) -> str:
     return f"{one.option.help} (default: {default})" if default else one.option.help
 
 
-def given(arguments: "argparse.Namespace", options: type) -> dict[str, Any]:
+def given(arguments: argparse.Namespace, options: type) -> dict[str, Any]:
     """The options of a dataclass that are given, by name."""
     values = {name: getattr(arguments, name, None) for name in declared(options)}
     return {name: value for name, value in values.items() if value is not None}

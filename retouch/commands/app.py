@@ -6,10 +6,11 @@ from pathlib import Path
 
 from mitsuba_scenes import find_texture
 from relief.ground.errors import InputError
-from retouch.commands.options import whole_number
+from relief.ground.options import whole_number
 
 PORT = 8642
 """Port where none is given; none of the registered services of common machines has it."""
+
 
 HELP = "make, feel, run and compare on a page in the browser"
 DESCRIPTION = """\

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import retouch
 from mitsuba_scenes import find_texture
+from mitsuba_scenes.fingers import DEFAULT_SKIN
 from relief.ground.errors import InputError
 from relief.ground.files import check_file_to_write
 from relief.ground.formatting import number, percent
@@ -79,7 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="layer",
         help="model of touch: layer (elastic layer, default), quick, net, fem (finite elements)",
     )
-    add_skin(parser, "the run's, or ")
+    add_skin(parser, f"the run's, or {DEFAULT_SKIN}")
     add_talk(parser, "every number")
 
     pictures = parser.add_argument_group("the pictures")

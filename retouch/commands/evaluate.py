@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import retouch
 from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
+from optimize.settings.run_options import CURVED
 from relief.ground.errors import InputError, naming
 from relief.ground.formats import MESHES
 from relief.ground.formatting import number, percent
@@ -18,7 +19,6 @@ from relief.printers import find_printer
 from relief.surface import Repeats, repeats_along
 from retouch.commands.mesh_entries import add_meshes, check_mesh_options, is_mesh, mesh_lines
 from retouch.commands.options import (
-    CURVED,
     LENGTHS,
     TEXTURE,
     add_curved,

@@ -202,7 +202,9 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     for name, verb in VERBS.items():
         texts = {"help": verb.HELP, "description": verb.DESCRIPTION, "epilog": verb.EPILOG}
         parsers[name] = verbs.add_parser(name, **texts)
-        verb.add_arguments(parsers[name])
+        # Options of other verbs are asked for only where the verb does not come first.
+        if not argv or argv[0] not in (*VERBS.keys() - {name}, "-h", "--help", "--version"):
+            verb.add_arguments(parsers[name])
     if not argv or argv[0] not in VERBS:
         return parser.parse_args(argv)
     parser = parsers[argv[0]]

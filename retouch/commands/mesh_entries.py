@@ -5,10 +5,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from optimize.settings.run_options import CURVED
 from relief.ground.errors import InputError
 from relief.ground.formats import MESHES, UNITS
 from relief.ground.formatting import number
-from retouch.commands.options import CURVED, LENGTHS
+from retouch.commands.options import LENGTHS
 
 
 def is_mesh(path: Path) -> bool:

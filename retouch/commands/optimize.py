@@ -1,7 +1,6 @@
 """`retouch optimize`: one run, by a run file, by a texture, or by a scene with a texture."""
 
 import argparse
-import json
 import os
 import shlex
 from collections.abc import Iterable
@@ -13,27 +12,21 @@ from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from optimize.descent.stop_reason import StopReason
 from optimize.runs.interrupts import INTERRUPTED
 from optimize.settings.fast_models import FAST_MODELS
+from optimize.settings.run_options import RunOptions, run_overrides, states_a_target
 from relief.ground.errors import InputError
 from relief.ground.formats import HEIGHT_MAPS, RUN_CHECKPOINT
+from relief.ground.options import add_options, given, literal
 from retouch.commands.options import (
-    CURVED,
     TEXTURE,
-    add_curved,
-    add_distance,
     add_mitsuba,
-    add_plate,
-    add_printer,
     add_repeats,
-    add_skin,
     add_talk,
     console,
     contact_errors_name,
     lines_table,
     print_json,
-    seed,
 )
 from retouch.commands.summary import summary
-from retouch.commands.target_options import add_target, check_target, target_overrides
 
 if TYPE_CHECKING:
     from optimize.verification.verification import Verification
@@ -69,13 +62,6 @@ the pictures before and after, and result.json with every number; -v prints more
 
 {STATUSES}"""
 
-_SETTINGS = {
-    **{name: name for name in ("size_mm", "relief_mm", "height_scale", "seed")},
-    "distance_cm": "verify.distance_cm",
-    **{name: f"touch.{name}" for name in CURVED},
-}
-"""Key in the run file of each option that takes a number."""
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
@@ -99,34 +85,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_talk(parser, "the content of result.json, with the files written,")
 
-    add_target(parser)
-
-    plate = parser.add_argument_group("the plate")
-    plate.add_argument(
-        "--texture",
-        type=Path,
-        help="texture instead of the run file's, or for a scene",
-    )
-    plate.add_argument(
-        "--scene",
-        type=Path,
-        help=f"Mitsuba scene (.xml); a bundled one goes by its name (default: the run file's, or "
-        f"{DEFAULT_SCENE})",
-    )
-    add_plate(plate, "the run file's", "the scene's")
-    add_repeats(plate, "the run file's")
-
-    finger = parser.add_argument_group("the finger")
-    add_skin(finger, "the run file's, or ")
-    add_curved(finger, "the run file's, or straight")
-    add_printer(
-        plate,
-        "compare the prints of original and result, and give a relief that this printer makes",
-        "the run file's, or none",
-    )
-
-    details = parser.add_argument_group("details")
-    details.add_argument(
+    add_options(parser, RunOptions)
+    plain = parser.add_argument_group("more")
+    add_repeats(plain, "the run file's")
+    plain.add_argument(
         "--set",
         dest="settings",
         action="append",
@@ -135,23 +97,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="any key of the run file, as in descent.steps=20 or touch.force_n=2; may be given several "
         "times; overrides every other option",
     )
-    details.add_argument(
-        "--fast",
-        action="store_true",
-        help="compute each step with the fast models (touch quick; look fast, or exact light in a scene that "
-        "the fast look cannot show); the verification stays exact",
-    )
-    details.add_argument(
-        "--no-baseline",
-        dest="baseline",
-        action="store_false",
-        help="leave out the comparison with the relief scaled in height from the report",
-    )
-    details.add_argument(
-        "--seed", type=seed, metavar="N", help="seed of all random numbers (default: the run file's, or 0)"
-    )
-    add_distance(details)
-    add_mitsuba(details)
+    add_mitsuba(plain)
 
 
 def after_interrupt(arguments: argparse.Namespace) -> str:
@@ -190,7 +136,10 @@ def load(arguments: argparse.Namespace) -> "Run":
     settings, shared = overrides(arguments), FAST_MODELS if arguments.fast else ()
     if texture is None:
         return retouch.load_run(source, settings, shared=shared)
-    check_target(source, settings)
+    if not states_a_target(settings):
+        raise InputError(
+            f"{source}: no target: give --roughness, --jnd, --feel-of, or one for the contact area"
+        )
     return retouch.run_from_scene(scene, texture, settings, shared=shared)
 
 
@@ -217,24 +166,15 @@ def _scene_and_texture(arguments: argparse.Namespace) -> tuple[Path, Path | None
 
 
 def overrides(arguments: argparse.Namespace) -> list[str]:
-    """The options as overrides of a run file, `--set` last."""
-    settings = [
-        f"{key}={getattr(arguments, option)!r}"
-        for option, key in _SETTINGS.items()
-        if getattr(arguments, option) is not None
-    ]
-    settings += target_overrides(arguments)
-    files = {"scene": arguments.scene, "texture": arguments.texture, "touch.skin": arguments.skin}
-    settings += [f"{key}={_quoted(str(file))}" for key, file in files.items() if file is not None]
-    if arguments.printer is not None:
-        settings.append(f"print.printer={_quoted(arguments.printer)}")
-    settings += [f"define.{key}={_quoted(value)}" for key, value in arguments.defines]
+    """The options as overrides of a run file, `--set` last. Raises InputError if `--feel-of` is no file."""
+    values = given(arguments, RunOptions)
+    # The folder of a run is left to the run file's reader, which also asks whether its result is a tile.
+    if (other := values.get("feel_of")) and not other.is_dir():
+        values["feel_of"] = find_texture(other)
+    settings = run_overrides(values)
+    settings += [f"define.{key}={literal(value)}" for key, value in arguments.defines]
     if arguments.repeats is not None:
-        settings.append(f"repeats={json.dumps(arguments.repeats)}")
-    if arguments.fast:
-        settings += [f"{key}={_quoted(value)}" for key, value in FAST_MODELS.items()]
-    if not arguments.baseline:
-        settings.append("verify.baseline=false")
+        settings.append(f"repeats={literal(arguments.repeats)}")
     return [*settings, *arguments.settings]
 
 
@@ -276,8 +216,3 @@ def _refuse_inputs_in(out: Path, inputs: Iterable[Path]) -> None:
 
 def _is_run_file(path: Path) -> bool:
     return path.suffix.lower() == ".toml"
-
-
-def _quoted(text: str) -> str:
-    """A TOML string: the same as a JSON string in which only what must be escaped is escaped."""
-    return json.dumps(text, ensure_ascii=False)

@@ -6,15 +6,17 @@ import json
 import logging
 import math
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import retouch
-from mitsuba_scenes.fingers import DEFAULT_SKIN, bundled_skins
+from mitsuba_scenes.fingers import DEFAULT_SKIN
+from optimize.settings.run_options import curved_options, distance_option, skin_option
 from relief.ground.errors import InputError
-from relief.ground.limits import EYE_DISTANCE_CM, PATCH_SIDE_MM
-from relief.printers import PRINTERS, is_printer_file
+from relief.ground.limits import PATCH_SIDE_MM
+from relief.ground.options import add_option, whole_number
+from relief.plate_options import height_scale_option, printer_option, relief_option, size_option
 from retouch.verbs.progress_display import console_on
 
 if TYPE_CHECKING:
@@ -34,8 +36,6 @@ TEXTURE = (
 LENGTHS = ("size_mm", "relief_mm", "height_scale")
 """Options of `add_plate`, by the names of arguments."""
 MOST_WORKERS = 1024
-LONGEST_NUMBER = 40
-"""Most characters of a whole number."""
 PACKAGES = ("relief", "tactile", "visual", "surrogate", "optimize", "retouch", "mitsuba_scenes")
 """Packages whose steps `-v` tells; others tell warnings only."""
 
@@ -60,23 +60,6 @@ def count(text: str) -> int:
 def seed(text: str) -> int:
     """Read a seed, 0 to 2**31 - 1. Raises argparse.ArgumentTypeError."""
     return whole_number(0, 2**31 - 1)(text)
-
-
-def whole_number(lowest: int, highest: int) -> Callable[[str], int]:
-    """A function that reads a whole number from `lowest` to `highest`, both included.
-
-    The function raises argparse.ArgumentTypeError for any other text.
-    """
-
-    def read(text: str) -> int:
-        # Python turns no more than some thousand digits into a number.
-        if not (text.isdecimal() and len(text) <= LONGEST_NUMBER and lowest <= int(text) <= highest):
-            raise argparse.ArgumentTypeError(
-                f"{text[:LONGEST_NUMBER]!r} is not a whole number from {lowest} to {highest}"
-            )
-        return int(text)
-
-    return read
 
 
 def add_talk(parser: argparse.ArgumentParser, document: str | None = None, quiet: bool = True) -> None:
@@ -136,30 +119,18 @@ def _finite(content: Any) -> Any:
 
 
 def add_plate(
-    parser: argparse._ActionsContainer,
-    first: str = "",
-    size: str = f"{PATCH_SIDE_MM:g}",
-    side: str = "side of the plate",
+    parser: argparse._ActionsContainer, size: str = f"{PATCH_SIDE_MM:g}", side: str = "side of the plate"
 ) -> None:
     """Add `--size-mm`, `--relief-mm` and `--height-scale`, None where not given.
 
     Args:
         parser: of the verb.
-        first: where the values come from before the texture's header, for the help.
-        size: where the size comes from after the header.
+        size: where the size comes from after the texture's header.
         side: what the size is of.
     """
-    for flag, metavar, meaning, last in (
-        ("--size-mm", "MM", f"{side}, mm", f"the texture's header, or {size}"),
-        ("--relief-mm", "MM", "height of white above black in a picture, mm", "the texture's header"),
-        ("--height-scale", "FACTOR", "mm for a height of 1 in EXR, NPY and float TIFF", "1"),
-    ):
-        parser.add_argument(
-            flag,
-            type=float,
-            metavar=metavar,
-            help=f"{meaning} (default: {first}{', or ' * bool(first)}{last})",
-        )
+    add_option(parser, "size_mm", size_option(side, f"the texture's header, or {size}"), float)
+    add_option(parser, "relief_mm", relief_option("the texture's header"), float)
+    add_option(parser, "height_scale", height_scale_option("1"), float)
 
 
 def add_repeats(parser: argparse._ActionsContainer, first: str = "") -> None:
@@ -184,64 +155,20 @@ def add_repeats(parser: argparse._ActionsContainer, first: str = "") -> None:
     )
 
 
-def add_skin(parser: argparse._ActionsContainer, first: str = "") -> None:
-    """Add `--skin`, None where not given.
-
-    Args:
-        parser: of the verb.
-        first: where the skin comes from before the default one, for the help.
-    """
-    parser.add_argument(
-        "--skin",
-        metavar="SKIN",
-        help=f"skin of the finger: a file (.toml), or one that comes with Retouch: "
-        f"{', '.join(bundled_skins())} (default: {first}{DEFAULT_SKIN})",
-    )
+def add_skin(parser: argparse._ActionsContainer, default: str = DEFAULT_SKIN) -> None:
+    """Add `--skin`, None where not given, where the skin is `default`."""
+    add_option(parser, "skin", skin_option(default))
 
 
-CURVED = {
-    "curved_x_mm": "radius of the object that carries the texture, along x, mm; minus it in a hollow",
-    "curved_y_mm": "the same along y, mm",
-}
-"""Keys of `[touch]` for the object's curvature, and what the help says of them."""
+def add_curved(parser: argparse._ActionsContainer, default: str) -> None:
+    """Add the options of the curvature of the object, None where not given."""
+    for name, option in curved_options(default).items():
+        add_option(parser, name, option, float)
 
 
-def add_curved(parser: argparse._ActionsContainer, first: str) -> None:
-    """Add the options of the curvature of the object, None where not given.
-
-    Args:
-        parser: of the verb.
-        first: what it is without them, for the help.
-    """
-    for name, text in CURVED.items():
-        flag = f"--{name.replace('_', '-')}"
-        parser.add_argument(flag, type=float, metavar="MM", help=f"{text} (default: {first})")
-
-
-def add_printer(parser: argparse._ActionsContainer, what: str, first: str = "none") -> None:
-    """Add `--printer`, None where not given.
-
-    Args:
-        parser: of the verb.
-        what: what is done with the printer, for the help.
-        first: where the printer comes from if it is not given.
-    """
-    parser.add_argument(
-        "--printer",
-        type=printer,
-        metavar="PRINTER",
-        help=f"{what}: {', '.join(PRINTERS)}, or a printer file (.toml) (default: {first}; docs/printing.md "
-        "has their numbers)",
-    )
-
-
-def printer(text: str) -> str:
-    """Read the name of a printer, or of a printer file. Raises argparse.ArgumentTypeError."""
-    if text not in PRINTERS and not is_printer_file(text):
-        raise argparse.ArgumentTypeError(
-            f"{text[:LONGEST_NUMBER]!r} is none of {', '.join(PRINTERS)}, nor a printer file (.toml)"
-        )
-    return text
+def add_printer(parser: argparse._ActionsContainer, what: str, default: str = "none") -> None:
+    """Add `--printer`, with which `what` is done, None where not given."""
+    add_option(parser, "printer", printer_option(what, default))
 
 
 def given(arguments: argparse.Namespace, *names: str) -> dict[str, Any]:
@@ -260,13 +187,7 @@ def check_scales(arguments: argparse.Namespace, textures: Iterable[Path]) -> Non
 
 def add_distance(parser: argparse._ActionsContainer) -> None:
     """Add `--distance-cm`, None where not given."""
-    parser.add_argument(
-        "--distance-cm",
-        type=float,
-        metavar="CM",
-        help=f"from the eye to the plate, for FLIP, which sees no detail too small for it "
-        f"(default: {EYE_DISTANCE_CM:g})",
-    )
+    add_option(parser, "distance_cm", distance_option(), float)
 
 
 def add_workers(parser: argparse._ActionsContainer) -> None:

@@ -12,6 +12,7 @@ from relief.ground.files import check_file_to_write
 from relief.ground.formats import PREVIEW
 from relief.ground.formatting import number
 from relief.ground.limits import LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
+from relief.ground.options import whole_number
 from relief.ground.progress import stage
 from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS, TURNS
 from retouch.commands.options import (
@@ -20,7 +21,6 @@ from retouch.commands.options import (
     contact_errors_name,
     lines_table,
     print_json,
-    whole_number,
 )
 from tactile.quantities import QUANTITIES, ROUGHNESS
 

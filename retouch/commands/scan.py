@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import retouch
+from mitsuba_scenes.fingers import DEFAULT_SKIN
 from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
 from retouch.commands.options import (
@@ -67,7 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model", choices=tuple(MODEL_NAMES), default="layer", help="model of touch (default: layer)"
     )
-    add_skin(parser, "the run's, or ")
+    add_skin(parser, f"the run's, or {DEFAULT_SKIN}")
     add_talk(parser, "every number")
     measured = parser.add_argument_group("a printer by its coupon")
     measured.add_argument(
