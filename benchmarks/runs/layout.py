@@ -1,7 +1,7 @@
-"""Layout of the code: modules, lines, imports inside functions and import circles; files to open for a wish.
+"""Layout of the code: modules, lines, import circles, and what is spelled by hand or named twice.
 
 python -m benchmarks.runs.layout                       # this tree
-python -m benchmarks.runs.layout --before 340f9f0      # a commit beside it
+python -m benchmarks.runs.layout --before 27bd9ddc     # a commit beside it
 
 The code is read, and not imported. Numbers go to results/layout.json.
 """
@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import ast
 import io
+import re
 import subprocess
 import tarfile
 import tokenize
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
-from typing import Any, NamedTuple
+from typing import Any
 
 import networkx
 
@@ -31,113 +32,22 @@ LAYOUT_TOKENS = {
 }
 """Tokens that make no line a line of code."""
 
+ENDS = (".py", ".md")
+"""Suffixes of the files that are read."""
+
 Sources = Mapping[PurePosixPath, str]
-"""Python files of a tree by path."""
+"""Python files and pages of a tree by path."""
 
 
-class Wish(NamedTuple):
-    """Files to open for a change: those that name the thing or decide over it, less tests and docs."""
-
-    before: tuple[str, ...]
-    now: tuple[str, ...]
-
-
-START = "340f9f0"
-"""Commit at which the files of `before` stand."""
-WISHES: Mapping[str, Wish] = {
-    "change how a result is verified": Wish(
-        (
-            "optimize/report/metrics.py",
-            "optimize/report/picture_change.py",
-            "optimize/report/jod.py",
-            "visual/converged.py",
-            "optimize/run_directory/felt_places.py",
-            "optimize/meshes/feel.py",
-            "optimize/run_directory/as_printed.py",
-            "optimize/run_directory/results.py",
-            "optimize/runs/fingers.py",
-            "optimize/runs/job.py",
-            "optimize/runs/preparation.py",
-            "optimize/descent/touch_measures.py",
-        ),
-        (
-            "optimize/verification/measuring.py",
-            "optimize/verification/verification.py",
-            "optimize/verification/picture_change.py",
-            "optimize/verification/picture_metrics.py",
-        ),
-    ),
-    "a descent method": Wish(
-        (
-            "optimize/descent/linear_scaling.py",
-            "optimize/runs/preparation.py",
-            "optimize/settings/run_file.py",
-            "optimize/runs/forecast.py",
-        ),
-        ("optimize/descent/linear_scaling.py", "optimize/descent/methods.py"),
-    ),
-    "a look": Wish(
-        (
-            "visual/height_view.py",
-            "visual/models.py",
-            "visual/scene.py",
-            "optimize/settings/look.py",
-            "optimize/runs/preparation.py",
-            "optimize/descent/step_pictures.py",
-            "optimize/runs/forecast.py",
-        ),
-        ("visual/scene_looks.py", "visual/looks.py"),
-    ),
-    "a quantity that is an equal": Wish(
-        (
-            "tactile/area.py",
-            "optimize/descent/quantities.py",
-            "optimize/settings/touch.py",
-            "optimize/runs/feel_of.py",
-            "optimize/runs/goal_maps.py",
-            "optimize/report/content.py",
-            "optimize/report/meanings.py",
-            "optimize/report/templates/comparison.html.j2",
-            "optimize/studies/columns.py",
-            "optimize/studies/row_key.py",
-            "optimize/stimuli/document.py",
-        ),
-        ("tactile/area.py", "tactile/quantities.py"),
-    ),
-    "a shape of finger": Wish(
-        (
-            "tactile/contact.py",
-            "tactile/model.py",
-            "tactile/skin.py",
-            "tactile/net.py",
-            "tactile/truncated.py",
-            "tactile/fingers.py",
-            "optimize/settings/skins.py",
-            "optimize/descent/problem.py",
-            "optimize/descent/gauss_newton/other_fingers.py",
-        ),
-        ("tactile/pressing.py", "tactile/skin.py", "optimize/settings/skins.py"),
-    ),
-    "a command and its Python door": Wish(
-        (
-            "optimize/commands/export.py",
-            "optimize/commands/main.py",
-            "optimize/runs/comparison.py",
-            "retouch/__init__.py",
-        ),
-        (
-            "retouch/commands/export.py",
-            "retouch/verbs/exporting.py",
-            "retouch/commands/main.py",
-            "retouch/__init__.py",
-        ),
-    ),
-    "the picture gradient of an array": Wish(
-        ("relief/heightmap.py", "visual/scene.py", "visual/exact/render.py"),
-        ("visual/scene.py",),
-    ),
+APPLICATION = "retouch"
+"""The package above the run."""
+PROSE = {
+    "README": ("README.md",),
+    "guide": ("docs/*.md",),
+    "evidence": ("docs/evidence/*.md",),
+    "CHANGELOG": ("CHANGELOG.md",),
 }
-"""The files of `now` are checked by tests/benchmarks/test_layout.py."""
+"""Files of words by name, as patterns."""
 
 
 def main() -> None:
@@ -146,30 +56,31 @@ def main() -> None:
     before = parser.parse_args().before
     found = {before: measured(of_commit(before))} if before else {}
     found[NOW] = measured(of_tree(ROOT))
-    wishes = {name: wish._asdict() for name, wish in WISHES.items()}
-    save("layout", {"versions": found, "wishes": wishes})
+    save("layout", {"versions": found})
     for version, layout in found.items():
         print(f"\n{version}\n\n{as_text(layout)}")
-    counts = [(name, len(wish.before), len(wish.now)) for name, wish in WISHES.items()]
-    print("\n" + table(("files to open for", START, NOW), counts))
+    rows = [
+        (name, *(layout["measures"][name] for layout in found.values())) for name in found[NOW]["measures"]
+    ]
+    print("\n" + table(("measure", *found), rows))
 
 
 def of_tree(root: Path) -> Sources:
-    """The Python files of a checkout that git knows or would take."""
-    listed = ["git", "-C", str(root), "ls-files", "-co", "--exclude-standard", "*.py"]
+    """The Python files and pages of a checkout that git knows or would take."""
+    listed = ["git", "-C", str(root), "ls-files", "-co", "--exclude-standard", *(f"*{end}" for end in ENDS)]
     names = subprocess.run(listed, capture_output=True, check=True, text=True).stdout.splitlines()
     files = {PurePosixPath(name): root / name for name in names}
     return {name: path.read_text(encoding="utf-8") for name, path in files.items() if path.is_file()}
 
 
 def of_commit(commit: str) -> Sources:
-    """The Python files of a commit."""
+    """The Python files and pages of a commit."""
     archived = ["git", "-C", str(ROOT), "archive", commit]
     archive = subprocess.run(archived, capture_output=True, check=True).stdout
     sources = {}
     with tarfile.open(fileobj=io.BytesIO(archive)) as content:
         for member in content:
-            file = content.extractfile(member) if member.name.endswith(".py") else None
+            file = content.extractfile(member) if member.name.endswith(ENDS) else None
             if file is not None:
                 sources[PurePosixPath(member.name)] = file.read().decode()
     return sources
@@ -177,15 +88,17 @@ def of_commit(commit: str) -> Sources:
 
 def measured(sources: Sources) -> dict[str, Any]:
     """Numbers of each package and of all packages, modules of each folder, and circles of the packages."""
-    trees = {path: ast.parse(text) for path, text in sources.items()}
+    code = {path: text for path, text in sources.items() if path.suffix == ".py"}
+    trees = {path: ast.parse(text) for path, text in code.items()}
     packages: dict[str, Counter[str]] = {}
     folders = Counter[str]()
-    for path, text in sources.items():
+    for path, text in code.items():
         found = packages.setdefault(path.parts[0], Counter())
         found["modules"] += 1
         found["code_lines"] += code_lines(text, trees[path])
         found["inner_imports"] += inner_imports(trees[path])
         folders[str(path.parent)] += path.name not in ("__init__.py", "__main__.py")
+    inner = {path: tree for path, tree in trees.items() if path.parts[0] not in APART}
     rows = {name: {**found, **largest(folders, name)} for name, found in sorted(packages.items())}
     inside = [name for name in rows if name not in APART]
     keys = ("modules", "code_lines", "inner_imports")
@@ -193,8 +106,58 @@ def measured(sources: Sources) -> dict[str, Any]:
         "packages": rows,
         "total": {key: sum(rows[name][key] for name in inside) for key in keys},
         "folders": dict(sorted(folders.items())),
-        "circles": circles({path: tree for path, tree in trees.items() if path.parts[0] in inside}),
+        "circles": circles(inner),
+        "measures": measures(inner, sources),
     }
+
+
+def measures(trees: Mapping[PurePosixPath, ast.Module], sources: Sources) -> dict[str, int]:
+    """What is spelled by hand or named twice in the packages, and words of the pages.
+
+    Args:
+        trees: of the packages.
+        sources: files of the tree, pages included.
+    """
+    nodes = [(path, node) for path, tree in trees.items() for node in ast.walk(tree)]
+    above = [node for path, node in nodes if path.parts[0] == APPLICATION and isinstance(node, ast.Subscript)]
+    classes = Counter(node.name for _, node in nodes if isinstance(node, ast.ClassDef))
+    files = Counter(path.name for path in trees if path.name not in ("__init__.py", "__main__.py"))
+    numbers = (constants(node) for tree in trees.values() for node in tree.body)
+    return {
+        "dict[str, Any] above the run": sum(ast.unparse(node) == "dict[str, Any]" for node in above),
+        "subscripts by a string above the run": sum(map(by_string, above)),
+        "class names used twice": sum(count > 1 for count in classes.values()),
+        "file names used twice": sum(count > 1 for count in files.values()),
+        '"tell", "tells", "told" in code': sum(len(TELLING.findall(sources[path])) for path in trees),
+        "numeric constants of modules": sum(numbers),
+    } | {
+        f"words of {name}": sum(
+            len(text.split())
+            for path, text in sources.items()
+            if any(path.parent == PurePosixPath(one).parent and path.match(one) for one in patterns)
+        )
+        for name, patterns in PROSE.items()
+    }
+
+
+TELLING = re.compile(r"\b(?:tell|tells|told)\b")
+"""A symptom of private words, and no aim."""
+
+
+def by_string(node: ast.Subscript) -> bool:
+    """Whether a value is read by a key that is spelled as a string."""
+    key = node.slice
+    return isinstance(node.ctx, ast.Load) and isinstance(key, ast.Constant) and isinstance(key.value, str)
+
+
+def constants(node: ast.stmt) -> int:
+    """Names in capitals that an assignment gives numbers."""
+    if not isinstance(node, ast.Assign | ast.AnnAssign) or node.value is None:
+        return 0
+    targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+    names = [one.id for target in targets for one in ast.walk(target) if isinstance(one, ast.Name)]
+    values = [one.value for one in ast.walk(node.value) if isinstance(one, ast.Constant)]
+    return sum(map(str.isupper, names)) if any(type(value) in (int, float) for value in values) else 0
 
 
 def largest(folders: Mapping[str, int], package: str) -> dict[str, Any]:

@@ -1,11 +1,11 @@
-"""The layout of the code, told of small sources; files to open for a wish are there."""
+"""The layout of the code, counted in small sources."""
 
 import ast
 from pathlib import PurePosixPath
 
 import pytest
 
-from benchmarks.runs.layout import NOW, WISHES, as_text, code_lines, measured, of_tree
+from benchmarks.runs.layout import as_text, code_lines, measured, of_tree
 from benchmarks.shared.common import ROOT
 
 SOURCES = {
@@ -44,10 +44,14 @@ def test_strings_that_are_values_are_code() -> None:
     assert code_lines(text, ast.parse(text)) == 3
 
 
-@pytest.mark.parametrize("wish", WISHES)
-def test_files_to_open_are_there(wish: str) -> None:
-    missing = [file for file in getattr(WISHES[wish], NOW) if not (ROOT / file).is_file()]
-    assert not missing
+def test_what_is_named_twice_or_spelled_by_hand_is_counted() -> None:
+    text = (
+        'LIMITS = (1, 2.5)\n_x = 3\nclass Part: ...\ndef f(told: dict[str, Any]): return told["a"], told[0]\n'
+    )
+    sources = {PurePosixPath(f"retouch/{room}/same.py"): text for room in ("one", "two")}
+    pages = {PurePosixPath("README.md"): "Three words here", PurePosixPath("docs/a/b.md"): "no guide"}
+    found = measured({**sources, **pages})["measures"]
+    assert list(found.values()) == [2, 2, 1, 1, 6, 2, 3, 0, 0, 0]
 
 
 @pytest.mark.slow
