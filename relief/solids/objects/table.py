@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.ground.arrays import Array
+from relief.solids import names
 from relief.solids.body import Body
 from relief.solids.objects import smooth, swept
 
@@ -37,34 +38,32 @@ def _every_second_link(first: int) -> Region:
     return lambda points: swept.link_of(points) % 2 == first
 
 
-_RING, _THICK, _WIDE = swept.BRACELET_MM
-
-OBJECTS: dict[str, BundledObject] = {
-    "starfish": BundledObject("starfish that lies flat, about 80 mm wide", smooth.starfish),
-    "bracelet": BundledObject(
-        f"ring of {swept.LINKS} links, {2.0 * (_RING - _THICK):.0f} mm wide inside; regions odd and even",
+_INSIDE_MM = 2.0 * (swept.BRACELET_MM[0] - swept.BRACELET_MM[1])
+_ROWS = (
+    BundledObject("starfish that lies flat, about 80 mm wide", smooth.starfish),
+    BundledObject(
+        f"ring of {swept.LINKS} links, {_INSIDE_MM:.0f} mm wide inside; regions odd and even",
         swept.bracelet,
         swept.bracelet_volume(),
         None,
         {"even": _every_second_link(0), "odd": _every_second_link(1)},
     ),
-    "slider": BundledObject(
+    BundledObject(
         "cap of a dimmer's slider, 60 x 14 x 8 mm", smooth.slider, smooth.slider_volume(), smooth.SLIDER_MM
     ),
-    "frog": BundledObject("free form that stands flat, about 50 mm long", smooth.frog),
-    "curved": BundledObject(
+    BundledObject("free form that stands flat, about 50 mm long", smooth.frog),
+    BundledObject(
         "plate of 50 mm with a hill and a saddle, the shape of the paper's figure 23",
         swept.curved,
         swept.curved_volume(),
     ),
-    "ball": BundledObject(
-        "ball of radius 15 mm", smooth.ball, 4.0 / 3.0 * np.pi * 15.0**3, (30.0, 30.0, 30.0)
-    ),
-    "cylinder": BundledObject(
+    BundledObject("ball of radius 15 mm", smooth.ball, 4.0 / 3.0 * np.pi * 15.0**3, (30.0, 30.0, 30.0)),
+    BundledObject(
         "cylinder of radius 15 mm, 40 mm high",
         swept.cylinder,
         np.pi * 15.0**2 * 40.0,
         (30.0, 30.0, 40.0),
     ),
-}
+)
+OBJECTS: dict[str, BundledObject] = dict(zip(names.OBJECTS, _ROWS, strict=True))
 """Objects by name."""

@@ -9,9 +9,8 @@ import numpy as np
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.lengths import shown
+from relief.solids.names import PROJECTIONS
 
-PROJECTIONS = ("auto", "cylinder", "sphere", "plane", "uv", "patches")
-"""Kinds of flat coordinates: by an axis, a centre or a direction, those of the mesh, or patches."""
 FARTHEST_MM = 1000.0
 """Largest shift of a texture, mm: more than the width of any tile."""
 MIDDLE = "middle"
@@ -28,7 +27,7 @@ class Placement:
     """Where and in what direction a texture lies.
 
     Attributes:
-        projection: One of `PROJECTIONS`.
+        projection: A key of `PROJECTIONS`.
         along: (3,) direction in which the top of the texture points, that is the first row of its height map;
             of a cylinder and a sphere also their axis. None: the axis that is found, or as it comes.
         turn_deg: Angle by which the texture is turned in its surface, counter-clockwise seen from outside.

@@ -14,7 +14,7 @@ from relief.ground.arrays import Array, FloatArray
 from relief.ground.errors import InputError, naming
 from relief.ground.lengths import Lengths
 from relief.heightmap import check_scales
-from relief.printers import Printer, find_printer
+from relief.printers import Printer, printer_of
 from relief.seam import check_seams, misfit
 from relief.solids.body import Body
 from relief.solids.mending.holes import round_holes
@@ -22,6 +22,7 @@ from relief.solids.mending.repair import HOLE_MM, mended, united_parts
 from relief.solids.meshes import Mesh, check_solid, read_mesh
 from relief.solids.meshes.shells import parts_within_others
 from relief.solids.meshes.solid import check_closed, crossings
+from relief.solids.names import PLACING
 from relief.solids.objects.table import OBJECTS, BundledObject
 from relief.solids.wrapping.checks import check_choices
 from relief.solids.wrapping.masks import Regions
@@ -37,8 +38,6 @@ LARGEST_HOLE_MM = 100.0
 """Largest hole that is closed or left without texture, mm: wider ones are no bores but shapes."""
 SAMPLES_OF_PIXEL = 0.5
 """Edges of triangles, in pixels of the printer, that show all that it makes."""
-PLACING = ("projection", "along", "turn_deg", "offset_mm", "at")
-"""Options that place textures, as `placement_of` takes them."""
 WITH_UV = (".obj", ".ply", ".glb")
 """Suffixes of files whose meshes may have texture coordinates."""
 WITH_COLOURS = (".obj", ".ply", ".glb")
@@ -122,8 +121,8 @@ class Task(NamedTuple):
     """What is to be wrapped, read and checked.
 
     Attributes:
-        arguments: body, coverings, settings, texture coordinates and regions, as `relief.solids.wrapping.wrap.wrap`
-            takes them.
+        arguments: body, coverings, settings, texture coordinates and regions, as
+            `relief.solids.wrapping.wrap.wrap` takes them.
         placement: where and in what direction textures lie.
         colours: of the corners of the mesh, or None.
         warnings: lines about the mesh and what was mended of it, and about textures that do not repeat.
@@ -158,8 +157,7 @@ def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions)
     units, regions = options.get("units"), options.get("regions", ())
     lengths = {name: value for name, value in options.items() if name in Lengths.__annotations__}
     settings, repair = _picked(Settings, options), _picked(Repair, options)
-    name = options.get("printer")
-    printer = find_printer(name) if isinstance(name, str) else name
+    printer = printer_of(options.get("printer"))
     if printer is not None:
         settings = replace(settings, finest_mm=SAMPLES_OF_PIXEL * printer.pixel_mm)
     thing = _bundled(Path(mesh), units)

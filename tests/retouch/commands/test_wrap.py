@@ -13,16 +13,17 @@ from manifold3d import Manifold
 import retouch
 from relief.ground.lengths import Lengths
 from relief.heightmap import save_heights_exr
-from relief.solids.body import stl
 from relief.solids.meshes import read_mesh
+from relief.solids.names import PLACING, PROJECTIONS
 from relief.solids.objects.table import OBJECTS
-from relief.solids.wrapping.placement import PROJECTIONS, placement_of
+from relief.solids.wrapping.placement import placement_of
 from relief.solids.wrapping.surfaces import Settings
 from retouch.commands.main import BAD_INPUT, main
 from retouch.commands.wrap import OBJECTS as NAMED
 from retouch.commands.wrap import PLACING as OF_COMMAND
 from retouch.commands.wrap import PROJECTIONS as CHOICES
-from retouch.verbs.objects.wrap_task import PLACING, Repair, WrapOptions
+from retouch.verbs.objects.wrap_task import Repair, WrapOptions
+from tests.relief.solids.meshes.bodies import stl
 from tests.relief.solids.meshes.test_outer import solid
 
 FEW = ("--edge-mm", "0.8")
@@ -290,4 +291,4 @@ def test_what_is_checked_is_what_the_file_holds(suffix):
 
 def test_the_help_names_the_objects_there_are():
     assert tuple(NAMED.split(", ")) == tuple(OBJECTS)
-    assert CHOICES == PROJECTIONS
+    assert tuple(PROJECTIONS) == CHOICES
