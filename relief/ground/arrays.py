@@ -30,6 +30,12 @@ def units(vectors: Array) -> Array:
     return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
 
 
+def sums_by(index: AnyArray, values: Array, count: int) -> Array:
+    """(count, k) sums of the rows of values (n, k) by their places, n numbers from 0 to count - 1."""
+    places = index.ravel()
+    return np.stack([np.bincount(places, column, count) for column in values.T], axis=1)
+
+
 def extents(rows: AnyArray) -> tuple[AnyArray, AnyArray]:
     """Least and largest (m, ...) of the few entries along the second axis of rows (m, k, ...).
 

@@ -9,9 +9,9 @@ class PlateFormat:
 
     Attributes:
         description: what the file is good for, as the report says it.
-        writer: module that writes the format, loaded when a file is written. Its function `write(parts, file)`
-            writes parts (`relief.solids.body.Part`) into a binary file; `rounded(vertices)` gives coordinates
-            (n, 3), mm, with the precision that the file holds.
+        writer: module of `relief.solids.export` that writes the format, loaded when a file is written. Its
+            function `write(parts, file)` writes parts (`relief.solids.body.Part`) into a binary file;
+            `rounded(vertices)` gives coordinates (n, 3), mm, with the precision that the file holds.
         triangle_bytes: size of a triangle with its share of the vertices, bytes, of plates of gravel.
         of_every_run: whether each run writes its plate in this format.
     """
@@ -25,25 +25,18 @@ class PlateFormat:
 FORMATS = {
     ".3mf": PlateFormat(
         "triangles in millimetres; the safer choice if the slicer reads the format",
-        "relief.solids.export.threemf_writer",
+        "threemf_writer",
         11,
-        of_every_run=True,
+        True,
     ),
     ".stl": PlateFormat(
-        "triangles without a unit; the slicer must be set to millimetres",
-        "relief.solids.export.stl_writer",
-        50,
-        of_every_run=True,
+        "triangles without a unit; the slicer must be set to millimetres", "stl_writer", 50, True
     ),
-    ".obj": PlateFormat(
-        "triangles without a unit, mm, for modelling programs", "relief.solids.export.obj_writer", 42
-    ),
+    ".obj": PlateFormat("triangles without a unit, mm, for modelling programs", "obj_writer", 42),
     ".glb": PlateFormat(
-        "triangles in metres, as the format defines, for Blender and browsers",
-        "relief.solids.export.glb_writer",
-        18,
+        "triangles in metres, as the format defines, for Blender and browsers", "glb_writer", 18
     ),
-    ".ply": PlateFormat("triangles without a unit, mm, for MeshLab", "relief.solids.export.ply_writer", 19),
+    ".ply": PlateFormat("triangles without a unit, mm, for MeshLab", "ply_writer", 19),
 }
 """Formats by the suffix of the file."""
 

@@ -21,7 +21,7 @@ from relief.solids.body import Body, Part
 
 def writer_of(suffix: str) -> ModuleType:
     """The module that writes the format of a suffix, a key of `FORMATS`; see `PlateFormat.writer`."""
-    return import_module(FORMATS[suffix].writer)
+    return import_module(f"relief.solids.export.{FORMATS[suffix].writer}")
 
 
 def as_written(body: Body, suffix: str) -> Body:

@@ -1,16 +1,16 @@
 """Solids: whether a printer can make a body, or what has to be mended first."""
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse import csgraph
 
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import MOST, crossing_faces, self_intersections
+from relief.solids.meshes.neighbourhood import edge_balance
 from relief.solids.meshes.shells import (
     MOST_BOXES,
+    components,
     crossing_place,
     parts_within_others,
     repeats,
@@ -131,21 +131,8 @@ def _volumes(body: Body) -> Array:
 
 def _edges(faces: Index) -> tuple[int, int]:
     """Number of edges that lack a face, and of edges whose faces run the same way along them."""
-    start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
-    key = np.minimum(start, end) * (int(faces.max()) + 1) + np.maximum(start, end)
-    _, index = np.unique(key, return_inverse=True)
-    count = np.bincount(index)
-    balance = np.bincount(index, np.where(start < end, 1.0, -1.0))
+    _, count, balance = edge_balance(faces)
     return int(np.count_nonzero(count % 2)), int(np.count_nonzero((count % 2 == 0) & (balance != 0.0)))
-
-
-def components(body: Body) -> Index:
-    """(m,) number of the connected part that each face belongs to."""
-    n = len(body.vertices)
-    ends = (body.faces.ravel(), np.roll(body.faces, 1, axis=1).ravel())
-    graph = sp.coo_matrix((np.ones(len(ends[0]), dtype=np.int32), ends), shape=(n, n))
-    _, part = csgraph.connected_components(graph, directed=False)
-    return np.asarray(part[body.faces[:, 0]], dtype=np.int64)
 
 
 def _inverted_part(body: Body, volumes: Array, name: object) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 import potpourri3d
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Index, renumbered
+from relief.ground.arrays import Array, Index, renumbered, units
 from relief.ground.errors import naming
 from relief.ground.progress import stage
 from relief.solids.body import Body
@@ -69,9 +69,8 @@ class Unroller:
         self.bare = np.ones(len(base.vertices), bool)
         if len(feet_of_texture := foot[np.abs(self._heights) > TEXTURED_MM]):
             self.bare = cKDTree(feet_of_texture).query(base.vertices)[0] > BARE_MM
-        pairs = edge_pairs(base.faces, len(base.vertices))
-        units = base.normals / np.maximum(np.linalg.norm(base.normals, axis=1, keepdims=True), 1e-30)
-        turned = pairs[np.einsum("nd,nd->n", *units[pairs.T // 3]) < SHARP, 0]
+        pairs = edge_pairs(base.faces)
+        turned = pairs[np.einsum("nd,nd->n", *units(base.normals)[pairs.T // 3]) < SHARP, 0]
         self.sharp = np.zeros(len(base.vertices), bool)
         for corner in (turned % 3, (turned + 1) % 3):
             self.sharp[base.faces[turned // 3, corner]] = True

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Index, units
 from relief.solids.body import Body
 
 SHARPEST = np.radians(40.0)
@@ -28,12 +28,6 @@ BESIDE = 4
 """Triangles away that edges may lie to explain one: facets of a strip or a cell are one to three."""
 AT_ONCE = 1 << 15
 """Edges looked at together, which bounds the memory."""
-
-
-def units(vectors: Array) -> Array:
-    """Vectors (..., 3) of length 1; 0 where they have none."""
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
 
 
 def turns_at(body: Body, pairs: Index) -> Array:

@@ -32,7 +32,7 @@ class NearestPoints:
         """
         self.corners, self.region = body.vertices[body.faces], region
         twin = np.full(3 * len(body.faces), -1)
-        pairs = edge_pairs(body.faces, len(body.vertices))
+        pairs = edge_pairs(body.faces)
         pairs = pairs[~held.ravel()[pairs[:, 0]]]
         twin[pairs[:, 0]], twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
         self._twin = twin.reshape(-1, 3)

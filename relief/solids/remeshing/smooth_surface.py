@@ -11,13 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import cg
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Index, sums_by, units
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import edge_pairs
-from relief.solids.remeshing.creases import crease_edges, directions, turns_at, units
+from relief.solids.meshes.neighbourhood import connected, edge_pairs
+from relief.solids.remeshing.creases import crease_edges, directions, turns_at
 
 RIM = np.radians(10.0)
 """Angle, rad, from which the rim of a flat side that stays is an edge of the part; a fillet may end there."""
@@ -79,7 +78,7 @@ def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None) -> SmoothS
         body: A closed body, each vertex once.
         side: (faces,) facets of a flat side, whose rim is an edge of the part; None: there is none.
     """
-    pairs = edge_pairs(body.faces, len(body.vertices))
+    pairs = edge_pairs(body.faces)
     creases = crease_edges(body, pairs)
     if side is not None:
         rim = pairs[(side[pairs[:, 0] // 3] != side[pairs[:, 1] // 3]) & (turns_at(body, pairs) > RIM)]
@@ -100,14 +99,11 @@ def corner_angles(body: Body) -> Array:
 
 def _planes(body: Body, pairs: Index, turns: Array) -> tuple[Index, Array]:
     """The plane each face belongs to, (faces,), and the widths of planes, twice area by circumference, mm."""
-    count = len(body.faces)
-    one, other = pairs[turns < COPLANAR].T // 3
-    graph = sp.coo_matrix((np.ones(len(one), np.int8), (one, other)), (count, count))
-    number, plane = connected_components(graph, directed=False)
-    area = np.bincount(plane, body.areas, number)
+    plane = connected(pairs[turns < COPLANAR] // 3, len(body.faces))
+    area = np.bincount(plane, body.areas)
     rim = pairs[turns >= COPLANAR]
     length = directions(body, rim[:, 0])[1]
-    around = sum(np.bincount(plane[side // 3], length, number) for side in rim.T)
+    around = sum(np.bincount(plane[side // 3], length, len(area)) for side in rim.T)
     return plane, 2.0 * area / np.maximum(around, 1e-12)
 
 
@@ -116,9 +112,7 @@ def corner_groups(body: Body, pairs: Index, creases: NDArray[np.bool_]) -> Index
     one, other = pairs[~creases.ravel()[pairs[:, 0]]].T
     after = lambda half: half - half % 3 + (half + 1) % 3  # noqa: E731
     ends = np.concatenate([one, after(one)]), np.concatenate([after(other), other])
-    count = 3 * len(body.faces)
-    graph = sp.coo_matrix((np.ones(len(ends[0]), np.int8), ends), (count, count))
-    return np.asarray(connected_components(graph, directed=False)[1], np.int64)
+    return connected(np.stack(ends, axis=1), 3 * len(body.faces))
 
 
 def _guess(body: Body, pairs: Index, group: Index) -> Array:
@@ -145,8 +139,7 @@ def _guess(body: Body, pairs: Index, group: Index) -> Array:
     any_wide = np.zeros(count, bool)
     any_wide[group[kept]] = True
     weight[any_wide[group] & ~kept] = 0.0
-    columns = [np.bincount(group, weight * np.repeat(unit[:, k], 3), count) for k in range(3)]
-    return units(np.stack(columns, axis=1))
+    return units(sums_by(group, weight[:, None] * np.repeat(unit, 3, axis=0), count))
 
 
 def _fulfilled(body: Body, group: Index, guess: Array) -> Array:

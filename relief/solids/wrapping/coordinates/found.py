@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from relief.ground.arrays import Array
+from relief.ground.arrays import Array, units
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.solids.names import PROJECTIONS
@@ -82,7 +82,7 @@ class Search:
     @cached_property
     def normals(self) -> Array:
         """(faces, 3) unit normals."""
-        return self.base.body.normals / np.maximum(2.0 * self.base.body.areas, 1e-12)[:, None]
+        return units(self.base.body.normals)
 
     def textured(self) -> tuple[Array, Array, Array]:
         """Middles (n, 3), mm, unit normals (n, 3) and areas (n,), mm², of the textured triangles."""

@@ -15,7 +15,7 @@ import potpourri3d
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array
+from relief.ground.arrays import Array, renumbered
 from relief.ground.errors import InputError
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
@@ -142,13 +142,10 @@ class _Cover:
         number[around] = np.arange(len(around))
         faces = number[self.body.faces]
         faces = connected_around(faces[(faces >= 0).all(axis=1)], int(number[seed]), len(around))
-        used = np.unique(faces)
-        renumber = np.full(len(around), -1)
-        renumber[used] = np.arange(len(used))
-        faces = renumber[faces]
+        used, faces = renumbered(faces, len(around))
         try:
             solver = potpourri3d.MeshVectorHeatSolver(self.body.vertices[around[used]], faces)
-            uv = np.asarray(solver.compute_log_map(int(renumber[number[seed]])))
+            uv = np.asarray(solver.compute_log_map(int(np.searchsorted(used, number[seed]))))
         except RuntimeError as error:
             place = ", ".join(f"{value:.1f}" for value in self.body.vertices[seed])
             fault = f"mesh: has triangles around ({place}) mm that are too thin for flat coordinates"
