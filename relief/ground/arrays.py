@@ -30,6 +30,14 @@ def units(vectors: Array) -> Array:
     return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
 
 
+def quantiles(values: Array, weights: AnyArray, shares: ArrayLike) -> Array:
+    """(k,) the values, of (n,), up to which lie shares (k,) of the sum of their weights (n,)."""
+    order = np.argsort(values)
+    below = np.cumsum(weights[order])
+    places = np.searchsorted(below, np.asarray(shares) * below[-1])
+    return np.asarray(values[order][np.minimum(places, len(order) - 1)])
+
+
 def sums_by(index: AnyArray, values: Array, count: int) -> Array:
     """(count, k) sums of the rows of values (n, k) by their places, n numbers from 0 to count - 1."""
     places = index.ravel()

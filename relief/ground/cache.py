@@ -161,11 +161,8 @@ def _has_layout(arrays: Arrays, layout: Layout) -> bool:
     if arrays.keys() != layout.keys():
         return False
     for name, (shape, kind) in layout.items():
-        array = arrays[name]
-        lengths = zip(array.shape, shape, strict=False)
-        if array.ndim != len(shape) or any(length not in (wanted, -1) for wanted, length in lengths):
-            return False
-        if array.dtype != np.dtype(kind):
+        fits = [wanted in (length, -1) for length, wanted in zip(arrays[name].shape, shape, strict=False)]
+        if arrays[name].ndim != len(shape) or not all(fits) or arrays[name].dtype != np.dtype(kind):
             return False
     return True
 

@@ -186,7 +186,7 @@ class _Read:
         phase = 2.0 * pi * plates.across(field, x, y) / field.size
         basis = np.column_stack([np.cos(phase), np.sin(phase), np.ones(len(x)), x])
 
-        def amplitude(heights: Array, part: Array) -> float:
+        def amplitude(heights: Array, part: NDArray[np.bool_]) -> float:
             return float(np.linalg.lstsq(basis[part], heights[part], rcond=None)[0][0])
 
         each = [amplitude(own, part) / amplitude(design, part) for part in _strips(field, y)]

@@ -25,6 +25,7 @@ from relief.solids.meshes.neighbourhood import (
     edge_ends,
     edge_keys,
     edge_pairs,
+    twins,
 )
 from relief.solids.meshes.shells import components, parts_within_others, repeats, united
 from relief.solids.meshes.solid import MEND, check_closed
@@ -246,9 +247,7 @@ def _turned(body: Body) -> Index:
     thin = _thin(body)
     corners = body.vertices[faces[thin]]
     half = 3 * thin + np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).argmax(axis=1)
-    pairs = edge_pairs(faces)
-    beyond = np.full(3 * len(faces), -1)
-    beyond[pairs[:, 0]], beyond[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
+    beyond = twins(edge_pairs(faces), 3 * len(faces))
     edges = set(edge_keys(*edge_ends(faces)).tolist())
     new: list[tuple[int, int, int, int]] = []
     used: set[int] = set()

@@ -45,7 +45,8 @@ def edge_balance(faces: NDArray[np.intp]) -> tuple[Index, Index, Array]:
     """
     start, end = edge_ends(faces)
     edge = np.unique(edge_keys(start, end), return_inverse=True)[1]
-    return edge, np.bincount(edge), np.bincount(edge, np.where(start < end, 1.0, -1.0))
+    count = np.bincount(edge).astype(np.int64)
+    return edge, count, np.bincount(edge, np.where(start < end, 1.0, -1.0)).astype(np.float64)
 
 
 def connected(pairs: NDArray[np.intp], count: int) -> NDArray[np.int64]:
@@ -67,6 +68,13 @@ def edge_pairs(faces: NDArray[np.intp]) -> NDArray[np.intp]:
     again = np.concatenate([[False], same]) & np.concatenate([same, [False]])
     first = np.flatnonzero(same & ~again[:-1] & ~again[1:])
     return np.stack([order[first], order[first + 1]], axis=1)
+
+
+def twins(pairs: NDArray[np.intp], count: int) -> NDArray[np.intp]:
+    """(count,) the half-edge on the other side of each half-edge, by pairs (n, 2); -1: none."""
+    twin = np.full(count, -1)
+    twin[pairs[:, 0]], twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
+    return twin
 
 
 def near_faces(

@@ -67,8 +67,8 @@ def check_solid(body: Body, name: object, *, apart: bool = False) -> None:
     check_closed(body, name)
     if not apart and (line := crossings(body)):
         raise _overlap(f"{name}: {line}", body)
-    if within := parts_within_others(body, name):
-        raise _overlap(f"{name}: {within} of its parts lie within others", body)
+    if line := _held_parts(body, name):
+        raise _overlap(f"{name}: {line}", body)
 
 
 def check_apart(body: Body, textured: NDArray[np.bool_], name: object) -> None:
@@ -84,6 +84,12 @@ def crossings(body: Body) -> str:
     pairs = self_intersections(body)
     count = f"{'at least ' * (pairs >= MOST)}{pairs} pairs of faces"
     return f"passes through itself: {count}, some near ({shown_place(body)}) mm" if pairs else ""
+
+
+def _held_parts(body: Body, name: object) -> str:
+    """How many parts of a body lie within others, for a person; empty if none do. Raises InputError."""
+    within = parts_within_others(body, name)
+    return f"{within} of its parts lie within others" if within else ""
 
 
 def shown_place(body: Body) -> str:
@@ -114,13 +120,9 @@ def outer_body(body: Body, name: object) -> tuple[Body, tuple[str, ...]]:
         InputError: The body is open, turned inside out or without volume.
     """
     check_closed(body, name, repeated=True)
-    if twice := len(repeats(body.faces)):
-        return united(body), (f"{twice} faces lie there twice; its outside is felt",)
-    if line := crossings(body):
-        return united(body), (f"{line}; its outside is felt",)
-    if within := parts_within_others(body, name):
-        return united(body), (f"{within} of its parts lie within others; its outside is felt",)
-    return body, ()
+    twice = len(repeats(body.faces))
+    line = f"{twice} faces lie there twice" if twice else crossings(body) or _held_parts(body, name)
+    return (united(body), (f"{line}; its outside is felt",)) if line else (body, ())
 
 
 def _volumes(body: Body) -> Array:

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, Index, units
 from relief.solids.body import Body
+from relief.solids.meshes.neighbourhood import twins
 
 SHARPEST = np.radians(40.0)
 """Angle between two facets, rad, from which their edge is one of the part: coarse files have facets of 30
@@ -60,8 +61,7 @@ def crease_edges(body: Body, pairs: Index) -> NDArray[np.bool_]:
 def _support(body: Body, pairs: Index, turns: Array, chosen: Index) -> Array:
     """(n,) greatest angle at the edges beside chosen ones: parallel, and a few triangles away."""
     flat = body.faces.ravel()
-    twin, turn, bend = np.full(len(flat), -1), np.zeros(len(flat)), np.zeros(len(flat))
-    twin[pairs[:, 0]], twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
+    twin, turn, bend = twins(pairs, len(flat)), np.zeros(len(flat)), np.zeros(len(flat))
     turn[pairs], bend[pairs] = np.where(turns < SHARPEST, turns, 0.0)[:, None], turns[:, None]
     way, long_ = directions(body, pairs[chosen, 0])
     ends = flat[pairs[chosen]]

@@ -7,7 +7,7 @@ was meant lies within the noise, and its normals are those of a wider neighbourh
 import numpy as np
 import scipy.sparse as sp
 
-from relief.ground.arrays import Array, Index, units
+from relief.ground.arrays import Array, Index, quantiles, units
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import edge_ends
 
@@ -36,9 +36,7 @@ def turns_by_chance(body: Body, normals: Array, least: float = NOISE) -> bool:
     own = normals.reshape(-1, 3)[first]
     cosine = (units(_mean_over_neighbours(group) @ own) * own).sum(axis=1)
     area = np.bincount(group.ravel(), np.repeat(body.areas, 3))
-    order = np.argsort(-cosine)
-    below = np.cumsum(area[order])
-    return bool(cosine[order[np.searchsorted(below, 0.5 * below[-1])]] < np.cos(least))
+    return bool(-quantiles(-cosine, area, 0.5) < np.cos(least))
 
 
 def smoothed(body: Body, normals: Array) -> Array:

@@ -48,11 +48,6 @@ class Placement:
         """The direction `along` as a unit vector (3,)."""
         return None if self.along is None else np.array(self.along) / np.linalg.norm(self.along)
 
-    @property
-    def turning(self) -> Array:
-        """(2, 2) from coordinates in the surface to those of the texture, for column vectors."""
-        return turned(self.turn_deg)
-
 
 def turned(degrees: float) -> Array:
     """(2, 2) that turns coordinates, column vectors, clockwise; what they place is turned the other way."""

@@ -20,7 +20,7 @@ from relief.ground.errors import InputError
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import connected_around
-from relief.solids.wrapping.coordinates.layout import Layout, stretches
+from relief.solids.wrapping.coordinates.layout import Layout, one_patch, shares_of, stretches
 
 STRETCH = 0.1
 """Largest change of a length inside a patch, as a part of it."""
@@ -84,8 +84,7 @@ def lay_once(body: Body, normals: Array, seed: int, reach_mm: float, along: Arra
     inside = np.isfinite(corners).all(axis=(1, 2))
     corners[~inside] = 0.0
     stretch = np.where(inside, stretches(body.vertices[body.faces], corners), 0.0)
-    weight = np.broadcast_to(inside.astype(np.float64)[:, None, None], (len(inside), 1, 3))
-    return Layout(np.where(inside, 0, -1)[:, None], corners[:, None], weight, stretch, 1)
+    return one_patch(inside, corners, stretch)
 
 
 @dataclass(frozen=True)
@@ -226,8 +225,7 @@ class _Cover:
             key[near, last], patch_of[near, last] = order, number
             uv_of[near, last], weight_of[near, last] = uv[faces[near]], share
             uv[patch.vertices], far[patch.vertices] = np.nan, np.inf
-        total = weight_of.sum(axis=1, keepdims=True)
-        weight_of = np.divide(weight_of, total, out=np.zeros_like(weight_of), where=total > 0.0)
+        weight_of = shares_of(weight_of)
         leading = np.argmax(weight_of.sum(axis=2), axis=1)
         laid = patch_of[np.arange(count), leading] >= 0
         stretch[laid] = stretches(self.body.vertices[faces[laid]], uv_of[np.arange(count), leading][laid])
