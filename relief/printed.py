@@ -64,22 +64,6 @@ def on_pixels(
     return np.concatenate(bands)
 
 
-def in_layers(heights_mm: ArrayLike, printer: Printer, base_mm: float = 0.0) -> Array:
-    """Heights on the printer's pixels as its layers make them.
-
-    Args:
-        heights_mm: (rows, cols) mm.
-        printer: whose layers.
-        base_mm: height above the bottom of the plate, from which layers are counted, of height 0. By default
-            layers are counted from height 0, as on a base of whole layers.
-
-    Returns:
-        (rows, cols) mm.
-    """
-    layers = np.floor((np.asarray(heights_mm, dtype=np.float64) + base_mm) / printer.layer_mm + 0.5)
-    return np.asarray(layers * printer.layer_mm - base_mm)
-
-
 def printed(
     heights_mm: ArrayLike,
     pitch_mm: float,
@@ -87,9 +71,14 @@ def printed(
     repeats: tuple[bool, bool] = (False, False),
     base_mm: float = 0.0,
 ) -> Array:
-    """A relief as printed, mm, a height for each pixel; arguments as of `on_pixels` and `in_layers`.
+    """A relief as printed, mm, a height for each pixel.
 
     What is too steep is made gentler, and what is too fine left out if the printer is to keep features.
+
+    Args:
+        heights_mm, pitch_mm, printer, repeats: as of `on_pixels`.
+        base_mm: height 0 above the bottom of the plate, from which layers are counted; by default height 0
+            is the top of a layer, as on a base of whole layers.
     """
     pixels = on_pixels(heights_mm, pitch_mm, printer, repeats)
     pixel_mm = pitch_mm * np.shape(heights_mm)[1] / pixels.shape[1]

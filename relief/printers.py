@@ -174,3 +174,8 @@ def find_printer(name: str) -> Printer:
 
         raise InputError(f"printer: {shown(name)} is none of {', '.join(PRINTERS)}, nor a file (.toml)")
     return PRINTERS[name]
+
+
+def printer_of(printer: str | Printer | None) -> Printer | None:
+    """The printer that is given, or that of a name or a file; None stays None. Raises InputError."""
+    return find_printer(printer) if isinstance(printer, str) else printer

@@ -2,14 +2,14 @@
 
 import os
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Self, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
-from relief.ground.lengths import in_range
+from relief.ground.lengths import Lengths, in_range
 from relief.ground.limits import PATCH_SIDE_MM
 from relief.heightmap import check_heights, fitting_repeats, load_height_map
 from relief.printers import Printer
@@ -56,37 +56,29 @@ class Relief:
         cls,
         file: str | os.PathLike[str],
         *,
-        size_mm: float | None = None,
-        relief_mm: float | None = None,
-        height_scale: float | None = None,
         repeats: Repeats | None = None,
         printer: Printer | None = None,
         default_mm: float = PATCH_SIDE_MM,
         default_relief_mm: float | None = None,
+        **lengths: Unpack[Lengths],
     ) -> Self:
         """Read a relief from a height map.
 
         Args:
             file: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm).
-            size_mm: width of the plate or the tile; None takes the one in the file's header.
-            relief_mm, height_scale: of the height map, as in `relief.heightmap.load_height_map`.
             repeats: whether the relief is a tile, along both axes, "x" or "y"; None takes what the file's
                 header says, or a plate, with a warning, if the sides do not fit.
             printer: makes a print of the relief, with a sample for each of its pixels.
             default_mm, default_relief_mm: width, and height of white above black in a picture, where neither
                 an argument nor the header has one.
+            lengths: `size_mm`, width of the plate or the tile, where None takes the one in the file's header;
+                `relief_mm` and `height_scale` as in `relief.heightmap.load_height_map`.
 
         Raises:
             InputError: the file is missing or damaged, heights or lengths are out of range, the sides of a
                 tile do not fit, or the printer cannot make the relief.
         """
-        content = load_height_map(
-            file,
-            size_mm=size_mm,
-            relief_mm=relief_mm,
-            height_scale=height_scale,
-            default_relief_mm=default_relief_mm,
-        )
+        content = load_height_map(file, default_relief_mm=default_relief_mm, **lengths)
         width_mm = default_mm if content.size_mm is None else content.size_mm
         if repeats is None:
             repeats = fitting_repeats(content.repeats, content.heights, file)

@@ -43,11 +43,6 @@ class Surface:
         return self.width_mm * (self.shape[0] / self.shape[1])
 
     @property
-    def area_mm2(self) -> float:
-        """Area of the plate, or of one period, mm²."""
-        return self.width_mm * self.height_mm
-
-    @property
     def size_mm(self) -> tuple[float, float]:
         """Extents along y and x, mm, in the order of `shape`."""
         return self.height_mm, self.width_mm

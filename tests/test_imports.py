@@ -89,8 +89,8 @@ _ALLOWED = {
         "tactile"
     ),
     "retouch.app.stages": (
-        "mitsuba_scenes optimize.run_directory optimize.verification relief relief.ground retouch.app.state "
-        "retouch.app.values"
+        "mitsuba_scenes optimize.run_directory optimize.verification relief relief.ground relief.solids "
+        "retouch.app.state retouch.app.values"
     ),
     "retouch.app.state": (
         "optimize.descent optimize.run_directory relief.ground retouch.app.computing retouch.app.values"
@@ -98,8 +98,8 @@ _ALLOWED = {
     "retouch.app.values": "mitsuba_scenes optimize.settings relief.ground",
     "retouch.commands": (
         "mitsuba_scenes optimize.descent optimize.run_directory optimize.runs optimize.settings "
-        "optimize.verification relief relief.ground relief.preparing retouch retouch.app retouch.app.state "
-        "retouch.pages retouch.verbs retouch.verbs.objects surrogate.nets tactile"
+        "optimize.verification relief relief.ground relief.preparing relief.solids retouch retouch.app "
+        "retouch.app.state retouch.pages retouch.verbs retouch.verbs.objects surrogate.nets tactile"
     ),
     "retouch.laboratory": "",
     "retouch.laboratory.people": (

@@ -29,7 +29,7 @@ from relief.solids.meshes.places import Frame, spread, surface_points
 from relief.solids.meshes.refining import refined
 from relief.solids.meshes.unrolling import Unroller, feet
 from relief.solids.objects.table import OBJECTS
-from relief.solids.remeshing.fine_object import smooth_object
+from relief.solids.remeshing.smooth_surface import smooth_object
 from relief.solids.wrapping.coordinates.layout import Layout
 from relief.solids.wrapping.laying import Layer
 from relief.solids.wrapping.masks import Regions

@@ -121,7 +121,7 @@ def outcome(seed: int, tile: Tile) -> dict[str, Any]:
         wrapped = wrap(mesh, [Covering(tile)], Settings(edge_mm=EDGE_MM))
     except InputError as fault:
         return {"outcome": "refused", "line": str(fault), "cpu_s": time.process_time() - start}
-    pairs = edge_pairs(wrapped.body.faces, len(wrapped.body.vertices))
+    pairs = edge_pairs(wrapped.body.faces)
     closed = 2 * len(pairs) == 3 * len(wrapped.body.faces)
     crossing, pierced = self_intersections(wrapped.body), piercing(wrapped.body)
     return {

@@ -26,7 +26,7 @@ from relief.solids.meshes.crops import Cropper
 from relief.solids.meshes.places import spread, surface_points
 from relief.solids.meshes.unrolling import Unroller
 from relief.solids.objects.table import OBJECTS
-from relief.solids.remeshing.fine_object import smooth_object
+from relief.solids.remeshing.smooth_surface import smooth_object
 from relief.solids.wrapping.surfaces import Settings
 from relief.solids.wrapping.tiles import Covering, Tile
 from relief.solids.wrapping.wrap import wrap

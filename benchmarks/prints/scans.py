@@ -39,12 +39,12 @@ from relief.scans.coupon_reading import read_coupon
 from relief.scans.pose import Pose
 from relief.scans.registration import Interval, Registration, register
 from relief.scans.scans import Scan, check_scan
-from relief.scans.simulated import Scanner, scanned
 from relief.scans.summary import PrintScanned, print_scanned
 from relief.solids.export.plate import export_plate
 from tactile.jnd import jnd_apart
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
+from tests.relief.scans.simulated import Scanner, scanned
 
 PAGE = DOCS / "evidence" / "scans.md"
 SIDE, SIDE_MM = 80, 8.0

@@ -27,7 +27,8 @@ from relief.solids.export.plate import plate_mesh
 from relief.solids.meshes import Mesh, check_solid, read_mesh
 from relief.solids.meshes.crops import Cropper
 from relief.solids.meshes.places import frame_along
-from relief.solids.meshes.unrolling import refined_object
+from relief.solids.meshes.refining import refined
+from relief.solids.remeshing.smooth_surface import EDGE_MM
 from relief.surface import Surface
 from tactile import jnd_apart
 from tactile.measures import measure_touch
@@ -135,7 +136,7 @@ def around_tube(heights: Array, pitch_mm: float, every: int, tile: bool = False)
     rows, cols = heights.shape
     body = tube(heights, pitch_mm)
     check_solid(body, "tube")
-    base = refined_object(tube(np.zeros((-(-rows // every), cols // every)), every * pitch_mm), "base").body
+    base = refined(tube(np.zeros((-(-rows // every), cols // every)), every * pitch_mm), EDGE_MM).body
     surface = Surface((rows, cols), cols * pitch_mm, (tile, True))
     at = places(surface)
     chosen = at[np.linspace(0, len(at) - 1, min(len(at), 2 * PLACES)).astype(np.int64)]

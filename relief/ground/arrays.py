@@ -1,4 +1,4 @@
-"""Arrays: the types that most modules name, the smooth step, and blocks of rows."""
+"""Arrays: the types that most modules name, the smooth step, unit vectors, and blocks of rows."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -22,6 +22,26 @@ def smooth_step(t: ArrayLike) -> Array:
     """0 below 0, 1 above 1, and between them a cubic with flat ends."""
     t = np.clip(np.asarray(t, dtype=np.float64), 0.0, 1.0)
     return np.asarray(t * t * (3.0 - 2.0 * t))
+
+
+def units(vectors: Array) -> Array:
+    """Vectors (..., 3) of length 1; 0 where they have none."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
+
+
+def quantiles(values: Array, weights: AnyArray, shares: ArrayLike) -> Array:
+    """(k,) the values, of (n,), up to which lie shares (k,) of the sum of their weights (n,)."""
+    order = np.argsort(values)
+    below = np.cumsum(weights[order])
+    places = np.searchsorted(below, np.asarray(shares) * below[-1])
+    return np.asarray(values[order][np.minimum(places, len(order) - 1)])
+
+
+def sums_by(index: AnyArray, values: Array, count: int) -> Array:
+    """(count, k) sums of the rows of values (n, k) by their places, n numbers from 0 to count - 1."""
+    places = index.ravel()
+    return np.stack([np.bincount(places, column, count) for column in values.T], axis=1)
 
 
 def extents(rows: AnyArray) -> tuple[AnyArray, AnyArray]:

@@ -3,7 +3,6 @@
 import hashlib
 import json
 import logging
-import os
 import re
 import threading
 from collections.abc import Callable, Iterator, Mapping
@@ -16,6 +15,7 @@ import numpy as np
 
 from relief.ground.errors import InputError
 from relief.ground.files import cache_folder, remove_partial, write_atomically
+from relief.ground.locks import locked
 from relief.ground.tensors import Arrays, read_tensors, tensor_bytes
 
 _log = logging.getLogger(__name__)
@@ -113,14 +113,14 @@ def ship(kind: str, key: Key, folder: Path) -> Path:
 
 def _shipped(kind: str, key: Key, folder: Path) -> tuple[Path, str]:
     """The file of a kind and a key in a folder that comes with Retouch, and its key as text."""
-    text = json.dumps({name: value for name, value in key.items() if name != "code"}, sort_keys=True)
-    return folder / f"{kind}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.safetensors", text
+    return _place(kind, {name: value for name, value in key.items() if name != "code"}, folder)
 
 
-def _place(kind: str, key: Key) -> tuple[Path, str]:
-    """The file of a kind and a key, and the key as text."""
+def _place(kind: str, key: Key, folder: Path | None = None) -> tuple[Path, str]:
+    """The file of a kind and a key in a folder, by default that of the cache, and the key as text."""
     text = json.dumps(dict(key), sort_keys=True)
-    return cache_folder() / f"{kind}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.safetensors", text
+    name = f"{kind}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.safetensors"
+    return (folder or cache_folder()) / name, text
 
 
 def _read(path: Path, kind: str, text: str, layout: Layout) -> Arrays | None:
@@ -145,31 +145,24 @@ def _one_builder(folder: Path) -> Iterator[None]:
     Raises:
         OSError, ImportError: There is no folder to lock, or no lock on this system.
     """
-    import fcntl
-
     if getattr(_builds, "held", False):
         yield
         return
     folder.mkdir(parents=True, exist_ok=True)
-    lock = os.open(folder, os.O_RDONLY)
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with locked(folder, wait=True):
         _builds.held = True
-        yield
-    finally:
-        _builds.held = False
-        os.close(lock)
+        try:
+            yield
+        finally:
+            _builds.held = False
 
 
 def _has_layout(arrays: Arrays, layout: Layout) -> bool:
     if arrays.keys() != layout.keys():
         return False
     for name, (shape, kind) in layout.items():
-        array = arrays[name]
-        lengths = zip(array.shape, shape, strict=False)
-        if array.ndim != len(shape) or any(length not in (wanted, -1) for wanted, length in lengths):
-            return False
-        if array.dtype != np.dtype(kind):
+        fits = [wanted in (length, -1) for length, wanted in zip(arrays[name].shape, shape, strict=False)]
+        if arrays[name].ndim != len(shape) or not all(fits) or arrays[name].dtype != np.dtype(kind):
             return False
     return True
 

@@ -158,7 +158,8 @@ def read_limited(path: Path, limit: int) -> bytes:
     """
     try:
         with path.open("rb") as file:
-            content = file.read(limit + 1)
+            # Python takes the memory that is asked for, whatever the file has; pipes state no size.
+            content = file.read(min(limit, os.fstat(file.fileno()).st_size or limit) + 1)
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from error
     if len(content) > limit:

@@ -1,29 +1,44 @@
-"""File formats: of plates, one row each, which everything that names a format reads; of height maps."""
+"""File formats: of bodies, one row each, which everything that names a format reads; of height maps."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class PlateFormat:
-    """A file format for plates.
+    """A file format for plates and other bodies.
 
     Attributes:
         description: what the file is good for, as the report says it.
+        writer: module of `relief.solids.export` that writes the format, loaded when a file is written. Its
+            function `write(parts, file)` writes parts (`relief.solids.body.Part`) into a binary file;
+            `rounded(vertices)` gives coordinates (n, 3), mm, with the precision that the file holds.
+        triangle_bytes: size of a triangle with its share of the vertices, bytes, of plates of gravel.
         of_every_run: whether each run writes its plate in this format.
     """
 
     description: str
-    of_every_run: bool
+    writer: str
+    triangle_bytes: int
+    of_every_run: bool = False
 
 
 FORMATS = {
-    ".3mf": PlateFormat("triangles in millimetres; the safer choice if the slicer reads the format", True),
-    ".stl": PlateFormat("triangles without a unit; the slicer must be set to millimetres", True),
-    ".obj": PlateFormat("triangles without a unit, mm, for modelling programs", False),
-    ".glb": PlateFormat("triangles in metres, as the format defines, for Blender and browsers", False),
-    ".ply": PlateFormat("triangles without a unit, mm, for MeshLab", False),
+    ".3mf": PlateFormat(
+        "triangles in millimetres; the safer choice if the slicer reads the format",
+        "threemf_writer",
+        11,
+        True,
+    ),
+    ".stl": PlateFormat(
+        "triangles without a unit; the slicer must be set to millimetres", "stl_writer", 50, True
+    ),
+    ".obj": PlateFormat("triangles without a unit, mm, for modelling programs", "obj_writer", 42),
+    ".glb": PlateFormat(
+        "triangles in metres, as the format defines, for Blender and browsers", "glb_writer", 18
+    ),
+    ".ply": PlateFormat("triangles without a unit, mm, for MeshLab", "ply_writer", 19),
 }
-"""Formats by the suffix of the file; `relief.solids.export.parts` writes them."""
+"""Formats by the suffix of the file."""
 
 DISPLACEMENT = ".png"
 """Suffix of a height map that `retouch export` writes for programs that displace a surface by a picture."""

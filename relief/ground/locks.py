@@ -12,18 +12,22 @@ _log = logging.getLogger(__name__)
 
 
 @contextmanager
-def locked(folder: Path) -> Iterator[None]:
+def locked(folder: Path, *, wait: bool = False) -> Iterator[None]:
     """Hold the lock of a folder (``flock``) until the block ends.
 
+    Args:
+        folder: The folder, which exists.
+        wait: Whether to wait until another process has let go of the lock.
+
     Raises:
-        BlockingIOError: Another process holds it.
+        BlockingIOError: Another process holds the lock, and nobody waits.
         ImportError, OSError: There are no such locks, as on Windows and on some network file systems.
     """
     import fcntl  # Windows has none.
 
     descriptor = os.open(folder, os.O_RDONLY)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
         yield
     finally:
         os.close(descriptor)

@@ -14,6 +14,7 @@ from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
 from relief.ground.errors import InputError
+from relief.ground.files import read_limited
 
 Arrays = dict[str, NDArray[Any]]
 """Arrays by name; their floating-point types are kept."""
@@ -56,12 +57,7 @@ def read_tensors(path: Path) -> tuple[Arrays, str]:
     Raises:
         InputError: The file cannot be read, is longer than `LARGEST_FILE`, or is damaged.
     """
-    try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise InputError(f"{path}: is longer than {LARGEST_FILE} bytes")
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from error
+    content = read_limited(path, LARGEST_FILE)
     begin = content.find(_PLACE) + len(_PLACE)
     end = begin + len(_BLANK)
     whole = memoryview(content)

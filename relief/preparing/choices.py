@@ -1,18 +1,15 @@
 """Choices that a preparation leaves to its user; this module imports nothing heavy."""
 
 from collections.abc import Mapping
-from types import MappingProxyType
 
-GREYS: Mapping[str, Mapping[str, float]] = MappingProxyType(
-    {
-        "luminance": {"R": 0.2126, "G": 0.7152, "B": 0.0722},
-        "mean": {"R": 1 / 3, "G": 1 / 3, "B": 1 / 3},
-        "red": {"R": 1.0},
-        "green": {"G": 1.0},
-        "blue": {"B": 1.0},
-        "alpha": {"A": 1.0},
-    }
-)
+GREYS: Mapping[str, Mapping[str, float]] = {
+    "luminance": {"R": 0.2126, "G": 0.7152, "B": 0.0722},
+    "mean": {"R": 1 / 3, "G": 1 / 3, "B": 1 / 3},
+    "red": {"R": 1.0},
+    "green": {"G": 1.0},
+    "blue": {"B": 1.0},
+    "alpha": {"A": 1.0},
+}
 """Weights of the channels of a coloured picture, as stored, by the name of the grey.
 
 Those of luminance are of ITU-R BT.709.

@@ -14,6 +14,7 @@ from scipy.ndimage import map_coordinates
 
 from relief.ground.arrays import Array
 from relief.relief import Relief
+from relief.scans.scans import axes_mm
 
 CUBIC, LINEAR = 3, 1
 """Orders of the splines of heights, and of derivatives, which decide the number of steps alone."""
@@ -148,8 +149,5 @@ def _read(values: Array, places: Array, order: int) -> Array:
 
 def samples_mm(relief: Relief) -> tuple[Array, Array]:
     """Places x and y (rows, cols) of the samples of a relief, mm from its middle, y upward."""
-    (rows, cols), pitch_mm = relief.heights.shape, relief.pitch_mm
-    x = (np.arange(cols) - 0.5 * (cols - 1)) * pitch_mm
-    y = (0.5 * (rows - 1) - np.arange(rows)) * pitch_mm
-    across, down = np.meshgrid(x, y)
-    return across, down
+    x, y = np.meshgrid(*axes_mm(relief.heights.shape, relief.pitch_mm))
+    return x, y

@@ -18,6 +18,8 @@ from relief.solids.export.pixel_font import bitmap
 
 SIDE_MM, SAMPLES = 24.0, 640
 """Side of the coupon and samples along it; a plate of 0.8 million triangles."""
+PITCH_MM = SIDE_MM / SAMPLES
+"""Distance of the samples."""
 BASE_PIXEL_UM = 50.0
 """Pixel of the printers for which the scale is 1."""
 LEAST_SCALE, MOST_SCALE = 0.5, 2.5
@@ -105,18 +107,16 @@ def coupon(scale: float = 1.0) -> Relief:
 
 def window(field: Field) -> tuple[slice, slice]:
     """Rows and columns of the samples of a field."""
-    pitch = SIDE_MM / SAMPLES
-    left, right = (round(each / pitch) for each in (field.x, field.x + field.wide))
-    top, bottom = (SAMPLES - round(each / pitch) for each in (field.y + field.high, field.y))
+    left, right = (round(each / PITCH_MM) for each in (field.x, field.x + field.wide))
+    top, bottom = (SAMPLES - round(each / PITCH_MM) for each in (field.y + field.high, field.y))
     return slice(top, bottom), slice(left, right)
 
 
 def places(field: Field) -> tuple[Array, Array]:
     """x and y (rows, cols) of the samples of a field from its lower left corner, mm at scale 1."""
     rows, cols = window(field)
-    pitch = SIDE_MM / SAMPLES
-    x = (np.arange(cols.start, cols.stop) + 0.5) * pitch - field.x
-    y = SIDE_MM - (np.arange(rows.start, rows.stop) + 0.5) * pitch - field.y
+    x = (np.arange(cols.start, cols.stop) + 0.5) * PITCH_MM - field.x
+    y = SIDE_MM - (np.arange(rows.start, rows.stop) + 0.5) * PITCH_MM - field.y
     x, y = np.meshgrid(x, y)
     return x, y
 
@@ -159,7 +159,7 @@ def _soft(inside: Array, unit_mm: float) -> Array:
         inside: distance from the edge, positive inside, in `unit_mm`.
         unit_mm: mm of that unit.
     """
-    return np.clip(inside * unit_mm / (SIDE_MM / SAMPLES) + 0.5, 0.0, 1.0)
+    return np.clip(inside * unit_mm / PITCH_MM + 0.5, 0.0, 1.0)
 
 
 def _labels() -> Iterator[tuple[str, float, float]]:
@@ -176,17 +176,16 @@ def _labels() -> Iterator[tuple[str, float, float]]:
 
 def _engrave(heights: Array, text: str, x: float, y: float) -> None:
     """Engrave a text into the plane."""
-    pitch = SIDE_MM / SAMPLES
     letters = bitmap([text])
-    times = round(LABEL_PIXEL_MM / pitch)
+    times = round(LABEL_PIXEL_MM / PITCH_MM)
     letters = letters.repeat(times, axis=0).repeat(times, axis=1)
-    row, col = SAMPLES - round(y / pitch) - len(letters), round(x / pitch)
+    row, col = SAMPLES - round(y / PITCH_MM) - len(letters), round(x / PITCH_MM)
     heights[row : row + len(letters), col : col + letters.shape[1]] -= LABEL_MM * letters
 
 
 def _mark(heights: Array) -> None:
     """Raise an L in the upper left corner and a square in the upper right, which tell turn and mirror."""
-    one = round(0.6 / (SIDE_MM / SAMPLES))
+    one = round(0.6 / PITCH_MM)
     heights[one : 4 * one, one : 2 * one] = FLOOR_MM + HIGH_MM
     heights[3 * one : 4 * one, one : 4 * one] = FLOOR_MM + HIGH_MM
     heights[one : 3 * one, -3 * one : -one] = FLOOR_MM + HIGH_MM

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from relief.ground.arrays import Array
@@ -22,12 +23,14 @@ from relief.printers import RANGES, STEEPEST_DEGREES, Printer
 from relief.relief import Relief
 from relief.scans import coupon as plates
 from relief.scans.blurred import samples_mm
-from relief.scans.coupon import Field
+from relief.scans.coupon import PITCH_MM, Field
 from relief.scans.registration import NORMAL_95, Interval, Registration, register
 from relief.scans.scans import Scan
 
 STRIPS = 8
 """Strips of a field whose numbers are compared, which tells how well their mean is known."""
+FEWEST = 20
+"""Samples of a strip, above which the strip counts."""
 STUDENT_95 = 2.365
 """Standard errors that hold 95 % with 7 degrees of freedom (Student's t), for means of 8 strips."""
 ENOUGH = 0.7
@@ -131,7 +134,7 @@ def read_coupon(scan: Scan, scale: float) -> CouponNumbers:
         found,
         pixel_um,
         layer_um,
-        Interval(*(1000.0 * scale * each for each in (smallest.value, smallest.low, smallest.high))),
+        smallest.times(1000.0 * scale),
         read.steepest(1e-3 * pixel_um.value),
         _scale(found, pixel_um.value),
         read.height(_of("ramp")[0], layer_um),
@@ -181,18 +184,13 @@ class _Read:
         """Amplitude of a grating over that of its design."""
         x, y, own, design = self._field(field)
         phase = 2.0 * pi * plates.across(field, x, y) / field.size
-        strips = np.minimum((y / field.high * STRIPS).astype(int), STRIPS - 1)
         basis = np.column_stack([np.cos(phase), np.sin(phase), np.ones(len(x)), x])
 
-        def amplitude(heights: Array, part: Array) -> float:
+        def amplitude(heights: Array, part: NDArray[np.bool_]) -> float:
             return float(np.linalg.lstsq(basis[part], heights[part], rcond=None)[0][0])
 
-        each = [
-            amplitude(own, strips == n) / amplitude(design, strips == n)
-            for n in range(STRIPS)
-            if np.count_nonzero(strips == n) > 20
-        ]
-        error = STUDENT_95 / NORMAL_95 * float(np.std(each, ddof=1)) / sqrt(len(each))
+        each = [amplitude(own, part) / amplitude(design, part) for part in _strips(field, y)]
+        error = _error(each, STUDENT_95 / NORMAL_95)
         whole = np.ones(len(x), bool)
         # The plate is linear between samples, which leaves less of a fine grating than the samples have.
         slant = radians(plates.SLANT_DEGREES)
@@ -223,13 +221,8 @@ class _Read:
         Other heights are too few to average what layers round.
         """
         _, y, own, design = self._field(field)
-        strips = np.minimum((y / field.high * STRIPS).astype(int), STRIPS - 1)
-        each = [
-            float(np.polyfit(design[strips == n], own[strips == n], 1)[0])
-            for n in range(STRIPS)
-            if np.count_nonzero(strips == n) > 20
-        ]
-        error = STUDENT_95 / NORMAL_95 * float(np.std(each, ddof=1)) / sqrt(len(each))
+        each = [float(np.polyfit(design[part], own[part], 1)[0]) for part in _strips(field, y)]
+        error = _error(each, STUDENT_95 / NORMAL_95)
         # Layers round the levels by which the plate was levelled, and a tilt adds to the slope of the ramp.
         layer_mm = 0.0 if layer_um is None else 1e-3 * layer_um.value / self._scale
         rounded = layer_mm / sqrt(12.0 * EDGES) / plates.SIDE_MM / (field.size / field.wide)
@@ -240,7 +233,6 @@ class _Read:
         """Thickness of layers, um, in lengths of the design; None where no terraces are seen."""
         x, y, own, design = self._field(field)
         um = 1000.0 * self._scale
-        strips = np.minimum((y / field.high * STRIPS).astype(int), STRIPS - 1)
         straight = np.column_stack([np.ones(len(x)), x, y])
         left = own - straight @ np.linalg.lstsq(straight, own, rcond=None)[0]
         span_um = um * float(np.ptp(design))
@@ -254,13 +246,9 @@ class _Read:
         if share < SEEN:
             return None
         near = best + np.linspace(-0.5, 0.5, 101) / span_um
-        told = []
-        for strip in range(STRIPS):
-            part = strips == strip
-            if np.count_nonzero(part) > 20:
-                told.append(_strongest(um * design[part], left[part], near)[0])
+        each = [_strongest(um * design[part], left[part], near)[0] for part in _strips(field, y)]
         whole = _strongest(um * design, left, near)[0]
-        error = STUDENT_95 * float(np.std(told, ddof=1)) / sqrt(len(told)) + PERIODS_ERROR / span_um
+        error = _error(each, STUDENT_95) + PERIODS_ERROR / span_um
         return Interval(1.0 / whole, 1.0 / (whole + error), 1.0 / max(whole - error, 1e-9))
 
     def steepest(self, footprint_mm: float) -> Interval:
@@ -292,8 +280,16 @@ class _Read:
         return float(np.polyfit(away[ramp], own[ramp], 1)[0])
 
 
-PITCH_MM = plates.SIDE_MM / plates.SAMPLES
-"""Distance of the samples of the coupon at scale 1."""
+def _strips(field: Field, y: Array) -> list[NDArray[np.bool_]]:
+    """Samples (n,) of each strip of a field that has enough of them, by their y, mm."""
+    strip = np.minimum((y / field.high * STRIPS).astype(int), STRIPS - 1)
+    parts = [strip == number for number in range(STRIPS)]
+    return [part for part in parts if np.count_nonzero(part) > FEWEST]
+
+
+def _error(values: list[float], times: float) -> float:
+    """A multiple of the standard error of the mean of values of strips."""
+    return times * float(np.std(values, ddof=1)) / sqrt(len(values))
 
 
 def _strongest(heights: Array, left: Array, per_um: Array) -> tuple[float, float]:

@@ -108,5 +108,4 @@ def _window(places: Array, side_mm: float) -> Array:
 
 def half_kept_mm(blur_mm: Interval) -> Interval:
     """The period of which a Gaussian blur leaves half the amplitude."""
-    factor = pi * sqrt(2.0 / log(2.0))
-    return Interval(*(factor * each for each in (blur_mm.value, blur_mm.low, blur_mm.high)))
+    return blur_mm.times(pi * sqrt(2.0 / log(2.0)))

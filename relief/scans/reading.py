@@ -22,7 +22,7 @@ from relief.heightmap import load_content
 from relief.readers import damage_named
 from relief.scans.scans import Scan, block_means, check_scan
 from relief.solids.body import Body
-from relief.solids.meshes.mesh import Mesh, read_mesh
+from relief.solids.meshes.mesh import Mesh, check_units, read_mesh
 from relief.solids.meshes.raster import rasterise
 
 POINTS = (".xyz", ".txt", ".csv", ".asc")
@@ -92,7 +92,8 @@ def read_scan(path: str | os.PathLike[str], lengths: ScanLengths | None = None) 
         elif suffix in MESHES:
             scan = _of_mesh(read_mesh(path, units=lengths.units))
         else:
-            scan = _of_points(_points(path) * UNITS[_known_unit(path, lengths.units)], str(path))
+            check_units(path, lengths.units)
+            scan = _of_points(_points(path) * UNITS[lengths.units or "mm"], str(path))
         return check_scan(scan)
 
 
@@ -103,12 +104,6 @@ def _refuse_others(path: Path, is_map: bool, lengths: ScanLengths) -> None:
     for name in ("size_mm", "relief_mm", "height_scale"):
         if not is_map and getattr(lengths, name) is not None:
             raise InputError(f"{path}: {name}: is for height maps; a mesh or points have units")
-
-
-def _known_unit(path: Path, units: str | None) -> str:
-    if units is not None and units not in UNITS:
-        raise InputError(f"{path}: units: {units!r} is not one of {', '.join(UNITS)}")
-    return units or "mm"
 
 
 def _of_height_map(path: Path, lengths: ScanLengths) -> Scan:

@@ -65,6 +65,10 @@ class Interval:
         """The interval of a normal distribution."""
         return cls(value, value - NORMAL_95 * sigma, value + NORMAL_95 * sigma)
 
+    def times(self, factor: float) -> "Interval":
+        """The interval of a multiple of the number, by a factor above 0."""
+        return Interval(factor * self.value, factor * self.low, factor * self.high)
+
     def holds(self, truth: float) -> bool:
         """Whether a value lies within."""
         return self.low <= truth <= self.high

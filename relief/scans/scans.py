@@ -75,9 +75,7 @@ class Scan:
 
     def axes_mm(self) -> tuple[Array, Array]:
         """Places of columns along x and of rows along y, mm from the middle of the file, y upward."""
-        rows, cols = self.heights.shape
-        x = (np.arange(cols) - 0.5 * (cols - 1)) * self.pitch_mm
-        y = (0.5 * (rows - 1) - np.arange(rows)) * self.pitch_mm
+        x, y = axes_mm(self.heights.shape, self.pitch_mm)
         return x + self.middle_mm[0], y + self.middle_mm[1]
 
     def flipped(self) -> Self:
@@ -100,6 +98,14 @@ class Scan:
         x = self.middle_mm[0] + (left + 0.5 * (across - cols)) * self.pitch_mm
         y = self.middle_mm[1] - (top + 0.5 * (down - rows)) * self.pitch_mm
         return replace(self, heights=heights, middle_mm=(x, y))
+
+
+def axes_mm(shape: tuple[int, ...], pitch_mm: float) -> tuple[Array, Array]:
+    """Places of columns along x and of rows along y of a grid, mm from its middle, y upward."""
+    rows, cols = shape
+    x = (np.arange(cols) - 0.5 * (cols - 1)) * pitch_mm
+    y = (0.5 * (rows - 1) - np.arange(rows)) * pitch_mm
+    return np.asarray(x), np.asarray(y)
 
 
 def block_means(heights: Array, down: int, across: int) -> Array:

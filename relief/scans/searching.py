@@ -97,9 +97,11 @@ class _Coarse:
         weight = gaussian_filter(known, blur, mode="constant")
         smooth = gaussian_filter(heights * known, blur, mode="constant") / np.maximum(weight, 1e-6)
         rows, cols = (max(1, round(side / step_mm)) for side in scan.size_mm)
-        x = (np.arange(cols) - 0.5 * (cols - 1)) * step_mm / scan.pitch_mm + 0.5 * (scan.heights.shape[1] - 1)
-        y = (np.arange(rows) - 0.5 * (rows - 1)) * step_mm / scan.pitch_mm + 0.5 * (scan.heights.shape[0] - 1)
-        places = np.stack(np.meshgrid(y, x, indexing="ij"))
+        along = [
+            (np.arange(count) - 0.5 * (count - 1)) * step_mm / scan.pitch_mm + 0.5 * (side - 1)
+            for count, side in zip((rows, cols), scan.heights.shape, strict=True)
+        ]
+        places = np.stack(np.meshgrid(*along, indexing="ij"))
         there = map_coordinates(weight, places, order=1, mode="nearest") > 0.5
         self._values = np.where(there, map_coordinates(smooth, places, order=1, mode="nearest"), 0.0)
         self._there = there.astype(np.float32)

@@ -7,7 +7,7 @@ import numpy as np
 
 from relief.ground.arrays import Array
 from relief.scans.loss import Kept, detail_kept, half_kept_mm
-from relief.scans.registration import Interval, Registration
+from relief.scans.registration import Registration
 
 LITTLE_COVERED = 50.0
 """Percentage of the plate below which a note says that most of what is pressed was not scanned."""
@@ -49,7 +49,7 @@ class PrintScanned:
             "shifted_mm_high": [x.high, y.high],
             **found.scale.as_json("scale"),
             **found.height_scale.as_json("height_scale"),
-            **_times(blur, 1000.0).as_json("blur_um"),
+            **blur.times(1000.0).as_json("blur_um"),
             **half_kept_mm(blur).as_json("half_kept_mm"),
             "tilted_degrees": found.tilted_degrees,
             "correlation": found.fitted.correlation,
@@ -88,7 +88,3 @@ def print_scanned(registration: Registration) -> PrintScanned:
     return PrintScanned(
         registration, heights - min(0.0, float(heights.min())), deviations, detail_kept(registration)
     )
-
-
-def _times(interval: Interval, factor: float) -> Interval:
-    return Interval(*(factor * each for each in (interval.value, interval.low, interval.high)))

@@ -1,1 +1,1 @@
-"""Solids: bodies from files of other programs, mended, meshed, wrapped and written for printers."""
+"""Solids: bodies of files, mended and meshed, wrapped in reliefs, and written for printers."""

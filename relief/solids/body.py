@@ -1,18 +1,16 @@
-"""Bodies of triangles, and the files that hold one without a name: binary STL and binary PLY."""
+"""Bodies of triangles, and parts: bodies with a name, a placement and colours."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, in_blocks
+from relief.ground.arrays import Array
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-"""A triangle in a binary STL file."""
-FACE = np.dtype([("count", "u1"), ("vertices", "<i4", 3)])
-"""A face in a binary PLY file."""
+"""A triangle in a binary STL file, which one module reads and another writes."""
 
 
 class Body(NamedTuple):
@@ -74,41 +72,3 @@ def joined(parts: Sequence[Part]) -> Body:
     first = np.cumsum([0, *(len(body.vertices) for body in bodies)])
     faces = [body.faces + number for body, number in zip(bodies, first, strict=False)]
     return Body(np.concatenate([body.vertices for body in bodies]), np.concatenate(faces))
-
-
-def stl(body: Body) -> bytes:
-    """A body as a binary STL file."""
-    return b"".join(stl_blocks(body))
-
-
-def stl_blocks(body: Body) -> Iterator[bytes]:
-    """The bytes of a binary STL file, one block after the other."""
-    yield b"Retouch".ljust(80) + np.uint32(len(body.faces)).tobytes()
-    for faces in in_blocks(body.faces):
-        triangles = np.zeros(len(faces), TRIANGLE)
-        normal = Body(body.vertices, faces).normals
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
-        triangles["normal"] = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
-        triangles["corners"] = body.vertices[faces]
-        yield triangles.tobytes()
-
-
-def ply(body: Body) -> bytes:
-    """A body as a binary PLY file."""
-    return b"".join(ply_blocks(body))
-
-
-def ply_blocks(body: Body) -> Iterator[bytes]:
-    """The bytes of a binary PLY file, one block after the other."""
-    yield (
-        "ply\nformat binary_little_endian 1.0\n"
-        f"element vertex {len(body.vertices)}\n"
-        "property float x\nproperty float y\nproperty float z\n"
-        f"element face {len(body.faces)}\nproperty list uchar int vertex_indices\nend_header\n"
-    ).encode()
-    for vertices in in_blocks(body.vertices):
-        yield vertices.astype("<f4").tobytes()
-    for corners in in_blocks(body.faces):
-        faces = np.zeros(len(corners), FACE)
-        faces["count"], faces["vertices"] = 3, corners
-        yield faces.tobytes()

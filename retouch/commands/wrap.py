@@ -8,11 +8,9 @@ import retouch
 from relief.ground.errors import InputError
 from relief.ground.formats import FORMATS
 from relief.ground.options import add_options, given
+from relief.solids.names import OBJECTS
 from retouch.commands.options import TEXTURE, add_talk, print_json
 from retouch.verbs.objects.wrap_options import WrapOptions
-
-OBJECTS = "starfish, bracelet, slider, frog, curved, ball, cylinder"
-"""Names of the bundled objects, as the help lists them."""
 
 HELP = "lay a tile over an object"
 DESCRIPTION = f"""\
@@ -22,7 +20,7 @@ flat patches that are turned to fit one another and blended where they cannot. A
 fit is placed once. A solid comes out as a solid; a flat bottom stays flat.
 
 meshes: STL, OBJ, PLY, GLB, 3MF, or an object that comes with Retouch by its name:
-  {OBJECTS}
+  {", ".join(OBJECTS)}
 
 masks, joined by & or |, with not and parentheses:
   "z>2"          above z = 2 mm; the texture grows over the falloff, "z>2..5" from z = 2 to z = 5; x and y too

@@ -11,11 +11,11 @@ from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_settings
 from relief.ground.errors import InputError
 from relief.ground.files import check_file_to_write, permitted
-from relief.ground.formats import DISPLACEMENT
+from relief.ground.formats import DISPLACEMENT, FORMATS
 from relief.ground.lengths import Lengths
 from relief.ground.limits import BASE_MM, SMALLEST_RELIEF_MM
 from relief.heightmap import check_scales, save_heights_png
-from relief.printers import Printer, find_printer
+from relief.printers import Printer, printer_of
 from relief.relief import Relief
 from relief.solids.export.plate import export_plate, repeated
 from relief.surface import repeats_along
@@ -25,8 +25,6 @@ _log = logging.getLogger(__name__)
 
 MANY_TRIANGLES = 4_000_000
 """Triangles of a plate beyond which its size is told before the work: those of 1400 x 1400 samples."""
-TRIANGLE_BYTES = {".3mf": 11, ".stl": 50, ".obj": 42, ".glb": 18, ".ply": 19}
-"""Bytes of a triangle in each of `FORMATS`, with its share of the vertices, of plates of gravel."""
 
 
 @runtime_checkable
@@ -114,7 +112,7 @@ def export(
     tile = relief_of(source, **lengths)
     heights = repeated(tile.heights, repeat, tile.name)
     whole = Relief(heights, tile.width_mm * repeat[1], name=tile.name, printer=tile.printer)
-    made_by = find_printer(printer) if isinstance(printer, str) else printer
+    made_by = printer_of(printer)
     whole = whole if made_by is None else whole.printed(made_by)
     whole = replace(whole, repeats=tile.repeats)
     with permitted(out):
@@ -152,5 +150,5 @@ def _foretell(out: Path, relief: Relief, stepped: bool) -> None:
             "(retouch prepare --samples)",
             out,
             triangles / 1e6,
-            triangles * TRIANGLE_BYTES[out.suffix.lower()] / 1e6,
+            triangles * FORMATS[out.suffix.lower()].triangle_bytes / 1e6,
         )

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from mitsuba_scenes import find_texture
 from relief.ground.errors import InputError
 from relief.ground.lengths import Lengths
-from relief.printers import Printer, find_printer
+from relief.printers import Printer, printer_of
 from relief.relief import Relief, as_relief
 from relief.surface import Repeats
 
@@ -29,7 +29,7 @@ def relief_of(
     Raises:
         InputError: as of `Relief.read`; or an argument that a value has already.
     """
-    made_by = find_printer(printer) if isinstance(printer, str) else printer
+    made_by = printer_of(printer)
     if isinstance(source, str | os.PathLike):
         return Relief.read(find_texture(source), repeats=repeats, printer=made_by, **lengths)
     relief = as_relief(source, lengths.pop("size_mm", None), repeats=repeats)

@@ -18,7 +18,7 @@ from relief.ground.errors import InputError, naming
 from relief.ground.files import check_file_to_write, permitted, write_atomically
 from relief.ground.progress import Progress, stage
 from relief.heightmap import save_heights_exr
-from relief.printers import Printer, find_printer, is_printer_file
+from relief.printers import Printer, is_printer_file, printer_of
 from relief.relief import Relief
 from relief.scans import coupon as plates
 from relief.scans.blurred import samples_mm
@@ -173,7 +173,7 @@ def coupon(out: str | os.PathLike[str], *, printer: str | Printer | None = None)
     Raises:
         InputError: the file cannot be written.
     """
-    made_by = find_printer(printer) if isinstance(printer, str) else printer
+    made_by = printer_of(printer)
     return export(plates.coupon(plates.scale_for(made_by)), out)
 
 
@@ -206,7 +206,7 @@ def scan_coupon(
     if not is_printer_file(out.name):
         raise InputError(f"{out}: a printer file ends in .toml", f"{out}: -o: a printer file ends in .toml")
     check_file_to_write(out)
-    made_by = find_printer(printer) if isinstance(printer, str) else printer
+    made_by = printer_of(printer)
     lengths = ScanLengths(units, size_mm, relief_mm, height_scale)
     with followed(progress, quiet), stage("measuring the coupon"):
         numbers = read_coupon(read_scan(file, lengths), plates.scale_for(made_by))

@@ -42,8 +42,9 @@ def sound() -> Mapping[str, bytes]:
     """A plate of 4 x 4 samples in each of the formats."""
     import trimesh
 
+    from relief.ground.formats import FORMATS
     from relief.solids.body import Part
-    from relief.solids.export.parts import WRITERS
+    from relief.solids.export.parts import writer_of
     from relief.solids.export.plate import plate_mesh
 
     body = plate_mesh([[0.1, 0.4, 0.2, 0.3]] * 4, 20.0)
@@ -53,9 +54,9 @@ def sound() -> Mapping[str, bytes]:
         "text.stl": trimesh.exchange.stl.export_stl_ascii(other).encode(),
         "text.ply": trimesh.exchange.ply.export_ply(other, encoding="ascii"),
     }
-    files = {suffix[1:]: io.BytesIO() for suffix in WRITERS}
+    files = {suffix[1:]: io.BytesIO() for suffix in FORMATS}
     for suffix, file in files.items():
-        WRITERS[f".{suffix}"](parts, file)
+        writer_of(f".{suffix}").write(parts, file)
     return {suffix: file.getvalue() for suffix, file in files.items()} | texts
 
 

@@ -15,7 +15,6 @@ STRIP = Surface((100, 600), 60.0)
 def test_a_surface_knows_its_extents() -> None:
     assert STRIP.pitch_mm == 0.1
     assert STRIP.size_mm == (10.0, 60.0)
-    assert STRIP.area_mm2 == 600.0
     assert Surface((96, 96), 7.3).height_mm == 7.3
 
 

@@ -17,7 +17,8 @@ from optimize.settings.skins import load_skin
 from optimize.verification.solids.mesh_feel import feel_of
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
-from relief.solids.body import TRIANGLE, stl
+from relief.solids.body import TRIANGLE, Part
+from relief.solids.export.parts import write_parts
 from relief.solids.meshes import read_mesh
 
 CROSSINGS = "benchmarks.objects.parts.crossings_in_blender"
@@ -40,7 +41,7 @@ def looked_at(bare: Path, file: Path, blender: str | None, plate: Array | None) 
         return {"failure": str(error)}
     mesh: Any = trimesh.load(file, force="mesh")
     as_stl = file.with_suffix(".stl")
-    as_stl.write_bytes(stl(read.body))
+    write_parts(as_stl, [Part("part", read.body)])
     row: dict[str, Any] = {"closed": bool(mesh.is_watertight and mesh.is_winding_consistent)}
     if blender:
         row |= _crossings(blender, as_stl)

@@ -21,7 +21,7 @@ from relief.solids.meshes.mesh import Mesh
 from relief.solids.meshes.places import frames, spread, surface_points
 from relief.solids.meshes.shells import outside
 from relief.solids.meshes.unrolling import Unroller
-from relief.solids.remeshing.fine_object import smooth_object
+from relief.solids.remeshing.smooth_surface import smooth_object
 from tactile.measures import BATCH_SAMPLES, each
 from tactile.model import ModelName
 from tactile.quantities import QUANTITIES, means

@@ -7,6 +7,7 @@ import numpy as np
 from manifold3d import CrossSection, FillRule, triangulate
 from numpy.typing import NDArray
 
+from relief.ground.arrays import renumbered
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.export.pixel_font import bitmap
@@ -59,7 +60,8 @@ def labelled(body: Body, lines: Sequence[str], depth_mm: float) -> Body:
         faces += [np.stack([high, after, under], axis=-1), np.stack([high, under, deep], axis=-1)]
     level = np.column_stack([-corners[:, 0], corners[:, 1], np.full(len(corners), low)])
     vertices = np.concatenate([body.vertices, level, level - (0.0, 0.0, depth_mm)])
-    return _used(vertices, np.concatenate(faces))
+    used, kept = renumbered(np.concatenate(faces), len(vertices))
+    return Body(vertices[used], kept)
 
 
 def pixel_mm(lines: Sequence[str], width_mm: float, height_mm: float) -> float:
@@ -122,10 +124,3 @@ def _letters(lines: Sequence[str], rim: Points) -> list[Points]:
 def _triangles(outlines: Sequence[Points], indices: Sequence[NDArray[np.intp]]) -> NDArray[np.intp]:
     """Triangles inside outlines, by the indices of their vertices."""
     return np.concatenate(indices)[np.asarray(triangulate(list(outlines)), dtype=np.intp)]
-
-
-def _used(vertices: Points, faces: NDArray[np.intp]) -> Body:
-    """A body without the vertices that no face has."""
-    used = np.zeros(len(vertices), dtype=bool)
-    used[faces] = True
-    return Body(vertices[used], (np.cumsum(used) - 1)[faces])

@@ -5,9 +5,10 @@ all its files.
 """
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
-from typing import BinaryIO
+from types import ModuleType
 
 import numpy as np
 
@@ -15,35 +16,12 @@ from relief.ground.errors import InputError
 from relief.ground.files import partial_file
 from relief.ground.formats import FORMATS
 from relief.ground.lengths import shown
-from relief.solids.body import Body, Part, joined, ply_blocks, stl_blocks
-from relief.solids.export.glb import MM_TO_METRES_Y_UP, glb
-from relief.solids.export.threemf import lines, write_threemf
+from relief.solids.body import Body, Part
 
 
-def obj(parts: Sequence[Part]) -> Iterator[bytes]:
-    """Blocks of an OBJ file of parts, each an object of its name.
-
-    A comment tells the unit, which the format lacks.
-    """
-    first = 1
-    yield b"# Retouch, millimetres, z up\n"
-    for part in parts:
-        vertices, faces = part.placed
-        # Programs end a name at the first space.
-        yield f"o {shown(part.name).replace(' ', '_')}\n".encode()
-        yield from lines("v %.9g %.9g %.9g\n", vertices)
-        yield from lines("f %d %d %d\n", faces + first)
-        first += len(vertices)
-
-
-WRITERS: dict[str, Callable[[Sequence[Part], BinaryIO], None]] = {
-    ".3mf": write_threemf,
-    ".stl": lambda parts, file: file.writelines(stl_blocks(joined(parts))),
-    ".obj": lambda parts, file: file.writelines(obj(parts)),
-    ".glb": lambda parts, file: file.writelines(glb(parts)),
-    ".ply": lambda parts, file: file.writelines(ply_blocks(joined(parts))),
-}
-"""The writer of each of `relief.ground.formats.FORMATS`, block by block."""
+def writer_of(suffix: str) -> ModuleType:
+    """The module that writes the format of a suffix, a key of `FORMATS`; see `PlateFormat.writer`."""
+    return import_module(f"relief.solids.export.{FORMATS[suffix].writer}")
 
 
 def as_written(body: Body, suffix: str) -> Body:
@@ -51,17 +29,10 @@ def as_written(body: Body, suffix: str) -> Body:
 
     Args:
         body: Any body.
-        suffix: One of `FORMATS`. STL, PLY and GLB hold single precision, GLB in metres; 3MF and OBJ hold nine
-            decimal digits.
+        suffix: A key of `FORMATS`. STL, PLY and GLB hold single precision, GLB in metres; 3MF and OBJ hold
+            nine decimal digits.
     """
-    vertices = body.vertices
-    if suffix in (".3mf", ".obj"):
-        blocks = [np.fromstring(text.decode(), sep=" ") for text in lines("%.9g %.9g %.9g ", vertices)]
-        return Body(np.concatenate(blocks).reshape(-1, 3), body.faces)
-    if suffix == ".glb":
-        metres = (vertices @ MM_TO_METRES_Y_UP).astype(np.float32).astype(np.float64)
-        return Body(metres @ (1e6 * MM_TO_METRES_Y_UP.T), body.faces)
-    return Body(vertices.astype(np.float32).astype(np.float64), body.faces)
+    return Body(writer_of(suffix).rounded(body.vertices), body.faces)
 
 
 def write_parts(path: str | os.PathLike[str], parts: Sequence[Part]) -> Path:
@@ -92,5 +63,5 @@ def write_parts(path: str | os.PathLike[str], parts: Sequence[Part]) -> Path:
         if not all(np.isfinite(each).all() for each in numbers):
             raise InputError(f"{path}: {shown(part.name)}: vertices or placement are not finite")
     with partial_file(path) as partial, partial.open("wb") as file:
-        WRITERS[suffix](parts, file)
+        writer_of(suffix).write(parts, file)
     return path

@@ -1,4 +1,4 @@
-"""Export of height maps as closed bodies, to print and to model with: 3MF, STL, OBJ, GLB and PLY."""
+"""Export of height maps as closed bodies, to print and to model with."""
 
 from pathlib import Path
 
@@ -69,7 +69,7 @@ def plate_mesh(
 def export_plate(
     path: Path, heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM, stepped: bool = False
 ) -> Path:
-    """Write a plate as 3MF, STL, OBJ, GLB or PLY, chosen by the suffix (`parts.write_parts`).
+    """Write a plate in the format of the suffix (`relief.solids.export.parts.write_parts`).
 
     The file appears whole or not at all.
 

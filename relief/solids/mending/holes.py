@@ -11,12 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Index, smooth_step
+from relief.ground.arrays import Array, Index, smooth_step, units
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import edge_pairs
+from relief.solids.meshes.neighbourhood import connected, edge_pairs
 
 WIDEST_BEND = 50.0
 """Widest angle between facets of a wall, degrees: eight facets have 45, a drill's tip 59."""
@@ -77,7 +76,7 @@ def round_holes(body: Body, most_mm: float) -> Holes | None:
         body: Closed, with one position per vertex.
         most_mm: Largest diameter.
     """
-    pairs = edge_pairs(body.faces, len(body.vertices))
+    pairs = edge_pairs(body.faces)
     part = _walls(body, pairs)
     order = np.argsort(part, kind="stable")
     groups = np.split(order, np.flatnonzero(np.diff(part[order])) + 1)
@@ -108,16 +107,14 @@ def round_holes(body: Body, most_mm: float) -> Holes | None:
 
 def _walls(body: Body, pairs: Index) -> Index:
     """(m,) number of the wall that each face belongs to."""
-    normals = body.normals
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    normals = units(body.normals)
     one, other = pairs.T // 3
     bend = np.degrees(np.arccos(np.clip((normals[one] * normals[other]).sum(axis=1), -1.0, 1.0)))
     # The far corner of the other face lies before a face at a concave edge.
     corner = body.faces[other, (pairs[:, 1] + 2) % 3]
     before = ((body.vertices[corner] - body.vertices[body.faces[one, 0]]) * normals[one]).sum(axis=1)
-    joined = pairs[(bend <= LEAST_BEND) | ((before > 0.0) & (bend <= WIDEST_BEND))] // 3
-    graph = sp.coo_matrix((np.ones(len(joined), np.int8), joined.T), (len(body.faces),) * 2)
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+    joined = (bend <= LEAST_BEND) | ((before > 0.0) & (bend <= WIDEST_BEND))
+    return connected(pairs[joined] // 3, len(body.faces))
 
 
 def _circle(body: Body, group: Index, most_mm: float) -> tuple[Array, Array, float] | None:

@@ -11,8 +11,6 @@ from collections import defaultdict
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from relief.ground.arrays import Array, Index
@@ -20,9 +18,17 @@ from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import self_intersections
-from relief.solids.meshes.neighbourhood import edge_pairs
-from relief.solids.meshes.shells import parts_within_others, repeats, united
-from relief.solids.meshes.solid import MEND, check_closed, components
+from relief.solids.meshes.neighbourhood import (
+    BITS,
+    connected,
+    edge_balance,
+    edge_ends,
+    edge_keys,
+    edge_pairs,
+    twins,
+)
+from relief.solids.meshes.shells import components, parts_within_others, repeats, united
+from relief.solids.meshes.solid import MEND, check_closed
 
 CRACK_MM = 1e-3
 """Distance of corners, mm, up to which a crack between them is closed: the depth from which faces count as
@@ -103,12 +109,10 @@ def united_parts(work: Mended, name: object) -> Mended:
 
 def open_edges(faces: Index) -> Index:
     """(k, 2) ends of the edges, in the order of their faces, that lack a face on the other side."""
-    start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
-    key = np.minimum(start, end) * (int(faces.max()) + 1) + np.maximum(start, end)
-    _, edge = np.unique(key, return_inverse=True)
-    balance = np.bincount(edge, np.where(start < end, 1.0, -1.0))
-    odd = np.bincount(edge) % 2 == 1
-    lone = np.flatnonzero(odd[edge] & (np.where(start < end, 1.0, -1.0) == np.sign(balance)[edge]))
+    start, end = edge_ends(faces)
+    edge, count, balance = edge_balance(faces)
+    upward = np.where(start < end, 1.0, -1.0)
+    lone = np.flatnonzero((count % 2 == 1)[edge] & (upward == np.sign(balance)[edge]))
     # Of several faces on the same side of an edge one is alone.
     lone = lone[np.unique(edge[lone], return_index=True)[1]]
     return np.stack([start[lone], end[lone]], axis=1)
@@ -130,9 +134,7 @@ def _without_cracks(work: Mended, rim: Index) -> Mended:
 
 def _joined(body: Body, pairs: Index) -> tuple[Index, Index]:
     """Faces when pairs (n, 2) of vertices are one, without those that vanish, and their numbers."""
-    count = len(body.vertices)
-    graph = sp.coo_matrix((np.ones(len(pairs), np.int8), pairs.T), (count, count))
-    group = connected_components(graph, directed=False)[1]
+    group = connected(pairs, len(body.vertices))
     faces = np.unique(group, return_index=True)[1][group][body.faces]
     kept = np.flatnonzero((faces != np.roll(faces, 1, axis=1)).all(axis=1))
     return faces[kept], kept
@@ -215,7 +217,7 @@ def _without_slivers(work: Mended) -> Mended:
         return work
     few, open_before = len(thin), len(open_edges(work.body.faces))
     corners = work.body.faces[thin]
-    ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2)
+    ends = np.stack(edge_ends(corners), axis=1)
     short = np.linalg.norm(np.diff(work.body.vertices[ends], axis=1)[:, 0], axis=1) < SLIVER_MM
     faces, origin = _joined(work.body, ends[short])
     for _ in range(MOST_TURNS):
@@ -239,15 +241,12 @@ def _thin(body: Body) -> Index:
 
 def _turned(body: Body) -> Index:
     """(2 k, 4) numbers and new corners of slivers and of those beyond their longest edges, each once."""
-    faces, count = body.faces, len(body.vertices)
+    faces = body.faces
     thin = _thin(body)
     corners = body.vertices[faces[thin]]
     half = 3 * thin + np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).argmax(axis=1)
-    pairs = edge_pairs(faces, count)
-    beyond = np.full(3 * len(faces), -1)
-    beyond[pairs[:, 0]], beyond[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
-    starts, ends = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    edges = set((np.minimum(starts, ends) * count + np.maximum(starts, ends)).tolist())
+    beyond = twins(edge_pairs(faces), 3 * len(faces))
+    edges = set(edge_keys(*edge_ends(faces)).tolist())
     new: list[tuple[int, int, int, int]] = []
     used: set[int] = set()
     for own, other in zip(half.tolist(), beyond[half].tolist(), strict=True):
@@ -255,7 +254,7 @@ def _turned(body: Body) -> Index:
             continue
         start, end, top = np.roll(faces[own // 3], -(own % 3)).tolist()
         far = int(faces[other // 3, (other + 2) % 3])
-        if (key := min(top, far) * count + max(top, far)) in edges:
+        if (key := min(top, far) << BITS | max(top, far)) in edges:
             continue
         edges.add(key)
         used |= {own // 3, other // 3}

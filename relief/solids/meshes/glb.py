@@ -8,10 +8,10 @@ import numpy as np
 
 from relief.ground.arrays import Array, Index, renumbered
 from relief.ground.errors import InputError
+from relief.ground.formats import UNITS
 from relief.ground.srgb import srgb
 from relief.solids.meshes.parsed import MOST_VERTICES, Parsed, check_count, check_numbers
 
-METRE_MM = 1000.0
 TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """Types of numbers by the codes of glTF."""
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
@@ -162,7 +162,7 @@ class _Scene:
             for of in (self._uv, self._colours)
         )
         vertices, faces = np.concatenate(self._vertices), np.concatenate(self._faces)
-        return Parsed(vertices, faces, uv, METRE_MM, colours=colours)
+        return Parsed(vertices, faces, uv, UNITS["m"], colours=colours)
 
 
 def _triangles(corners: Index, mode: int) -> Index:

@@ -285,7 +285,7 @@ def _overlap(corners: Array, axis: Array, depth: float) -> NDArray[np.bool_]:
 
 def _folds(body: Body, depth: float) -> Index:
     """Pairs (k, 2) of faces in one plane that lie by a depth on the same side of the edge they share."""
-    halves = edge_pairs(body.faces, len(body.vertices))
+    halves = edge_pairs(body.faces)
     folds = [np.empty((0, 2), np.int64)]
     for start in range(0, len(halves), PAIRS):
         half = halves[start : start + PAIRS].T

@@ -72,8 +72,7 @@ def read_mesh(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh
     path = Path(path)
     if (suffix := path.suffix.lower()) not in READERS:
         raise InputError(f"{path}: suffix {path.suffix!r} is not one of {', '.join(MESHES)}")
-    if units is not None and units not in UNITS:
-        raise InputError(f"{path}: units: {units!r} is not one of {', '.join(UNITS)}")
+    check_units(path, units)
     content = read_limited(path, LARGEST_FILE)
     with damage_named(path, f"a mesh in {suffix[1:].upper()}"):
         parsed = READERS[suffix](content, path)
@@ -83,6 +82,12 @@ def read_mesh(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh
     lines = (*parsed.warnings, *_doubts(body, parsed.unit_mm is None and units is None))
     uv, colours = (None if of is None else of[sound] for of in (parsed.uv, parsed.colours))
     return Mesh(body, uv, path, lines, colours=colours)
+
+
+def check_units(path: Path, units: str | None) -> None:
+    """Raise InputError for a unit of a file that is none of `UNITS`; None is good."""
+    if units is not None and units not in UNITS:
+        raise InputError(f"{path}: units: {units!r} is not one of {', '.join(UNITS)}")
 
 
 def _checked(parsed: Parsed, path: Path) -> Parsed:

@@ -18,8 +18,13 @@ MOST_CELLS = 256
 """Most cells along a side, so that a large body takes larger ones."""
 
 
+def edge_ends(faces: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Start and end, (3 m,) each, of the half-edges of triangles (m, 3), in the order of their corners."""
+    return faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+
+
 def edge_keys(one: NDArray[np.intp], other: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Keys of edges by their ends, whichever comes first."""
+    """Keys of edges by their ends, whichever comes first; keys rise with the lower end, then the higher."""
     return np.asarray((np.minimum(one, other).astype(np.int64) << BITS) | np.maximum(one, other))
 
 
@@ -31,21 +36,45 @@ def among(keys: NDArray[np.intp], sorted_: NDArray[np.intp]) -> NDArray[np.bool_
     return np.asarray(sorted_[at] == keys)
 
 
-def edge_pairs(faces: NDArray[np.intp], vertices: int) -> NDArray[np.intp]:
+def edge_balance(faces: NDArray[np.intp]) -> tuple[Index, Index, Array]:
+    """Edges of triangles (m, 3) of any body.
+
+    Returns:
+        (3 m,) number of the edge of each half-edge; (edges,) numbers of triangles at each edge; and (edges,)
+        numbers of half-edges that run towards the higher vertex less those that run towards the lower.
+    """
+    start, end = edge_ends(faces)
+    edge = np.unique(edge_keys(start, end), return_inverse=True)[1]
+    count = np.bincount(edge).astype(np.int64)
+    return edge, count, np.bincount(edge, np.where(start < end, 1.0, -1.0)).astype(np.float64)
+
+
+def connected(pairs: NDArray[np.intp], count: int) -> NDArray[np.int64]:
+    """(count,) numbers, from 0, of the connected components that pairs (n, 2) of items make."""
+    graph = sp.coo_matrix((np.ones(len(pairs), np.int8), pairs.T), (count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
+def edge_pairs(faces: NDArray[np.intp]) -> NDArray[np.intp]:
     """Half-edges (number of the triangle times 3 plus that of the corner) on both sides of each edge, (n, 2).
 
     Args:
         faces: (m, 3) of a closed body.
-        vertices: Number of vertices.
     """
-    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    keys = np.minimum(start, end) * vertices + np.maximum(start, end)
+    keys = edge_keys(*edge_ends(faces))
     order = np.argsort(keys, kind="stable")
     same = keys[order[1:]] == keys[order[:-1]]
     # An edge of more than two triangles, which a sound body lacks, is left out.
     again = np.concatenate([[False], same]) & np.concatenate([same, [False]])
     first = np.flatnonzero(same & ~again[:-1] & ~again[1:])
     return np.stack([order[first], order[first + 1]], axis=1)
+
+
+def twins(pairs: NDArray[np.intp], count: int) -> NDArray[np.intp]:
+    """(count,) the half-edge on the other side of each half-edge, by pairs (n, 2); -1: none."""
+    twin = np.full(count, -1)
+    twin[pairs[:, 0]], twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
+    return twin
 
 
 def near_faces(
@@ -89,16 +118,12 @@ def connected_around(faces: NDArray[np.intp], seed: int, count: int) -> NDArray[
         count: Number of vertices.
     """
     while True:
-        pairs = edge_pairs(faces, count) // 3
-        both = sp.coo_matrix((np.ones(len(pairs)), pairs.T), (len(faces), len(faces)))
-        part = connected_components(both, directed=False)[1]
+        part = connected(edge_pairs(faces) // 3, len(faces))
         own = part[np.flatnonzero((faces == seed).any(axis=1))[0]]
         faces = faces[part == own]
         # A vertex at which the rim passes twice: more rim edges start there than one.
-        ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
-        keys, inverse = np.unique(ends.min(axis=1) * count + ends.max(axis=1), return_inverse=True)
-        rim = np.bincount(inverse, minlength=len(keys))[inverse] == 1
-        twice = np.bincount(ends[rim, 0], minlength=count) > 1
+        edge, around, _ = edge_balance(faces)
+        twice = np.bincount(faces.ravel()[around[edge] == 1], minlength=count) > 1
         if not twice.any():
             return faces
         stays = ~twice[faces].any(axis=1)
@@ -112,12 +137,12 @@ def ways_from(body: Body, start: NDArray[np.bool_], most_mm: float) -> Array:
     """Ways (vertices,) along edges from some vertices, mm; infinite beyond a limit."""
     if start.all() or not start.any():
         return np.where(start, 0.0, np.inf)
-    ends = np.stack([body.faces, np.roll(body.faces, -1, axis=1)], axis=-1).reshape(-1, 2)
-    length = np.linalg.norm(body.vertices[ends[:, 0]] - body.vertices[ends[:, 1]], axis=1)
+    starts, ends = edge_ends(body.faces)
+    length = np.linalg.norm(body.vertices[starts] - body.vertices[ends], axis=1)
     count = len(body.vertices)
     # Every edge has two triangles, which would add up its length.
-    forward = ends[:, 0] < ends[:, 1]
-    graph = sp.coo_matrix((length[forward], tuple(ends[forward].T)), shape=(count, count)).tocsr()
+    forward = starts < ends
+    graph = sp.coo_matrix((length[forward], (starts[forward], ends[forward])), shape=(count, count)).tocsr()
     return np.asarray(
         dijkstra(graph, directed=False, indices=np.flatnonzero(start), min_only=True, limit=most_mm)
     )

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Index, sums_by, units
 from relief.places import SPACING_MM
 from relief.solids.body import Body
 
@@ -54,10 +54,7 @@ class SurfacePoints:
 
 def vertex_normals(body: Body) -> Array:
     """(n, 3) unit normals of vertices, the mean over their faces by area."""
-    corners, normals = body.faces.ravel(), np.repeat(body.normals, 3, axis=0)
-    sums = np.stack([np.bincount(corners, along, len(body.vertices)) for along in normals.T], axis=1)
-    length = np.linalg.norm(sums, axis=1, keepdims=True)
-    return np.asarray(sums / np.where(length == 0.0, 1.0, length))
+    return units(sums_by(body.faces, np.repeat(body.normals, 3, axis=0), len(body.vertices)))
 
 
 def surface_points(body: Body) -> SurfacePoints:
@@ -67,9 +64,9 @@ def surface_points(body: Body) -> SurfacePoints:
     """
     normals = body.normals
     double = np.linalg.norm(normals, axis=1)
-    units = normals / np.where(double == 0.0, 1.0, double)[:, None]
+    unit = units(normals)
     highest = body.vertices[body.faces, 2].max(axis=1)
-    bed = (units[:, 2] < DOWN) & (highest < body.vertices[:, 2].min() + BED_MM)
+    bed = (unit[:, 2] < DOWN) & (highest < body.vertices[:, 2].min() + BED_MM)
     weights = np.where(bed, 0.0, double) if not bed.all() else double
     area = 0.5 * float(weights.sum())
     count = int(np.clip(area * POINTS_PER_MM2, FEWEST_POINTS, MOST_POINTS))
@@ -82,7 +79,7 @@ def surface_points(body: Body) -> SurfacePoints:
     u, v = random.random((2, count))
     u, v = np.where(u + v > 1.0, 1.0 - u, u), np.where(u + v > 1.0, 1.0 - v, v)
     a, b, c = np.moveaxis(body.vertices[body.faces[face]], 1, 0)
-    return SurfacePoints(a + u[:, None] * (b - a) + v[:, None] * (c - a), units[face], area)
+    return SurfacePoints(a + u[:, None] * (b - a) + v[:, None] * (c - a), unit[face], area)
 
 
 def spread(points: Array, most: int, spacing_mm: float = SPACING_MM) -> Index:

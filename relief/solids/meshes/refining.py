@@ -9,6 +9,7 @@ from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
+from relief.solids.meshes.neighbourhood import BITS, MASK, edge_ends, edge_keys
 
 AREA_PER_FACE = 0.21
 """Mean area of the triangles that refinement leaves, in the square of the longest edge allowed."""
@@ -79,7 +80,7 @@ def refined(
         if len(faces) + np.count_nonzero(number >= 0) > most:
             raise InputError(f"triangles: more than {most:,} would be needed; remesh with triangles of 1 mm")
         middles = np.where(number >= 0, len(vertices) + number, -1)
-        ends = np.stack([split // len(vertices), split % len(vertices)])
+        ends = np.stack([split >> BITS, split & MASK])
         vertices = np.concatenate([vertices, vertices[ends].mean(axis=0)])
         parts, origin, points = divided(vertices, faces[fresh:], middles, corners[fresh:])
         faces, corners = np.concatenate([faces[:fresh], parts]), np.concatenate([corners[:fresh], points])
@@ -101,15 +102,14 @@ def _too_long(
         needed: (m,) triangles that need shorter ones.
 
     Returns:
-        Their keys, sorted, by their ends as first * n + second, and which of them the edge from corner k to
-        k + 1 is, (m, 3); -1: none.
+        Their sorted keys (`edge_keys`), and which of them the edge from corner k to k + 1 is, (m, 3); -1:
+        none.
     """
     places = vertices[faces]
     way = (np.roll(places, -1, axis=1) - places).reshape(-1, 3)
     # Only edges that are too long are sorted, and matched with those of the neighbours.
     long_ = np.flatnonzero(np.einsum("nk,nk->n", way, way) > edge_mm**2)
-    start, end = faces.ravel()[long_], np.roll(faces, -1, axis=1).ravel()[long_]
-    keys = np.minimum(start, end) * len(vertices) + np.maximum(start, end)
+    keys = edge_keys(*(end[long_] for end in edge_ends(faces)))
     split = np.unique(keys[needed[long_ // 3]])
     number = np.full(faces.shape, -1)
     if len(split):

@@ -12,17 +12,15 @@ holds the point, whose volume would count twice. Winding numbers are sums of the
 from itertools import combinations
 
 import numpy as np
-import scipy.sparse as sp
 from manifold3d import Error, Manifold, Mesh64, OpType
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from relief.ground.arrays import Array, Index, extents
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import self_intersections
-from relief.solids.meshes.neighbourhood import edge_pairs
+from relief.solids.meshes.neighbourhood import connected, edge_ends, edge_pairs
 
 BEHIND = 1e-6
 """Distance of a point from the face before it, as a share of the body's longest side."""
@@ -64,11 +62,10 @@ def parts_within_others(body: Body, name: object) -> int:
     """
     faces = body.faces
     # Shells hang together by edges of two faces; parts, whose shells may touch, by vertices.
-    shell = _connected(edge_pairs(faces, len(body.vertices)) // 3, len(faces))
+    shell = connected(edge_pairs(faces) // 3, len(faces))
     if not shell.any():
         return 0
-    ends = np.stack([faces.ravel(), np.roll(faces, 1, axis=1).ravel()], axis=1)
-    part = np.unique(_connected(ends, len(body.vertices))[faces[:, 0]], return_inverse=True)[1]
+    part = np.unique(components(body), return_inverse=True)[1]
     order = np.argsort(part, kind="stable")
     starts = np.flatnonzero(np.diff(part[order], prepend=-1))
     corners = np.split(body.vertices[faces[order]], starts[1:])
@@ -172,10 +169,9 @@ def outside(points: Array, normals: Array, body: Body) -> NDArray[np.bool_]:
     return np.array([_winding(at, corners, low, high) == 0 for at in before])
 
 
-def _connected(pairs: Index, count: int) -> Index:
-    """(count,) numbers, from 0, of the groups that pairs (n, 2) of items make."""
-    graph = sp.coo_matrix((np.ones(len(pairs), dtype=np.int8), pairs.T), (count, count))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+def components(body: Body) -> Index:
+    """(m,) number of the part that each face belongs to, connected by vertices."""
+    return connected(np.stack(edge_ends(body.faces), axis=1), len(body.vertices))[body.faces[:, 0]]
 
 
 def _largest_faces(body: Body, shell: Index, outer: Array) -> Index:

@@ -1,16 +1,16 @@
 """Solids: whether a printer can make a body, or what has to be mended first."""
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse import csgraph
 
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import MOST, crossing_faces, self_intersections
+from relief.solids.meshes.neighbourhood import edge_balance
 from relief.solids.meshes.shells import (
     MOST_BOXES,
+    components,
     crossing_place,
     parts_within_others,
     repeats,
@@ -67,8 +67,8 @@ def check_solid(body: Body, name: object, *, apart: bool = False) -> None:
     check_closed(body, name)
     if not apart and (line := crossings(body)):
         raise _overlap(f"{name}: {line}", body)
-    if within := parts_within_others(body, name):
-        raise _overlap(f"{name}: {within} of its parts lie within others", body)
+    if line := _held_parts(body, name):
+        raise _overlap(f"{name}: {line}", body)
 
 
 def check_apart(body: Body, textured: NDArray[np.bool_], name: object) -> None:
@@ -84,6 +84,12 @@ def crossings(body: Body) -> str:
     pairs = self_intersections(body)
     count = f"{'at least ' * (pairs >= MOST)}{pairs} pairs of faces"
     return f"passes through itself: {count}, some near ({shown_place(body)}) mm" if pairs else ""
+
+
+def _held_parts(body: Body, name: object) -> str:
+    """How many parts of a body lie within others, for a person; empty if none do. Raises InputError."""
+    within = parts_within_others(body, name)
+    return f"{within} of its parts lie within others" if within else ""
 
 
 def shown_place(body: Body) -> str:
@@ -114,13 +120,9 @@ def outer_body(body: Body, name: object) -> tuple[Body, tuple[str, ...]]:
         InputError: The body is open, turned inside out or without volume.
     """
     check_closed(body, name, repeated=True)
-    if twice := len(repeats(body.faces)):
-        return united(body), (f"{twice} faces lie there twice; its outside is felt",)
-    if line := crossings(body):
-        return united(body), (f"{line}; its outside is felt",)
-    if within := parts_within_others(body, name):
-        return united(body), (f"{within} of its parts lie within others; its outside is felt",)
-    return body, ()
+    twice = len(repeats(body.faces))
+    line = f"{twice} faces lie there twice" if twice else crossings(body) or _held_parts(body, name)
+    return (united(body), (f"{line}; its outside is felt",)) if line else (body, ())
 
 
 def _volumes(body: Body) -> Array:
@@ -131,21 +133,8 @@ def _volumes(body: Body) -> Array:
 
 def _edges(faces: Index) -> tuple[int, int]:
     """Number of edges that lack a face, and of edges whose faces run the same way along them."""
-    start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
-    key = np.minimum(start, end) * (int(faces.max()) + 1) + np.maximum(start, end)
-    _, index = np.unique(key, return_inverse=True)
-    count = np.bincount(index)
-    balance = np.bincount(index, np.where(start < end, 1.0, -1.0))
+    _, count, balance = edge_balance(faces)
     return int(np.count_nonzero(count % 2)), int(np.count_nonzero((count % 2 == 0) & (balance != 0.0)))
-
-
-def components(body: Body) -> Index:
-    """(m,) number of the connected part that each face belongs to."""
-    n = len(body.vertices)
-    ends = (body.faces.ravel(), np.roll(body.faces, 1, axis=1).ravel())
-    graph = sp.coo_matrix((np.ones(len(ends[0]), dtype=np.int32), ends), shape=(n, n))
-    _, part = csgraph.connected_components(graph, directed=False)
-    return np.asarray(part[body.faces[:, 0]], dtype=np.int64)
 
 
 def _inverted_part(body: Body, volumes: Array, name: object) -> bool:

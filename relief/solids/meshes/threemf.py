@@ -12,6 +12,7 @@ import numpy as np
 
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
+from relief.ground.formats import UNITS
 from relief.ground.lengths import shown
 from relief.solids.body import Body, Part, joined
 from relief.solids.meshes.parsed import (
@@ -23,15 +24,9 @@ from relief.solids.meshes.parsed import (
     check_numbers,
 )
 
-UNIT_MM = {
-    "micron": 1e-3,
-    "millimeter": 1.0,
-    "centimeter": 10.0,
-    "meter": 1000.0,
-    "inch": 25.4,
-    "foot": 304.8,
-}
-"""Millimetres in the units that the 3MF core specification names."""
+UNIT_NAMES = ("micron", "millimeter", "centimeter", "meter", "inch", "foot")
+UNIT_MM = dict(zip(UNIT_NAMES, UNITS.values(), strict=True))
+"""Millimetres in the units of the 3MF core specification, which are those of `UNITS` by other names."""
 MOST_BODIES, DEEPEST = 10_000, 16
 """Most bodies that are built, and most components within one another."""
 MOST_ENTRIES = 10_000

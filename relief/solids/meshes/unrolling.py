@@ -9,18 +9,12 @@ import numpy as np
 import potpourri3d
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Index, renumbered
-from relief.ground.errors import naming
+from relief.ground.arrays import Array, Index, renumbered, units
 from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import connected_around, edge_pairs, ways_from
 from relief.solids.meshes.places import Frame, frame_along, vertex_normals
-from relief.solids.meshes.refining import Refined, refined
 
-EDGE_MM = 1.5
-"""Longest edge of the object's mesh on which it is unrolled, mm; longer ones are halved."""
-MOST_OBJECT_FACES = 600_000
-"""Most faces of an object after its edges are halved."""
 REACH_MM = 9.0
 """Distance from a place up to which the object is unrolled, mm: the corners of a patch and a margin."""
 CANDIDATES = 16
@@ -31,16 +25,6 @@ BARE_MM = 1.25
 """Distance from any texture, mm, from which the object is bare: gaps in a tile of dots reach 1.05 mm."""
 SHARP = np.cos(np.radians(40.0))
 """Cosine between the normals of two faces, below which the edge between them is sharp."""
-
-
-def refined_object(body: Body, name: object) -> Refined:
-    """An object with edges halved until none is longer than 1.5 mm; the surface stays where it is.
-
-    Raises:
-        InputError: That takes too many faces.
-    """
-    with naming(name):
-        return refined(body, EDGE_MM, most=MOST_OBJECT_FACES)
 
 
 class Unroller:
@@ -69,9 +53,8 @@ class Unroller:
         self.bare = np.ones(len(base.vertices), bool)
         if len(feet_of_texture := foot[np.abs(self._heights) > TEXTURED_MM]):
             self.bare = cKDTree(feet_of_texture).query(base.vertices)[0] > BARE_MM
-        pairs = edge_pairs(base.faces, len(base.vertices))
-        units = base.normals / np.maximum(np.linalg.norm(base.normals, axis=1, keepdims=True), 1e-30)
-        turned = pairs[np.einsum("nd,nd->n", *units[pairs.T // 3]) < SHARP, 0]
+        pairs = edge_pairs(base.faces)
+        turned = pairs[np.einsum("nd,nd->n", *units(base.normals)[pairs.T // 3]) < SHARP, 0]
         self.sharp = np.zeros(len(base.vertices), bool)
         for corner in (turned % 3, (turned + 1) % 3):
             self.sharp[base.faces[turned // 3, corner]] = True

@@ -1,7 +1,5 @@
 """Smooth objects from implicit functions: starfish, slider, free form, ball."""
 
-import math
-
 import numpy as np
 
 from relief.ground.arrays import Array
@@ -53,17 +51,6 @@ def slider(edge_mm: float = 0.7) -> Body:
 
     high = np.array([0.5 * length, radius, height])
     return body_of(field, -high, high, edge_mm, 0.0)
-
-
-def slider_volume() -> float:
-    """Volume of the slider, mm³: the bar, less what the round edge leaves out."""
-    length, width, height = SLIDER_MM
-    straight, round_mm = length - width, SLIDER_EDGE_MM
-    inner = 0.5 * width - round_mm
-    bar = (2.0 * straight * 0.5 * width + math.pi * (0.5 * width) ** 2) * (height - round_mm)
-    flat = 2.0 * straight * (inner * round_mm + math.pi * round_mm**2 / 4.0)
-    ends = inner**2 * round_mm + 2.0 * inner * math.pi * round_mm**2 / 4.0 + 2.0 * round_mm**3 / 3.0
-    return bar + flat + math.pi * ends
 
 
 def frog(edge_mm: float = 0.8) -> Body:

@@ -40,23 +40,8 @@ def bracelet(edge_mm: float = 0.6) -> Body:
     section = _superellipse(at, thick, wide)
     scale = 1.0 - GROOVE * np.cos(0.5 * LINKS * turn) ** GROOVE_POWER
     out = radius + scale[:, None] * section[:, 0]
-    points = np.stack(
-        [
-            out * np.cos(turn)[:, None],
-            out * np.sin(turn)[:, None],
-            scale[:, None] * section[:, 1] + 0.0 * out,
-        ],
-        axis=-1,
-    )
-    return Body(points.reshape(-1, 3), _grid_faces(around, across))
-
-
-def bracelet_volume() -> float:
-    """Volume of the bracelet, mm³, by Pappus: area of the section times the way of its middle."""
-    radius, thick, wide = BRACELET_MM
-    area = 4.0 * thick * wide * math.gamma(1.25) ** 2 / math.gamma(1.5)
-    mean = 1.0 - 2.0 * GROOVE * _mean_power(GROOVE_POWER) + GROOVE**2 * _mean_power(2 * GROOVE_POWER)
-    return 2.0 * math.pi * radius * area * mean
+    points = _turned(out, turn[:, None], scale[:, None] * section[:, 1])
+    return Body(points, _grid_faces(around, across))
 
 
 def link_of(points: Array) -> NDArray[np.intp]:
@@ -76,14 +61,7 @@ def cylinder(radius_mm: float = 15.0, length_mm: float = 40.0, edge_mm: float = 
         [np.zeros(caps - 1), np.linspace(0.0, length_mm, rings), np.full(caps - 1, length_mm)]
     )
     turn = 2.0 * np.pi * np.arange(around) / around
-    points = np.stack(
-        [
-            radii[:, None] * np.cos(turn),
-            radii[:, None] * np.sin(turn),
-            np.broadcast_to(heights[:, None], (len(radii), around)),
-        ],
-        axis=-1,
-    ).reshape(-1, 3)
+    points = _turned(radii[:, None], turn, heights[:, None])
     index = np.arange(len(points)).reshape(len(radii), around)
     after = np.roll(index, -1, axis=1)
     a, b, c, d = index[:-1], after[:-1], after[1:], index[1:]
@@ -108,15 +86,10 @@ def curved(edge_mm: float = 0.8) -> Body:
     return Body(body.vertices + np.array([0.0, 0.0, thick]), body.faces)
 
 
-def curved_volume() -> float:
-    """Volume of the curved plate, mm³: its base, and the hills over the square."""
-    side, thick = CURVED_MM
-
-    def area(middle: float, deviation: float) -> float:
-        ends = [(end - middle) / (deviation * math.sqrt(2.0)) for end in (-0.5 * side, 0.5 * side)]
-        return deviation * math.sqrt(0.5 * math.pi) * (math.erf(ends[1]) - math.erf(ends[0]))
-
-    return side**2 * thick + sum(height * area(x, sx) * area(y, sy) for (x, y), (sx, sy), height in HILLS)
+def _turned(radii: Array, turns: Array, heights: Array) -> Array:
+    """(n, 3) points at radii, turns, rad, and heights about z, which are broadcast against each other."""
+    x, y, z = np.broadcast_arrays(radii * np.cos(turns), radii * np.sin(turns), heights)
+    return np.stack([x, y, z], axis=-1).reshape(-1, 3)
 
 
 def _superellipse(angle: Array, thick: float, wide: float) -> Array:
@@ -128,11 +101,6 @@ def _superellipse(angle: Array, thick: float, wide: float) -> Array:
             wide * np.sign(sine) * np.sqrt(np.abs(sine)),
         ]
     )
-
-
-def _mean_power(power: int) -> float:
-    """Mean of an even power of the cosine over a turn."""
-    return math.comb(power, power // 2) / 2.0**power
 
 
 def _grid_faces(around: int, across: int) -> NDArray[np.intp]:

@@ -3,14 +3,15 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
+from numpy import bool_
 from numpy.typing import NDArray
 
 from relief.ground.arrays import Array
+from relief.solids import names
 from relief.solids.body import Body
 from relief.solids.objects import smooth, swept
 
-Region = Callable[[Array], NDArray[np.bool_]]
+Region = Callable[[Array], NDArray[bool_]]
 """Whether points (n, 3) in mm belong to a region of an object."""
 
 
@@ -19,17 +20,11 @@ class BundledObject:
     """An object made by code.
 
     Attributes:
-        description: What the object is, in a line.
         make: Builds the body, mm.
-        volume_mm3: Volume by a formula; None where there is none.
-        size_mm: Sides of the bounding box along x, y and z by a formula; None where there is none.
         regions: Parts of the surface that may be named in a mask.
     """
 
-    description: str
     make: Callable[[], Body]
-    volume_mm3: float | None = None
-    size_mm: tuple[float, float, float] | None = None
     regions: Mapping[str, Region] = field(default_factory=dict)
 
 
@@ -37,34 +32,14 @@ def _every_second_link(first: int) -> Region:
     return lambda points: swept.link_of(points) % 2 == first
 
 
-_RING, _THICK, _WIDE = swept.BRACELET_MM
-
-OBJECTS: dict[str, BundledObject] = {
-    "starfish": BundledObject("starfish that lies flat, about 80 mm wide", smooth.starfish),
-    "bracelet": BundledObject(
-        f"ring of {swept.LINKS} links, {2.0 * (_RING - _THICK):.0f} mm wide inside; regions odd and even",
-        swept.bracelet,
-        swept.bracelet_volume(),
-        None,
-        {"even": _every_second_link(0), "odd": _every_second_link(1)},
-    ),
-    "slider": BundledObject(
-        "cap of a dimmer's slider, 60 x 14 x 8 mm", smooth.slider, smooth.slider_volume(), smooth.SLIDER_MM
-    ),
-    "frog": BundledObject("free form that stands flat, about 50 mm long", smooth.frog),
-    "curved": BundledObject(
-        "plate of 50 mm with a hill and a saddle, the shape of the paper's figure 23",
-        swept.curved,
-        swept.curved_volume(),
-    ),
-    "ball": BundledObject(
-        "ball of radius 15 mm", smooth.ball, 4.0 / 3.0 * np.pi * 15.0**3, (30.0, 30.0, 30.0)
-    ),
-    "cylinder": BundledObject(
-        "cylinder of radius 15 mm, 40 mm high",
-        swept.cylinder,
-        np.pi * 15.0**2 * 40.0,
-        (30.0, 30.0, 40.0),
-    ),
-}
+_ROWS = (
+    BundledObject(smooth.starfish),
+    BundledObject(swept.bracelet, {"even": _every_second_link(0), "odd": _every_second_link(1)}),
+    BundledObject(smooth.slider),
+    BundledObject(smooth.frog),
+    BundledObject(swept.curved),
+    BundledObject(smooth.ball),
+    BundledObject(swept.cylinder),
+)
+OBJECTS: dict[str, BundledObject] = dict(zip(names.OBJECTS, _ROWS, strict=True))
 """Objects by name."""

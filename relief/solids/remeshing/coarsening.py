@@ -4,15 +4,12 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Index, sums_by, units
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import edge_pairs
+from relief.solids.meshes.neighbourhood import connected, edge_pairs
 from relief.solids.remeshing.collapsing import Collapses
-from relief.solids.remeshing.creases import units
 from relief.solids.remeshing.even_mesh import EvenMesh
 from relief.solids.remeshing.flipping import Flips
 from relief.solids.remeshing.triangles import Triangles, repeated
@@ -38,7 +35,7 @@ def coarsened(mesh: EvenMesh, kept: NDArray[np.bool_], edge_mm: float) -> tuple[
         kept: (faces,) triangles that stay as they are.
         edge_mm: Edges of the even mesh, mm.
     """
-    faces, pairs = mesh.body.faces, edge_pairs(mesh.body.faces, len(mesh.body.vertices))
+    faces, pairs = mesh.body.faces, edge_pairs(mesh.body.faces)
     plane = _planes(mesh, kept, pairs)
     if mesh.uv is not None or not (plane >= 0).any():
         return mesh, np.arange(len(mesh.body.vertices))
@@ -73,28 +70,22 @@ def _planes(mesh: EvenMesh, kept: NDArray[np.bool_], pairs: Index) -> Index:
         kept: (faces,) triangles that are of no plane.
         pairs: (n, 2) half-edges on both sides of edges.
     """
-    body, count = mesh.body, len(mesh.body.faces)
+    body = mesh.body
     unit = units(body.normals)
     flat = ~kept & ((mesh.normals * unit[:, None]).sum(axis=2).min(axis=1) > SAME_PLANE)
     flat &= np.linalg.norm(mesh.bulges, axis=2).max(axis=1) < FLAT_MM
     one, other = pairs.T // 3
     beside = flat[one] & flat[other] & ((unit[one] * unit[other]).sum(axis=1) > SAME_PLANE)
-    one, other = one[beside], other[beside]
-    graph = sp.coo_matrix((np.ones(len(one), np.int8), (one, other)), (count, count))
-    number, plane = connected_components(graph, directed=False)
-    far = _distances(body, plane, number)
+    plane = connected(pairs[beside] // 3, len(body.faces))
+    far = _distances(body, plane, int(plane.max()) + 1)
     return np.where(flat & (far[plane] < FLAT_MM), plane, -1)
 
 
 def _distances(body: Body, group: Index, number: int) -> Array:
     """(number,) largest distances of the corners of groups of triangles from their mean planes, mm."""
-
-    def sums(of: Array) -> Array:
-        return np.stack([np.bincount(group, of[:, k], number) for k in range(3)], axis=1)
-
     corners = body.vertices[body.faces]
-    normal = units(sums(body.normals))
-    middle = sums(corners.mean(axis=1)) / np.bincount(group, minlength=number)[:, None]
+    normal = units(sums_by(group, body.normals, number))
+    middle = sums_by(group, corners.mean(axis=1), number) / np.bincount(group, minlength=number)[:, None]
     far = np.zeros(number)
     off = np.abs(((corners - middle[group][:, None]) * normal[group][:, None]).sum(axis=2)).max(axis=1)
     np.maximum.at(far, group, off)

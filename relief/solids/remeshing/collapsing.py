@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, Index
-from relief.solids.meshes.neighbourhood import BITS, MASK, among, edge_keys
+from relief.solids.meshes.neighbourhood import BITS, MASK, among, edge_ends, edge_keys
 from relief.solids.remeshing.triangles import LONG, Triangles
 
 SHORT = 4.0 / 5.0
@@ -52,7 +52,8 @@ class Collapses:
         corner = np.flatnonzero(around >= 0)
         corner = corner[np.argsort(around[corner], kind="stable")]
         number, face = around[corner], some[corner // 3]
-        sound = self._sound(gone, stays, size, number, face, self.triangles.edges(self.triangles.faces[some]))
+        edges = np.sort(edge_keys(*edge_ends(self.triangles.faces[some])))
+        sound = self._sound(gone, stays, size, number, face, edges)
         refused = (gone[~sound] << BITS) | stays[~sound]
         self._refused = np.sort(np.concatenate([self._refused, refused]))
         self._merge(gone[sound], stays[sound])
@@ -67,7 +68,7 @@ class Collapses:
     def _short_edges(self, size: Array) -> tuple[Index, Index]:
         """Vertices that may be removed, each once and rising, and those at their shortest edges."""
         triangles, count = self.triangles, len(self.triangles.vertices)
-        one, other = triangles.faces.ravel(), np.roll(triangles.faces, -1, axis=1).ravel()
+        one, other = edge_ends(triangles.faces)
         once = one < other
         one, other = one[once], other[once]
         length = triangles.lengths(one, other)
@@ -104,7 +105,7 @@ class Collapses:
         rank = np.random.default_rng(len(gone)).permutation(len(gone))
         best = np.full(len(self.triangles.vertices), len(gone))
         best[gone] = rank
-        one, other = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+        one, other = edge_ends(faces)
         for _ in range(2):
             around = best.copy()
             np.minimum.at(around, one, best[other])

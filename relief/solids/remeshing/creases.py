@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Index, units
 from relief.solids.body import Body
+from relief.solids.meshes.neighbourhood import twins
 
 SHARPEST = np.radians(40.0)
 """Angle between two facets, rad, from which their edge is one of the part: coarse files have facets of 30
@@ -28,12 +29,6 @@ BESIDE = 4
 """Triangles away that edges may lie to explain one: facets of a strip or a cell are one to three."""
 AT_ONCE = 1 << 15
 """Edges looked at together, which bounds the memory."""
-
-
-def units(vectors: Array) -> Array:
-    """Vectors (..., 3) of length 1; 0 where they have none."""
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
 
 
 def turns_at(body: Body, pairs: Index) -> Array:
@@ -66,8 +61,7 @@ def crease_edges(body: Body, pairs: Index) -> NDArray[np.bool_]:
 def _support(body: Body, pairs: Index, turns: Array, chosen: Index) -> Array:
     """(n,) greatest angle at the edges beside chosen ones: parallel, and a few triangles away."""
     flat = body.faces.ravel()
-    twin, turn, bend = np.full(len(flat), -1), np.zeros(len(flat)), np.zeros(len(flat))
-    twin[pairs[:, 0]], twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
+    twin, turn, bend = twins(pairs, len(flat)), np.zeros(len(flat)), np.zeros(len(flat))
     turn[pairs], bend[pairs] = np.where(turns < SHARPEST, turns, 0.0)[:, None], turns[:, None]
     way, long_ = directions(body, pairs[chosen, 0])
     ends = flat[pairs[chosen]]

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Index, sums_by, units
 from relief.ground.progress import say, stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import edge_pairs
@@ -17,7 +17,7 @@ from relief.solids.remeshing.flipping import Flips
 from relief.solids.remeshing.lifting import lifted
 from relief.solids.remeshing.nearest import NearestPoints
 from relief.solids.remeshing.noise import FACETS_NOISE, smoothed, turns_by_chance
-from relief.solids.remeshing.smooth_surface import SmoothSurface, bulges, corner_angles, smooth_surface, units
+from relief.solids.remeshing.smooth_surface import SmoothSurface, bulges, corner_angles, smooth_surface
 from relief.solids.remeshing.triangles import Triangles, repeated
 
 ARC = 0.35
@@ -177,18 +177,17 @@ class _Remesher:
     def _ways(self, stir: float) -> Array:
         """(vertices, 3) ways along the surface to the middles of the triangles around, and by chance, mm."""
         vertices, faces = self.triangles.vertices, self.triangles.faces
-        body, count, corners = Body(vertices, faces), len(vertices), faces.ravel()
+        body, count = Body(vertices, faces), len(vertices)
         wanted = self.triangles.wanted()
         weight = body.areas / wanted[faces].mean(axis=1) ** 2
         middles = weight[:, None] * vertices[faces].mean(axis=1)
         middle, normal = (
-            np.stack([np.bincount(corners, np.repeat(of[:, k], 3), count) for k in range(3)], axis=1)
-            for of in (middles, body.normals)
+            sums_by(faces, np.repeat(values, 3, axis=0), count) for values in (middles, body.normals)
         )
-        total = np.maximum(np.bincount(corners, np.repeat(weight, 3), count), 1e-30)
+        total = np.maximum(np.bincount(faces.ravel(), np.repeat(weight, 3), count), 1e-30)
         way = middle / total[:, None] - vertices
         way += stir * wanted[:, None] * np.random.default_rng(count).uniform(-1.0, 1.0, way.shape)
-        unit = units(np.asarray(normal, np.float64))
+        unit = units(normal)
         return np.asarray(way - (way * unit).sum(axis=1, keepdims=True) * unit)
 
     def _turned(self, moved: Array) -> Index:
@@ -227,7 +226,7 @@ class _Remesher:
         at[held], shares[held] = self.nearest.from_(place, side)
         normals = surface.normals_at(at.ravel(), shares.reshape(-1, 3)).reshape(-1, 3, 3)
         body = Body(vertices, faces)
-        pairs = edge_pairs(faces, len(vertices))
+        pairs = edge_pairs(faces)
         creases = triangles.is_held(triangles.keys()).reshape(-1, 3)
         corners_uv = None if uv is None else np.einsum("fkc,fkcd->fkd", shares, uv[at])
         bulge = bulges(body, pairs, creases, normals)
@@ -260,6 +259,5 @@ def vertex_normals(mesh: EvenMesh, ignored: NDArray[np.bool_]) -> Array:
     """
     angle = corner_angles(mesh.body)
     angle[ignored] *= 1e-9
-    corners, count = mesh.body.faces.ravel(), len(mesh.body.vertices)
-    sums = [np.bincount(corners, (angle * mesh.normals[:, :, k]).ravel(), count) for k in range(3)]
-    return units(np.stack(sums, axis=1))
+    weighted = (angle[:, :, None] * mesh.normals).reshape(-1, 3)
+    return units(sums_by(mesh.body.faces, weighted, len(mesh.body.vertices)))

@@ -1,13 +1,11 @@
 """Lines and corners of a part that stay where they are, and the regions of its surface between them."""
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from relief.ground.arrays import Array, Index
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import edge_pairs
+from relief.solids.meshes.neighbourhood import connected, edge_pairs
 from relief.solids.remeshing.smooth_surface import SmoothSurface, corner_groups
 
 
@@ -17,7 +15,7 @@ def held_lines(
     """(faces, 3) edges that stay, and (vertices,) vertices that stay."""
     body = surface.body
     faces = body.faces
-    pairs = edge_pairs(faces, len(body.vertices))
+    pairs = edge_pairs(faces)
     held = surface.creases.ravel().copy()
     held[pairs[side[pairs[:, 0] // 3] != side[pairs[:, 1] // 3]].ravel()] = True
     if uv is not None:
@@ -40,7 +38,5 @@ def held_lines(
 
 def regions(body: Body, held: NDArray[np.bool_]) -> Index:
     """(faces,) numbers of the parts of the surface between held edges."""
-    pairs = edge_pairs(body.faces, len(body.vertices))
-    pairs = pairs[~held.ravel()[pairs[:, 0]]] // 3
-    graph = sp.coo_matrix((np.ones(len(pairs), np.int8), pairs.T), (len(body.faces),) * 2)
-    return np.asarray(connected_components(graph, directed=False)[1], np.int64)
+    pairs = edge_pairs(body.faces)
+    return connected(pairs[~held.ravel()[pairs[:, 0]]] // 3, len(body.faces))

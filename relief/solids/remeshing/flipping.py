@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
-from relief.solids.meshes.neighbourhood import among, edge_keys, edge_pairs
+from relief.ground.arrays import Array, Index, units
+from relief.solids.meshes.neighbourhood import among, edge_ends, edge_keys, edge_pairs
 from relief.solids.remeshing.triangles import Triangles
 
 TURN = np.cos(np.radians(40.0))
@@ -74,8 +74,8 @@ class Flips:
                 ends[triangles.faces[turned if least == 2 else some]] = True
                 some = np.flatnonzero(triangles.count(ends) >= least)
         faces = triangles.faces[some]
-        pairs = edge_pairs(faces, len(triangles.vertices))
-        keys = edge_keys(faces.ravel(), np.roll(faces, -1, axis=1).ravel())
+        pairs = edge_pairs(faces)
+        keys = edge_keys(*edge_ends(faces))
         kept = ~triangles.is_held(keys[pairs[:, 0]])
         pairs = 3 * some[pairs[kept] // 3] + pairs[kept] % 3
         return pairs[turned[pairs[:, 0] // 3] | turned[pairs[:, 1] // 3]], np.sort(keys)
@@ -83,9 +83,7 @@ class Flips:
     def _unit(self, a: Index, b: Index, c: Index) -> Array:
         """Unit normals (n, 3) of triangles by their corners; 0 where they have no area."""
         vertices = self.triangles.vertices
-        normal = np.cross(vertices[b] - vertices[a], vertices[c] - vertices[a])
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
-        return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
+        return units(np.cross(vertices[b] - vertices[a], vertices[c] - vertices[a]))
 
 
 def _beyond_delaunay(vertices: Array, a: Index, b: Index, c: Index, d: Index) -> Array:

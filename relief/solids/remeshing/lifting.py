@@ -7,9 +7,10 @@ a ball and a bore that nearly touches it meet.
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Index, sums_by
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import crossing_faces
+from relief.solids.meshes.neighbourhood import edge_ends
 
 LEAST_EDGE_MM, PARTED = 1e-3, 0.02
 """Length of an edge, mm, below which its ends are one point, and part of the way to the middle of its
@@ -48,10 +49,10 @@ def _part(vertices: Array, faces: Index, free: NDArray[np.bool_]) -> None:
         faces: (m, 3) of a closed mesh.
         free: (n,) vertices on no held line, which move rather than others.
     """
-    one, other = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    one, other = edge_ends(faces)
     short = np.linalg.norm(vertices[one] - vertices[other], axis=1) < LEAST_EDGE_MM
     moving = np.unique(np.where(free[one[short]], one[short], other[short]))
     if len(moving):
         count = np.bincount(one, minlength=len(vertices))[moving, None]
-        sums = np.stack([np.bincount(one, vertices[other, k], len(vertices)) for k in range(3)], axis=1)
+        sums = sums_by(one, vertices[other], len(vertices))
         vertices[moving] += PARTED * (sums[moving] / count - vertices[moving])

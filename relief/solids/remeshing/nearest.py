@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 
 from relief.ground.arrays import Array, Index
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import edge_pairs
+from relief.solids.meshes.neighbourhood import edge_pairs, twins
 
 GUESSES = 6
 """Samples near a point whose faces are tried first; slivers side by side have their samples side by side."""
@@ -31,11 +31,9 @@ class NearestPoints:
             spacing_mm: Distance of the samples along thin triangles, mm.
         """
         self.corners, self.region = body.vertices[body.faces], region
-        twin = np.full(3 * len(body.faces), -1)
-        pairs = edge_pairs(body.faces, len(body.vertices))
+        pairs = edge_pairs(body.faces)
         pairs = pairs[~held.ravel()[pairs[:, 0]]]
-        twin[pairs[:, 0]], twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
-        self._twin = twin.reshape(-1, 3)
+        self._twin = twins(pairs, 3 * len(body.faces)).reshape(-1, 3)
         self._vertices = body.faces
         self._around = np.argsort(body.faces.ravel(), kind="stable") // 3
         self._last = np.cumsum(np.bincount(body.faces.ravel(), minlength=len(body.vertices)))

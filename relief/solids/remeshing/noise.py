@@ -7,9 +7,9 @@ was meant lies within the noise, and its normals are those of a wider neighbourh
 import numpy as np
 import scipy.sparse as sp
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Index, quantiles, units
 from relief.solids.body import Body
-from relief.solids.remeshing.creases import units
+from relief.solids.meshes.neighbourhood import edge_ends
 
 NOISE = np.radians(1.5)
 """Median angle between the normals and their means over the neighbours, rad, from which facets turn by
@@ -36,9 +36,7 @@ def turns_by_chance(body: Body, normals: Array, least: float = NOISE) -> bool:
     own = normals.reshape(-1, 3)[first]
     cosine = (units(_mean_over_neighbours(group) @ own) * own).sum(axis=1)
     area = np.bincount(group.ravel(), np.repeat(body.areas, 3))
-    order = np.argsort(-cosine)
-    below = np.cumsum(area[order])
-    return bool(cosine[order[np.searchsorted(below, 0.5 * below[-1])]] < np.cos(least))
+    return bool(-quantiles(-cosine, area, 0.5) < np.cos(least))
 
 
 def smoothed(body: Body, normals: Array) -> Array:
@@ -66,7 +64,7 @@ def _groups(body: Body, normals: Array) -> tuple[Index, Index]:
 
 def _mean_over_neighbours(group: Index) -> sp.csr_array:
     """(n, n) means over neighbours, by the numbers of normals at the corners of triangles (m, 3)."""
-    one, other = group.ravel(), np.roll(group, -1, axis=1).ravel()
+    one, other = edge_ends(group)
     count = int(group.max()) + 1
     ends = np.concatenate([one, other]), np.concatenate([other, one])
     beside = sp.coo_array((np.ones(len(ends[0])), ends), (count, count)).tocsr()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from relief.ground.arrays import Array, Index
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import BITS, MASK, among, edge_keys
+from relief.solids.meshes.neighbourhood import BITS, MASK, among, edge_ends, edge_keys
 from relief.solids.meshes.refining import divided
 
 LONG = 4.0 / 3.0
@@ -45,12 +45,7 @@ class Triangles:
 
     def keys(self) -> Index:
         """(m * 3,) keys of the edges from corner k to k + 1."""
-        return edge_keys(self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel())
-
-    @staticmethod
-    def edges(faces: Index) -> Index:
-        """Sorted keys of the edges of triangles (k, 3), those between two of them twice."""
-        return np.sort(edge_keys(faces.ravel(), np.roll(faces, -1, axis=1).ravel()))
+        return edge_keys(*edge_ends(self.faces))
 
     def held_count(self) -> Index:
         """(n,) number of held edges at each vertex."""
@@ -74,7 +69,7 @@ class Triangles:
         Args:
             size: (n,) length of edges wanted at the vertices, mm.
         """
-        one, other = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
+        one, other = edge_ends(self.faces)
         length = self.lengths(one, other)
         # Keys of edges are the same from both sides, and so is what is long.
         chosen = np.unique(self.keys()[length > LONG * 0.5 * (size[one] + size[other])])
@@ -115,7 +110,7 @@ class Triangles:
     def wanted(self) -> Array:
         """(n,) lengths of edges wanted, mm: what the surface allows, and edges beside grow slowly."""
         wanted = self.size.copy()
-        one, other = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
+        one, other = edge_ends(self.faces)
         length = GROWTH * self.lengths(one, other)
         for _ in range(4):
             np.minimum.at(wanted, one, wanted[other] + length)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array
+from relief.ground.arrays import Array, quantiles
 from relief.solids.body import Body
 from relief.solids.wrapping.coordinates.layout import Layout
 
@@ -70,7 +70,4 @@ def _over_area(values: Array, areas: Array) -> Bending:
     """The median of values (n,), and those of the middle half, by areas (n,)."""
     if not len(values):
         return Bending(0.0, 0.0, 0.0)
-    order = np.argsort(values)
-    below = np.cumsum(areas[order])
-    numbers = np.searchsorted(below, np.array([0.5, *HALF]) * below[-1])
-    return Bending(*(float(value) for value in values[order[np.minimum(numbers, len(order) - 1)]]))
+    return Bending(*quantiles(values, areas, [0.5, *HALF]).tolist())

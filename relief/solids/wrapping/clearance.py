@@ -1,15 +1,15 @@
 """How far a surface may be moved along its normals before it meets itself."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Index, units
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
+from relief.solids.meshes.neighbourhood import edge_ends
 from relief.solids.meshes.refining import refined
 from relief.solids.remeshing.even_mesh import EvenMesh
-from relief.solids.remeshing.smooth_surface import corner_angles, raised, units
+from relief.solids.remeshing.smooth_surface import raised
 
 SAFE = 0.7
 """Part of the radius of the empty ball that a displacement may use; the rest is for the facets of a mesh."""
@@ -31,21 +31,6 @@ FACING = -0.5
 """Cosine of the angle between normals from which two points face one another, however near they are."""
 AT_ONCE = 1 << 13
 """Points whose balls are looked at together, which bounds the memory."""
-
-
-def smooth_normals(body: Body, ignored: NDArray[np.bool_] | None = None) -> Array:
-    """Normals at the vertices, (n, 3): means over the triangles around, by their angles.
-
-    Args:
-        body: A closed body.
-        ignored: (faces,) triangles that count only where a vertex has no others: those of a flat bottom.
-    """
-    angle, unit = corner_angles(body), units(body.normals)
-    if ignored is not None:
-        angle[ignored] *= 1e-9
-    corners, count = body.faces.ravel(), len(body.vertices)
-    sums = [np.bincount(corners, (angle * unit[:, k, None]).ravel(), count) for k in range(3)]
-    return units(np.stack(sums, axis=1))
 
 
 class Room:
@@ -154,7 +139,7 @@ def clearance_factor(mesh: EvenMesh, carried: Array, out_mm: float, in_mm: float
 
 def evened(body: Body, factor: Array, falloff_mm: float) -> Array:
     """Factors (n,) lowered until they rise by no more than 1 over a distance on the surface, mm."""
-    one, other = body.faces.ravel(), np.roll(body.faces, -1, axis=1).ravel()
+    one, other = edge_ends(body.faces)
     step = np.linalg.norm(body.vertices[one] - body.vertices[other], axis=1) / falloff_mm
     factor = np.minimum(factor, 1.0)
     while True:

@@ -7,17 +7,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, smooth_step
+from relief.ground.arrays import Array, quantiles, smooth_step
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import ways_from
 from relief.solids.meshes.unrolling import feet
 from relief.solids.wrapping.coordinates.closing import closed, told
 from relief.solids.wrapping.coordinates.found import OFF_SIZE, Coordinates, found_coordinates, shown_vector
-from relief.solids.wrapping.coordinates.layout import Layout
+from relief.solids.wrapping.coordinates.layout import Layout, one_patch
 from relief.solids.wrapping.coordinates.patches import lay_once
 from relief.solids.wrapping.masks import mask_at
-from relief.solids.wrapping.placement import Placement
+from relief.solids.wrapping.placement import Placement, turned
 from relief.solids.wrapping.surfaces import BaseSurface, FineSurface
 from relief.solids.wrapping.tiles import Covering
 
@@ -92,14 +92,14 @@ class Layer:
     def _repeated(self, covering: Covering) -> Laid:
         coordinates = self._coordinates(covering)
         layout, placement = coordinates.layout, self.placement
-        matrices = placement.turning[None]
+        matrices = turned(placement.turn_deg)[None]
         if layout.around_mm is not None:
             rows, cols = covering.tile.size_mm
             closings = [
                 closed(around, placement.turn_deg, cols, rows) if np.isfinite(around) else None
                 for around in layout.around_mm
             ]
-            matrices = np.stack([placement.turning if of is None else of.matrix for of in closings])
+            matrices = np.stack([matrices[0] if closing is None else closing.matrix for closing in closings])
             lines = [
                 told(closing, (rows, cols), placement.turn_deg, part)
                 for closing, part in zip(closings, coordinates.parts, strict=True)
@@ -139,7 +139,9 @@ class Layer:
             layout, fade = self._one_chart(covering, middle)
         uv = layout.uv - share @ layout.uv[middle, 0] - np.array(placement.offset_mm)
         shift = np.array([0.5 * cols, -0.5 * rows])
-        return Laid(covering, replace(layout, uv=uv).moved(corners, placement.turning[None], shift), fade)
+        return Laid(
+            covering, replace(layout, uv=uv).moved(corners, turned(placement.turn_deg)[None], shift), fade
+        )
 
     def _one_chart(self, covering: Covering, middle: int) -> tuple[Layout, Array]:
         """The chart that a triangle lies in, cut on the other side, and how it ends at its border."""
@@ -154,8 +156,7 @@ class Layer:
         uv = layout.uv[:, chart] - layout.uv[middle, chart, 0]
         if layout.around_mm is not None and np.isfinite(around := float(layout.around_mm[chart])):
             uv[..., 0] -= around * np.round(uv[..., 0].mean(axis=1, keepdims=True) / around)
-        weight = np.broadcast_to(own.astype(np.float64)[:, None, None], (len(own), 1, 3))
-        return Layout(np.where(own, 0, -1)[:, None], uv[:, None], weight, layout.stretch, 1), fade
+        return one_patch(own, uv, layout.stretch), fade
 
     def _place(self, covering: Covering) -> tuple[int, Array]:
         """The triangle that a texture is placed around once, and where in it, by three shares."""
@@ -184,7 +185,4 @@ def off_size(laid: Laid, body_areas: Array, where: NDArray[np.bool_]) -> tuple[f
     areas, stretch = body_areas[where], laid.layout.stretch[where]
     if not len(areas):
         return 0.0, 0.0
-    order = np.argsort(stretch)
-    passed = np.cumsum(areas[order])
-    most = stretch[order][np.searchsorted(passed, 0.99 * passed[-1])]
-    return float(areas[stretch > OFF_SIZE].sum() / areas.sum()), float(most)
+    return float(areas[stretch > OFF_SIZE].sum() / areas.sum()), float(quantiles(stretch, areas, 0.99))

@@ -3,13 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from relief.ground.arrays import Array
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import edge_pairs
+from relief.solids.meshes.neighbourhood import connected, edge_pairs
 
 LOWERED = 0.99
 """Factor of the heights below which a relief counts as lowered."""
@@ -76,10 +74,8 @@ def lowering(body: Body, where: NDArray[np.bool_], factor: Array) -> Lowering:
 
 def _places(body: Body, faces: NDArray[np.intp], least: Array, areas: Array) -> tuple[LoweredPlace, ...]:
     """The connected pieces of lowered triangles, with their least factors and their areas (faces,)."""
-    pairs = edge_pairs(body.faces[faces], len(body.vertices)) // 3
-    graph = sp.coo_matrix((np.ones(len(pairs)), pairs.T), (len(faces), len(faces)))
-    pieces, piece = connected_components(graph, directed=False)
-    total = np.bincount(piece, areas, pieces)
+    piece = connected(edge_pairs(body.faces[faces]) // 3, len(faces))
+    total = np.bincount(piece, areas)
     places = []
     for number in np.argsort(-total)[:MOST_PLACES]:
         if total[number] < LEAST_MM2:

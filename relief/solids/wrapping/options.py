@@ -6,6 +6,7 @@ from typing import Annotated, ClassVar
 
 from relief.ground.formats import UNITS
 from relief.ground.options import Option
+from relief.solids.names import PROJECTIONS
 
 MOST_FACES = 1_000_000
 """Triangles at most, where no other number is given: a 3MF file of about 21 MB."""
@@ -14,8 +15,6 @@ HOLE_MM = 0.5
 printer resolves."""
 HOLES_MM = (0.0, 100.0)
 """Sizes of holes that are closed or left without texture, mm: wider ones are no bores but shapes."""
-PROJECTIONS = ("auto", "cylinder", "sphere", "plane", "uv", "patches")
-"""Kinds of flat coordinates: by an axis, a centre or a direction, those of the mesh, or patches."""
 
 Vector = str | float | Sequence[float]
 """Numbers as a text with commas, or as they are; a direction may be an axis by its name, as "x" or "-z"."""
@@ -96,7 +95,7 @@ class PlacingOptions:
         str,
         Option(
             "what flattens the surface: a shape, the mesh's texture coordinates, or patches",
-            choices=PROJECTIONS,
+            choices=tuple(PROJECTIONS),
             default="auto, the coordinates or a cylinder where they keep sizes, else patches",
         ),
     ] = "auto"

@@ -24,7 +24,7 @@ class Placement:
     """Where and in what direction a texture lies.
 
     Attributes:
-        projection: One of `PROJECTIONS`.
+        projection: A key of `PROJECTIONS`.
         along: (3,) direction in which the top of the texture points, that is the first row of its height map;
             of a cylinder and a sphere also their axis. None: the axis that is found, or as it comes.
         turn_deg: Angle by which the texture is turned in its surface, counter-clockwise seen from outside.
@@ -44,11 +44,6 @@ class Placement:
     def direction(self) -> Array | None:
         """The direction `along` as a unit vector (3,)."""
         return None if self.along is None else np.array(self.along) / np.linalg.norm(self.along)
-
-    @property
-    def turning(self) -> Array:
-        """(2, 2) from coordinates in the surface to those of the texture, for column vectors."""
-        return turned(self.turn_deg)
 
 
 def turned(degrees: float) -> Array:

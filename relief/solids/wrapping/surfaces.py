@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, FloatArray, smooth_step
+from relief.ground.arrays import Array, FloatArray, smooth_step, sums_by
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.mending.holes import Holes
+from relief.solids.meshes.neighbourhood import edge_ends
 from relief.solids.meshes.refining import Refined
 from relief.solids.meshes.solid import check_apart
 from relief.solids.meshes.unrolling import nearest_shares
@@ -129,13 +130,18 @@ class BaseSurface:
 
     def _flatten(self) -> None:
         """Bring the bottom into its plane: not a rounding error above or below the bed of a printer."""
-        faces = self.body.faces
-        on_bottom = np.zeros(len(self.body.vertices), bool)
-        on_bottom[faces[self.bottom]] = True
+        faces, on_bottom = self.body.faces, self._on_bottom
         self.body.vertices[on_bottom, 2] = self.bed_mm
         self.body.vertices[:, 2] = np.maximum(self.body.vertices[:, 2], self.bed_mm)
         level = self.bottom[:, None] | (on_bottom[faces] & on_bottom[np.roll(faces, -1, axis=1)])
         self.mesh.bulges[level, 2] = 0.0
+
+    @property
+    def _on_bottom(self) -> NDArray[np.bool_]:
+        """(vertices,) those of the bottom."""
+        on_bottom = np.zeros(len(self.body.vertices), bool)
+        on_bottom[self.body.faces[self.bottom]] = True
+        return on_bottom
 
     def carried_at(self, points: Points, bottom: NDArray[np.intp], settings: Settings) -> Array:
         """How much of any texture each point carries, 0 to 1.
@@ -165,13 +171,9 @@ class BaseSurface:
 
     def rim(self) -> Array:
         """(n, 3) points on the rim of the bottom, mm, at most `RIM_MM` apart."""
-        faces = self.body.faces
-        on_bottom = np.zeros(len(self.body.vertices), bool)
-        on_bottom[faces[self.bottom]] = True
-        sides = faces[~self.bottom]
-        ends = np.stack([sides, np.roll(sides, -1, axis=1)], axis=-1).reshape(-1, 2)
-        ends = ends[on_bottom[ends].all(axis=1)]
-        start, end = self.body.vertices[ends[:, 0]], self.body.vertices[ends[:, 1]]
+        one, other = edge_ends(self.body.faces[~self.bottom])
+        on_rim = self._on_bottom[one] & self._on_bottom[other]
+        start, end = self.body.vertices[one[on_rim]], self.body.vertices[other[on_rim]]
         longest = max(BASE_EDGE_MM, float(np.linalg.norm(end - start, axis=1).max(initial=0.0)))
         share = np.linspace(0.0, 1.0, int(longest / RIM_MM) + 1)[:, None, None]
         return np.asarray((start + share * (end - start)).reshape(-1, 3))
@@ -257,8 +259,7 @@ def _vertex_colours(mesh: EvenMesh, body: Body, colours: FloatArray) -> Array:
     share = nearest_shares(mesh.body.vertices[faces.ravel()], triangles)
     at_corners = np.einsum("nc,ncd->nd", share, np.repeat(colours[origin], 3, axis=0))
     count = np.bincount(faces.ravel(), minlength=len(mesh.body.vertices))
-    sums = [np.bincount(faces.ravel(), of, len(count)) for of in at_corners.T]
-    return np.asarray(np.stack(sums, axis=1) / np.maximum(count, 1)[:, None])
+    return sums_by(faces, at_corners, len(count)) / np.maximum(count, 1)[:, None]
 
 
 def check_count(count: int, settings: Settings) -> None:

@@ -5,10 +5,11 @@ from pathlib import Path
 from nicegui import events, ui
 
 from relief.printers import PRINTERS
+from relief.solids.names import OBJECTS
 from retouch.app.stages.controls import NumberField, Told, button, section
 from retouch.app.stages.elements import DropZone
 from retouch.app.stages.window import Window
-from retouch.app.values.folders import BUNDLED_OBJECTS, PARTS_FOLDER, SUFFIXES
+from retouch.app.values.folders import PARTS_FOLDER, SUFFIXES
 
 DIRECTIONS = {
     "": "as it is found",
@@ -79,7 +80,7 @@ class ObjectStage:
         ready = session.outcomes.sides is not None
         missing = "No run has a result yet."
         self._what.set_text(f"The result of {session.document.run} lies on it." if ready else missing)
-        meshes = {name: name for name in BUNDLED_OBJECTS}
+        meshes = {name: name for name in OBJECTS}
         if part.mesh not in meshes:
             meshes[part.mesh] = Path(part.mesh).name
         if dict(self._mesh.options) != meshes:

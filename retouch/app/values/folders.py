@@ -26,8 +26,6 @@ LONGEST_NUMBER = 10
 """Most characters that follow the name of a picture in that of a run."""
 UNUSUAL = re.compile(r"[^\w.-]+")
 """What is replaced in names: all but letters, digits, dot, dash and underscore."""
-BUNDLED_OBJECTS = ("starfish", "bracelet", "slider", "frog", "curved", "ball", "cylinder")
-"""Names of the bundled objects; `relief.solids.objects.table`, which makes them, is slow to load."""
 TILES = "-tile"
 """End of the names of bundled tiles."""
 

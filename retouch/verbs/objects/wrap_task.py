@@ -16,7 +16,7 @@ from relief.ground.lengths import Lengths
 from relief.ground.options import checked, part
 from relief.heightmap import check_scales
 from relief.plate_options import TileOptions
-from relief.printers import Printer, find_printer
+from relief.printers import Printer, printer_of
 from relief.seam import check_seams, misfit
 from relief.solids.body import Body
 from relief.solids.mending.holes import round_holes
@@ -89,8 +89,7 @@ class Task(NamedTuple):
 
 def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions) -> Task:
     """Read the files of a wrapping, and check its options; arguments as of `wrap`. Raises InputError."""
-    name = options.printer
-    printer = find_printer(name) if isinstance(name, str) else name
+    printer = printer_of(options.printer)
     finest_mm = 0.0 if printer is None else SAMPLES_OF_PIXEL * printer.pixel_mm
     settings = Settings(**vars(part(options, SurfaceOptions)), finest_mm=finest_mm)
     thing = _bundled(Path(mesh), options.units)

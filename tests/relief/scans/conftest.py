@@ -7,7 +7,7 @@ from scipy.ndimage import gaussian_filter
 from relief.relief import Relief
 from relief.scans.pose import Pose
 from relief.scans.scans import Scan
-from relief.scans.simulated import Scanner, scanned
+from tests.relief.scans.simulated import Scanner, scanned
 
 POSE = Pose(
     turn=0.4,

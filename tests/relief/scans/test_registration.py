@@ -13,9 +13,9 @@ from relief.scans.loss import detail_kept, half_kept_mm
 from relief.scans.pose import NAMES, Pose
 from relief.scans.registration import NORMAL_95, Interval, Registration, register
 from relief.scans.scans import Scan
-from relief.scans.simulated import Scanner, scanned
 from relief.scans.summary import print_scanned
 from tests.relief.scans.conftest import POSE, scan_of, texture
+from tests.relief.scans.simulated import Scanner, scanned
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,7 @@ from relief.solids.objects import swept
 from relief.solids.objects.implicit import body_of, round_cone
 from relief.solids.objects.smooth import ball
 from relief.solids.objects.table import OBJECTS
+from tests.relief.solids.known_objects import SIZES_MM, VOLUMES_MM3
 
 
 @cache
@@ -28,15 +29,15 @@ def test_an_object_is_one_closed_body_with_outward_normals(name):
     assert mesh.area_faces.min() > 0.0
 
 
-@pytest.mark.parametrize("name", [name for name, thing in OBJECTS.items() if thing.volume_mm3])
+@pytest.mark.parametrize("name", VOLUMES_MM3)
 def test_an_object_has_the_volume_of_its_formula(name):
     # Chords of a curve: a few parts in a thousand too small at these edges.
-    assert mesh_of(name).volume == pytest.approx(OBJECTS[name].volume_mm3, rel=4e-3)
+    assert mesh_of(name).volume == pytest.approx(VOLUMES_MM3[name], rel=4e-3)
 
 
-@pytest.mark.parametrize("name", [name for name, thing in OBJECTS.items() if thing.size_mm])
+@pytest.mark.parametrize("name", SIZES_MM)
 def test_an_object_has_its_size(name):
-    assert mesh_of(name).extents == pytest.approx(OBJECTS[name].size_mm, abs=0.02)
+    assert mesh_of(name).extents == pytest.approx(SIZES_MM[name], abs=0.02)
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes import intersections
 from relief.solids.meshes.intersections import self_intersections
+from relief.solids.meshes.places import vertex_normals
 from relief.solids.meshes.refining import expected_faces, refined
 from relief.solids.meshes.solid import check_solid
 from relief.solids.objects.implicit import body_of
@@ -20,7 +21,6 @@ from relief.solids.objects.swept import cylinder
 from relief.solids.remeshing.even_mesh import even_mesh
 from relief.solids.wrapping import surfaces
 from relief.solids.wrapping import wrap as wrapping
-from relief.solids.wrapping.clearance import smooth_normals
 from relief.solids.wrapping.coordinates.layout import singular_values
 from relief.solids.wrapping.coordinates.patches import lay_out
 from relief.solids.wrapping.edges import expected_file
@@ -66,7 +66,7 @@ def test_refinement_keeps_the_surface_and_knows_where_corners_lie():
 
 
 def cover(body):
-    normals = smooth_normals(body)
+    normals = vertex_normals(body)
     return lay_out(body, np.ones(len(body.vertices), bool), 2.0, normals)
 
 
@@ -346,7 +346,7 @@ def test_a_relief_is_lowered_where_it_would_meet_itself():
     wrapped = wrap(body, [Covering(tile)], Settings(edge_mm=0.4))
     assert wrapped.lowering.part > 0.0 and wrapped.lowering.lowest_factor < 0.5
     assert self_intersections(wrapped.body) == 0
-    normals = smooth_normals(wrapped.original)
+    normals = vertex_normals(wrapped.original)
     unbound = Body(wrapped.original.vertices + 1.5 * normals, wrapped.original.faces)
     assert self_intersections(unbound) > 0
 

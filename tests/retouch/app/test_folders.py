@@ -5,9 +5,7 @@ from pathlib import Path
 import pytest
 
 from relief.ground.errors import InputError
-from relief.solids.objects.table import OBJECTS
 from retouch.app.values.folders import (
-    BUNDLED_OBJECTS,
     PARTS_FOLDER,
     PICTURES_FOLDER,
     keep,
@@ -82,4 +80,3 @@ def test_no_run_takes_the_place_of_another() -> None:
 
 def test_what_comes_with_retouch_can_be_chosen() -> None:
     assert len(textures()) == 12 and "gravel" in textures()
-    assert tuple(OBJECTS) == BUNDLED_OBJECTS

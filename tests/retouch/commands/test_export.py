@@ -15,7 +15,6 @@ from relief.ground.formats import FORMATS
 from relief.heightmap import load_height_map, save_heights_exr
 from relief.printed import printed
 from relief.printers import find_printer
-from relief.solids.export.parts import WRITERS
 from retouch.commands.main import BAD_INPUT, main
 
 
@@ -56,10 +55,6 @@ def by_trimesh(path: str) -> trimesh.Trimesh:
         mesh.vertices = np.column_stack([x, -z, y])
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
     return mesh
-
-
-def test_there_is_a_writer_of_every_format() -> None:
-    assert list(WRITERS) == list(FORMATS)
 
 
 @pytest.mark.parametrize("suffix", FORMATS)

@@ -14,9 +14,9 @@ from relief.printers import read_printer
 from relief.relief import Relief
 from relief.scans.coupon import coupon
 from relief.scans.pose import Pose
-from relief.scans.simulated import Scanner, scanned
 from retouch.commands.main import BAD_INPUT, main
 from tests.relief.scans.conftest import POSE, scan_of, texture
+from tests.relief.scans.simulated import Scanner, scanned
 
 
 @pytest.fixture(scope="module")

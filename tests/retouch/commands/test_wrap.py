@@ -11,11 +11,11 @@ from manifold3d import Manifold
 
 import retouch
 from relief.heightmap import save_heights_exr
-from relief.solids.body import stl
 from relief.solids.meshes import read_mesh
+from relief.solids.names import OBJECTS as NAMES
 from relief.solids.objects.table import OBJECTS
 from retouch.commands.main import BAD_INPUT, main
-from retouch.commands.wrap import OBJECTS as NAMED
+from tests.relief.solids.meshes.bodies import stl
 from tests.relief.solids.meshes.test_outer import solid
 
 FEW = ("--edge-mm", "0.8")
@@ -272,4 +272,4 @@ def test_what_is_checked_is_what_the_file_holds(suffix):
 
 
 def test_the_help_names_the_objects_there_are():
-    assert tuple(NAMED.split(", ")) == tuple(OBJECTS)
+    assert tuple(OBJECTS) == NAMES

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array
+from relief.ground.arrays import Array, quantiles
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import ways_from
-from relief.solids.wrapping.coordinates.layout import Layout, stretches
+from relief.solids.wrapping.coordinates.layout import Layout, shares_of, stretches
 from relief.solids.wrapping.coordinates.revolution import Axis, axis_along
 
 END = 0.8
@@ -59,9 +59,7 @@ def by_charts(body: Body, charts: list[Chart], where: NDArray[np.bool_], blend_m
         touched[body.faces[chart.faces], number] = True
     far = np.stack([ways_from(body, of, blend_mm) for of in touched.T], axis=1)
     weight = np.maximum(1.0 - far / blend_mm, 0.0)[body.faces].transpose(0, 2, 1) ** 2
-    weight = np.where(where[:, None, None], weight, 0.0)
-    total = weight.sum(axis=1, keepdims=True)
-    weight = np.divide(weight, total, out=np.zeros_like(weight), where=total > 0.0)
+    weight = shares_of(np.where(where[:, None, None], weight, 0.0))
     uv = np.stack([chart.uv for chart in charts], axis=1)
     patch = np.where(weight.any(axis=2), np.arange(len(charts)), -1)
     layout = Layout(
@@ -116,7 +114,8 @@ def _around(
     used = faces & where
     if not used.any():
         return Chart(name, faces, corners[..., :2], np.inf)
-    radius = _median(np.linalg.norm(corners[used].mean(axis=1)[:, :2], axis=1), areas[used])
+    far = np.linalg.norm(corners[used].mean(axis=1)[:, :2], axis=1)
+    radius = float(quantiles(far, areas[used], 0.5))
     angle = _unwrapped(np.arctan2(corners[..., 1], corners[..., 0]))
     along = _outline(corners[..., 2], upright, areas, used)
     return Chart(name, faces, np.stack([sign * radius * angle, along], axis=-1), 2.0 * np.pi * radius)
@@ -125,12 +124,6 @@ def _around(
 def _unwrapped(angle: Array) -> Array:
     """Angles (faces, 3) rad of corners, those of a triangle next to one another."""
     return np.asarray(angle[:, :1] + (angle - angle[:, :1] + np.pi) % (2.0 * np.pi) - np.pi)
-
-
-def _median(values: Array, weights: Array) -> float:
-    order = np.argsort(values)
-    passed = np.cumsum(weights[order])
-    return float(values[order][np.searchsorted(passed, 0.5 * passed[-1])])
 
 
 def _outline(height: Array, upright: Array, areas: Array, used: NDArray[np.bool_]) -> Array:
@@ -150,14 +143,16 @@ def _outline(height: Array, upright: Array, areas: Array, used: NDArray[np.bool_
 def sphere_charts(body: Body, axis: Axis, where: NDArray[np.bool_]) -> list[Chart]:
     """Belt and caps of a body about a centre, the point of the axis; arguments as of `cylinder_charts`."""
     corners = axis.local(body.vertices[body.faces])
-    radius = _median(np.linalg.norm(corners[where].mean(axis=1), axis=1), body.areas[where])
+    far = np.linalg.norm(corners[where].mean(axis=1), axis=1)
+    radius = float(quantiles(far, body.areas[where], 0.5))
     across = np.linalg.norm(corners[..., :2], axis=-1)
     latitude = np.arctan2(corners[..., 2], across)
     middle = np.degrees(latitude.mean(axis=1))
     belt = np.abs(middle) <= BELT
     ring = radius
     if (belt & where).any():
-        ring = radius * _median(np.cos(latitude[belt & where].mean(axis=1)), body.areas[belt & where])
+        cosines = np.cos(latitude[belt & where].mean(axis=1))
+        ring = radius * float(quantiles(cosines, body.areas[belt & where], 0.5))
     angle = _unwrapped(np.arctan2(corners[..., 1], corners[..., 0]))
     out = radius * (0.5 * np.pi - np.abs(latitude))
     polar = corners[..., :2] * (out / np.maximum(across, 1e-12))[..., None]

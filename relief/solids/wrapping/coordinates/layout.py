@@ -47,8 +47,7 @@ class Layout:
         weight[bare] = self.weight[face[bare]].sum(axis=2)
         weight = weight**SHARPNESS
         weight[weight < 1e-6 * weight.max(axis=1, keepdims=True)] = 0.0
-        total = weight.sum(axis=1, keepdims=True)
-        return uv, np.divide(weight, total, out=np.zeros_like(weight), where=total > 0.0)
+        return uv, shares_of(weight)
 
     def leading(self) -> NDArray[np.intp]:
         """(faces,) places among the patches of each triangle of the one with the largest share."""
@@ -72,6 +71,18 @@ class Layout:
         stretch = np.zeros(len(uv))
         stretch[laid] = stretches(corners[laid], uv[laid, leading[laid]])
         return replace(self, uv=uv, stretch=stretch, around_mm=None)
+
+
+def one_patch(inside: NDArray[np.bool_], uv: Array, stretch: Array) -> Layout:
+    """The layout of one patch over triangles (faces,), with coordinates (faces, 3, 2) and stretches."""
+    weight = np.broadcast_to(inside.astype(np.float64)[:, None, None], (len(inside), 1, 3))
+    return Layout(np.where(inside, 0, -1)[:, None], uv[:, None], weight, stretch, 1)
+
+
+def shares_of(weight: Array) -> Array:
+    """Weights (n, k, ...) as shares, whose sum over k is 1, or 0 where all weights are 0."""
+    total = weight.sum(axis=1, keepdims=True)
+    return np.divide(weight, total, out=np.zeros_like(weight), where=total > 0.0)
 
 
 def stretches(corners: Array, uv: Array) -> Array:

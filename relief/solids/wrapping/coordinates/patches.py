@@ -15,12 +15,12 @@ import potpourri3d
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array
+from relief.ground.arrays import Array, renumbered
 from relief.ground.errors import InputError
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import connected_around
-from relief.solids.wrapping.coordinates.layout import Layout, stretches
+from relief.solids.wrapping.coordinates.layout import Layout, one_patch, shares_of, stretches
 
 STRETCH = 0.1
 """Largest change of a length inside a patch, as a part of it."""
@@ -84,8 +84,7 @@ def lay_once(body: Body, normals: Array, seed: int, reach_mm: float, along: Arra
     inside = np.isfinite(corners).all(axis=(1, 2))
     corners[~inside] = 0.0
     stretch = np.where(inside, stretches(body.vertices[body.faces], corners), 0.0)
-    weight = np.broadcast_to(inside.astype(np.float64)[:, None, None], (len(inside), 1, 3))
-    return Layout(np.where(inside, 0, -1)[:, None], corners[:, None], weight, stretch, 1)
+    return one_patch(inside, corners, stretch)
 
 
 @dataclass(frozen=True)
@@ -142,13 +141,10 @@ class _Cover:
         number[around] = np.arange(len(around))
         faces = number[self.body.faces]
         faces = connected_around(faces[(faces >= 0).all(axis=1)], int(number[seed]), len(around))
-        used = np.unique(faces)
-        renumber = np.full(len(around), -1)
-        renumber[used] = np.arange(len(used))
-        faces = renumber[faces]
+        used, faces = renumbered(faces, len(around))
         try:
             solver = potpourri3d.MeshVectorHeatSolver(self.body.vertices[around[used]], faces)
-            uv = np.asarray(solver.compute_log_map(int(renumber[number[seed]])))
+            uv = np.asarray(solver.compute_log_map(int(np.searchsorted(used, number[seed]))))
         except RuntimeError as error:
             place = ", ".join(f"{value:.1f}" for value in self.body.vertices[seed])
             fault = f"mesh: has triangles around ({place}) mm that are too thin for flat coordinates"
@@ -229,8 +225,7 @@ class _Cover:
             key[near, last], patch_of[near, last] = order, number
             uv_of[near, last], weight_of[near, last] = uv[faces[near]], share
             uv[patch.vertices], far[patch.vertices] = np.nan, np.inf
-        total = weight_of.sum(axis=1, keepdims=True)
-        weight_of = np.divide(weight_of, total, out=np.zeros_like(weight_of), where=total > 0.0)
+        weight_of = shares_of(weight_of)
         leading = np.argmax(weight_of.sum(axis=2), axis=1)
         laid = patch_of[np.arange(count), leading] >= 0
         stretch[laid] = stretches(self.body.vertices[faces[laid]], uv_of[np.arange(count), leading][laid])

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from relief.ground.arrays import Array
 from relief.solids.body import Body
-from relief.solids.wrapping.coordinates.layout import Layout, singular_values
+from relief.solids.wrapping.coordinates.layout import Layout, one_patch, singular_values
 
 STRETCH = 0.25
 """Largest change of a length that coordinates may have against their usual scale, as a part of it."""
@@ -36,11 +36,4 @@ def by_texture_coordinates(
     stretch = np.maximum(high / scale - 1.0, 1.0 - low / scale)
     if not any_size and areas[where & (stretch <= STRETCH)].sum() < SHARE * areas[where].sum():
         return None
-    count = len(body.faces)
-    return Layout(
-        patch=np.where(where, 0, -1)[:, None],
-        uv=(uv / scale)[:, None],
-        weight=np.broadcast_to(where.astype(np.float64)[:, None, None], (count, 1, 3)),
-        stretch=stretch,
-        patches=1,
-    )
+    return one_patch(where, uv / scale, stretch)

@@ -15,7 +15,9 @@ from relief.relief import Relief
 from relief.solids.body import Body
 from relief.solids.export.plate import plate_mesh
 from relief.solids.meshes import Mesh, outer_body, read_mesh
-from relief.solids.meshes.unrolling import Unroller, refined_object
+from relief.solids.meshes.refining import refined
+from relief.solids.meshes.unrolling import Unroller
+from relief.solids.remeshing.smooth_surface import EDGE_MM
 from retouch.pages.objects.mesh_colouring import (
     BAR_PIXELS,
     LEAST_PIXELS,
@@ -128,7 +130,7 @@ def test_places_beside_which_the_texture_ends_count_as_edges() -> None:
     """A plate of 40 mm with bumps on its left half."""
     x = (np.arange(100) - 49.5) * 0.4
     bumps = 0.3 + 0.2 * np.sin(np.pi * x)[:, None] * np.sin(np.pi * x)
-    base = refined_object(plate_mesh(np.full((100, 100), 1e-6), 40.0), "plate").body
+    base = refined(plate_mesh(np.full((100, 100), 1e-6), 40.0), EDGE_MM).body
     half = Unroller(plate_mesh(np.where(x < 0.0, bumps, 1e-6), 40.0), base)
     found = [over_object(half, np.array([-10.0, 0.0, 0.0]), None, whole=True)]
     found += [over_object(half, np.array([-5.2, 0.0, 0.0]), None, whole) for whole in (False, True)]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from relief.ground.errors import InputError
-from relief.printed import faults, in_layers, on_pixels, printed
+from relief.printed import faults, on_pixels, printed
 from relief.printers import PRINTERS, Printer, find_printer
 
 MASK = PRINTERS["mask-50"]
@@ -39,22 +39,23 @@ def test_pixels_of_a_tile_go_around(relief: np.ndarray) -> None:
 
 def test_coarse_pixels_are_solid_where_half_of_their_area_is(relief: np.ndarray) -> None:
     coarse = Printer("own", 200.0, 50.0, 200.0)
-    pixels = on_pixels(relief, 0.1, coarse)
-    assert pixels.shape == (20, 30)
+    assert on_pixels(relief, 0.1, coarse).shape == (20, 30)
     finest = on_pixels(relief, 0.1, Printer("own", 5.0, 50.0, 5.0)).reshape(20, 40, 30, 40)
     for layers in (6, 8, 10):
         solid = (finest >= (layers + 0.5) * 0.05).mean(axis=(1, 3))
         clear = np.abs(solid - 0.5) > 0.02
         np.testing.assert_array_equal(
-            in_layers(pixels, coarse)[clear] > layers * 0.05 + 1e-9, solid[clear] >= 0.5
+            printed(relief, 0.1, coarse)[clear] > layers * 0.05 + 1e-9, solid[clear] >= 0.5
         )
 
 
 def test_a_layer_is_solid_where_the_height_reaches_its_middle() -> None:
-    heights = np.array([[0.0, 0.0249, 0.0251, 0.0749, 0.0751, 0.1]])
-    np.testing.assert_allclose(in_layers(heights, MASK), [[0.0, 0.0, 0.05, 0.05, 0.1, 0.1]], atol=1e-12)
+    heights = np.tile([0.0, 0.0249, 0.0251, 0.0749, 0.0751, 0.1], (18, 3))
+    layers = printed(heights, MASK.pixel_mm, MASK)[0, :6]
+    np.testing.assert_allclose(layers, [0.0, 0.0, 0.05, 0.05, 0.1, 0.1], atol=1e-12)
     # On a base of 2.02 mm the third layer from there is cut at 2.025.
-    np.testing.assert_allclose(in_layers(heights, MASK, 2.02), [[-0.02, 0.03, 0.03, 0.08, 0.08, 0.08]])
+    layers = printed(heights, MASK.pixel_mm, MASK, base_mm=2.02)[0, :6]
+    np.testing.assert_allclose(layers, [-0.02, 0.03, 0.03, 0.08, 0.08, 0.08], atol=1e-12)
 
 
 def test_a_print_is_off_by_half_a_layer_at_most_and_prints_as_itself(relief: np.ndarray) -> None:
@@ -62,7 +63,7 @@ def test_a_print_is_off_by_half_a_layer_at_most_and_prints_as_itself(relief: np.
     assert np.abs(once - on_pixels(relief, 0.1, MASK)).max() <= 0.5 * MASK.layer_mm + 1e-12
     assert np.abs(once / MASK.layer_mm - np.rint(once / MASK.layer_mm)).max() < 1e-9
     # Whole layers on the printer's own grid are what it makes, whatever the rounding of its heights.
-    np.testing.assert_allclose(in_layers(once, MASK), once, atol=1e-12)
+    np.testing.assert_allclose(printed(once, MASK.pixel_mm, MASK), once, atol=1e-12)
 
 
 def test_named_printers_print_a_plate_of_a_finger() -> None:

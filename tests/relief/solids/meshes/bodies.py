@@ -1,8 +1,11 @@
 """Bodies for tests of meshes."""
 
+import io
+
 import numpy as np
 
-from relief.solids.body import Body
+from relief.solids.body import Body, Part
+from relief.solids.export.parts import writer_of
 
 CUBE = np.array(
     [
@@ -23,6 +26,22 @@ def joined(*bodies: Body) -> Body:
     starts = np.cumsum([0, *(len(body.vertices) for body in bodies)])
     faces = [body.faces + start for body, start in zip(bodies, starts, strict=False)]
     return Body(np.concatenate([body.vertices for body in bodies]), np.concatenate(faces))
+
+
+def stl(body: Body) -> bytes:
+    """A body as a binary STL file."""
+    return _file_of(body, ".stl")
+
+
+def ply(body: Body) -> bytes:
+    """A body as a binary PLY file."""
+    return _file_of(body, ".ply")
+
+
+def _file_of(body: Body, suffix: str) -> bytes:
+    file = io.BytesIO()
+    writer_of(suffix).write([Part("body", body)], file)
+    return file.getvalue()
 
 
 def torus(centre: tuple[float, float, float], axes: tuple[int, int, int], radius: float, tube: float) -> Body:

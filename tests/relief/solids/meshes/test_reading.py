@@ -13,12 +13,12 @@ import trimesh
 
 from relief.ground.errors import InputError
 from relief.ground.formats import MESHES
-from relief.solids.body import Body, Part, ply, stl
+from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
-from relief.solids.export.threemf import PART
+from relief.solids.export.threemf_writer import PART
 from relief.solids.meshes import check_solid, read_mesh
 from relief.solids.meshes.solid import volume_mm3
-from tests.relief.solids.meshes.bodies import cube, joined, torus
+from tests.relief.solids.meshes.bodies import cube, joined, ply, stl, torus
 
 RING = torus((3.0, -4.0, 5.0), (0, 1, 2), 10.0, 2.0)
 HEAD = '<model unit="{}" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>{}'

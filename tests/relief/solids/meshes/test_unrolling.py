@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes import check_solid
 from relief.solids.meshes.crops import Cropper
 from relief.solids.meshes.places import Frame
+from relief.solids.meshes.refining import refined
 from relief.solids.meshes.solid import volume_mm3
-from relief.solids.meshes.unrolling import Unroller, feet, refined_object
+from relief.solids.meshes.unrolling import Unroller, feet
 from tests.relief.solids.meshes.bodies import cube, joined, torus
 from tests.relief.solids.meshes.rolled import rolled
 
@@ -59,15 +59,13 @@ def test_feet_are_the_nearest_points() -> None:
     assert (found <= nearest + 1e-9).all() and np.abs(found - nearest).max() < 0.15
 
 
-def test_large_faces_are_divided_and_huge_ones_refused() -> None:
+def test_large_faces_are_divided() -> None:
     body = joined(cube(10.0), torus((40.0, 0.0, 0.0), (0, 1, 2), 10.0, 2.0))
-    fine = refined_object(body, "cube.stl").body
+    fine = refined(body, 1.5).body
     check_solid(fine, "cube.stl")
     edges = fine.vertices[fine.faces] - fine.vertices[np.roll(fine.faces, 1, axis=1)]
     assert np.linalg.norm(edges, axis=2).max() <= 1.5
     assert volume_mm3(fine) == pytest.approx(volume_mm3(body))
-    with pytest.raises(InputError, match=r"cube.stl: triangles: more than 600,000 would be needed; remesh"):
-        refined_object(cube(2000.0), "cube.stl")
 
 
 def test_the_distance_of_another_object_is_known() -> None:

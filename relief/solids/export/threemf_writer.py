@@ -7,12 +7,15 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from relief.ground.arrays import AnyArray, in_blocks
 from relief.ground.lengths import shown
 from relief.solids.body import Part
+from relief.solids.export.written_numbers import nine_digits, rows_as_text
+
+rounded = nine_digits
+"""Coordinates as the file holds them."""
 
 LEVEL = 4
-"""Of compression: the default 6 takes 1.6 times as long for a file of gravel and saves a twentieth."""
+"""Compression: the default 6 takes 1.6 times as long for a file of gravel and saves a twentieth."""
 PART = "3D/3dmodel.model"
 """Name of the model in a 3MF file."""
 TYPES = (
@@ -34,13 +37,13 @@ MODEL = (
     'xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>'
 )
 VERTEX, TRIANGLE = '<vertex x="%.9g" y="%.9g" z="%.9g"/>', '<triangle v1="%d" v2="%d" v3="%d"/>'
-"""Nine digits give back every number in single precision, as STL holds them."""
+"""Elements of a vertex and of a triangle, as %-templates."""
 LONGEST_LINE = 72
 """Bytes that a vertex or a triangle of a model takes at most."""
 
 
-def write_threemf(parts: Sequence[Part], file: BinaryIO) -> None:
-    """Write parts as a 3MF file, each an object to be built at its place; the same parts, the same bytes."""
+def write(parts: Sequence[Part], file: BinaryIO) -> None:
+    """Write parts, each an object to be built at its placement; the same parts, the same bytes."""
     length = LONGEST_LINE * sum(len(part.body.vertices) + len(part.body.faces) for part in parts)
     large = length > zipfile.ZIP64_LIMIT
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=LEVEL) as archive:
@@ -59,18 +62,12 @@ def _model(parts: Sequence[Part]) -> Iterator[bytes]:
     for number, part in enumerate(parts, 1):
         name = quoteattr(shown(part.name))
         yield f'<object id="{number}" type="model" name={name}><mesh><vertices>'.encode()
-        yield from lines(VERTEX, part.body.vertices)
+        yield from rows_as_text(VERTEX, part.body.vertices)
         yield b"</vertices><triangles>"
-        yield from lines(TRIANGLE, part.body.faces)
+        yield from rows_as_text(TRIANGLE, part.body.faces)
         yield b"</triangles></mesh></object>"
     items = "".join(_item(number, part) for number, part in enumerate(parts, 1))
     yield f"</resources><build>{items}</build></model>".encode()
-
-
-def lines(template: str, rows: AnyArray) -> Iterator[bytes]:
-    """Text of the rows of an array, each by a template, in blocks."""
-    for block in in_blocks(rows):
-        yield ((template * len(block)) % tuple(block.ravel().tolist())).encode()
 
 
 def _item(number: int, part: Part) -> str:

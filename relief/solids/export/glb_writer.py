@@ -1,12 +1,13 @@
 """Writer of GLB, the binary form of glTF 2.0, for Blender, browsers and game engines."""
 
 import json
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
+from relief.ground.arrays import Array
 from relief.ground.lengths import shown
 from relief.ground.srgb import linear_rgb
 from relief.solids.body import Part
@@ -21,8 +22,14 @@ MATERIAL = {"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0
 """A matt plastic; without a material glTF means metal, which many viewers show black."""
 
 
-def glb(parts: Sequence[Part]) -> Iterator[bytes]:
-    """Blocks of a GLB file of parts in metres, each a mesh of its name, with colours where it has them."""
+def rounded(vertices: Array) -> Array:
+    """Coordinates (n, 3) as the file holds them: metres in single precision."""
+    metres = (vertices @ MM_TO_METRES_Y_UP).astype(np.float32).astype(np.float64)
+    return np.asarray(metres @ (1e6 * MM_TO_METRES_Y_UP.T))
+
+
+def write(parts: Sequence[Part], file: BinaryIO) -> None:
+    """Write parts in metres, each a mesh of its name, with colours where it has them."""
     buffer = _Buffer()
     meshes = [{"name": shown(part.name), "primitives": [_primitive(part, buffer)]} for part in parts]
     document = {
@@ -40,13 +47,12 @@ def glb(parts: Sequence[Part]) -> Iterator[bytes]:
     # Chunks are whole words of four bytes; those of the buffer are so by themselves.
     text += b" " * (-len(text) % 4)
     heads = _words(len(text)) + b"JSON" + text + _words(buffer.length) + b"BIN\0"
-    yield b"glTF" + _words(2, 12 + len(heads) + buffer.length) + heads
-    for values in buffer.arrays:
-        yield values.tobytes()
+    file.write(b"glTF" + _words(2, 12 + len(heads) + buffer.length) + heads)
+    file.writelines(values.tobytes() for values in buffer.arrays)
 
 
 class _Buffer:
-    """The numbers of a file, and the tables that tell where each array lies."""
+    """The arrays of numbers of a file, and the tables that describe them: views and accessors of glTF."""
 
     def __init__(self) -> None:
         self.arrays: list[NDArray[Any]] = []
