@@ -34,6 +34,7 @@ from visual.fast.bsdf_table import BsdfTable
 from visual.fast.renderer import FastRenderer
 from visual.reference.renderer import ReferenceRenderer
 from visual.scene import Scene, load_scene
+from visual.scene_looks import FastLook
 
 GRADIENTS = 24
 """Textures of each set whose gradients are compared."""
@@ -49,7 +50,7 @@ def main() -> None:
     torch.set_num_threads(1)
     options = arguments(__doc__ or "")
     scene = load_scene(STUDIO)
-    look = scene.fast_renderer()
+    look = FastLook(scene).renderer
     if not options.times:
         for of, reliefs in sets(options).items():
             if of in load("fast_look") and not options.again:
