@@ -32,10 +32,8 @@ from retouch.laboratory.training.touch_accuracy import (
     measure_textures,
 )
 from surrogate.corpus import recipes as corpus
-from surrogate.nets.weights import has_weights
 from tactile.layer.elastic_layer import elastic_layer_operator
 from tactile.layer.truncated import GRADIENT_TOLERANCE, STEPS, TruncatedSolver
-from tactile.net import KIND
 
 SIZE_MM = 10.0
 GRADIENTS = 48
@@ -78,9 +76,7 @@ def models_by_name() -> dict[str, Press]:
     """Models of touch that are compared, by name."""
     models: dict[str, Press] = {"layer, converged": partial(tactile.press, size_mm=SIZE_MM)}
     models |= {f"layer, {steps} steps": truncated(steps) for steps in TRUNCATED}
-    if has_weights(KIND):
-        models["net"] = partial(tactile.press, size_mm=SIZE_MM, model="net")
-    return models
+    return models | {"net": partial(tactile.press, size_mm=SIZE_MM, model="net")}
 
 
 def truncated(steps: int) -> Press:
