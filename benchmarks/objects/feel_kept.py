@@ -37,7 +37,7 @@ from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface, FineSurface, Settings
 from relief.solids.wrapping.tiles import Covering, Tile
 from relief.solids.wrapping.wrap import Wrapped, wrap
-from tactile.jnd import ROUGHNESS_JND
+from tactile.jnd import ROUGHNESS_JND, jnd_apart
 
 RESULT, COMMAND, TEXTURE = "feel_kept", "benchmarks.objects.feel_kept", "gravel-tile"
 PLACES, SPACING_MM, TRIED = 40, 1.5, 700
@@ -156,7 +156,7 @@ def jnd(one: Array, other: Array) -> tuple[float, float]:
     """JND of the mean of (k,) values from that of others at the same places, and its standard error."""
     share = one / one.mean() - other / other.mean()
     error = share.std() / np.sqrt(len(one)) / np.log(ROUGHNESS_JND)
-    return float(np.log(one.mean() / other.mean()) / np.log(ROUGHNESS_JND)), float(error)
+    return jnd_apart(one.mean(), other.mean()), float(error)
 
 
 def measured(name: str, texture: str, places: int) -> dict[str, Any]:

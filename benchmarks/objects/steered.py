@@ -17,7 +17,7 @@ import torch
 
 import retouch
 from benchmarks.objects.bundled import tile_of
-from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
+from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
 from mitsuba_scenes import find_file
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.over_object import over_object
@@ -124,8 +124,7 @@ def main() -> None:
                 save(RESULT, {"machine": machine(), "objects": dict(sorted(rows.items()))})
                 print(*_line(name, rows[name]), flush=True)
     text = table(HEAD, [_line(name, row) for name, row in load(RESULT)["objects"].items()])
-    put(DOCS / "evidence" / "feel.md", "steered", COMMAND, text + "\n")
-    print(text)
+    publish(DOCS / "evidence" / "feel.md", "steered", COMMAND, text)
 
 
 if __name__ == "__main__":

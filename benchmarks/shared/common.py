@@ -28,6 +28,21 @@ def parser_of(description: str | None) -> argparse.ArgumentParser:
     )
 
 
+def again_given(description: str | None) -> bool:
+    """Whether the command line asks by `--again` that results which are there are measured anew."""
+    parser = parser_of(description)
+    parser.add_argument("--again", action="store_true")
+    return bool(parser.parse_args().again)
+
+
+def study_given(description: str | None) -> Path | None:
+    """Folder of a finished study, if the command line names one."""
+    parser = parser_of(description)
+    parser.add_argument("study", type=Path, nargs="?", metavar="STUDY", help="folder of the finished study")
+    study: Path | None = parser.parse_args().study
+    return study
+
+
 def folder_named(description: str | None, name: str) -> Path:
     """The one folder that the command line names."""
     parser = parser_of(description)
@@ -78,6 +93,12 @@ def put(page: Path, name: str, command: str, text: str) -> bool:
     if found:
         page.write_text(f"{before}{start}{text}{end}{rest.partition(end)[2]}", encoding="utf-8")
     return bool(found)
+
+
+def publish(page: Path, name: str, command: str, text: str) -> None:
+    """Print a text and put it in its place on a page (`put`)."""
+    print(text)
+    put(page, name, command, f"{text}\n")
 
 
 def median_seconds(work: Callable[[], object], repeats: int) -> float:

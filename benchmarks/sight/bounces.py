@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.shared.checkouts import process
-from benchmarks.shared.common import ROOT, load, machine, parser_of, save, table
+from benchmarks.shared.common import ROOT, again_given, load, machine, save, table
 from benchmarks.sight.gradients import directions
 from mitsuba_scenes import find_file
 from relief.ground.arrays import Array
@@ -28,9 +28,7 @@ SAMPLES, GRADIENT_SAMPLES, STEP_MM, SEEDS = 256, 64, 0.01, 2
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("--again", action="store_true")
-    again = parser.parse_args().again
+    again = again_given(__doc__)
     results = load("bounces").get("textures", {})
     for texture in TEXTURES:
         if again or texture not in results:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.shared.common import ROOT, load, machine, parser_of, save, table
+from benchmarks.shared.common import ROOT, again_given, load, machine, save, table
 from relief.heightmap import save_heights_exr
 
 NAME = "sizes"
@@ -57,9 +57,7 @@ COMMANDS = {
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("--again", action="store_true")
-    rows: dict[str, Any] = {} if parser.parse_args().again else load(NAME).get("rows", {})
+    rows: dict[str, Any] = {} if again_given(__doc__) else load(NAME).get("rows", {})
     sizes = [*(("plate", mm) for mm in PLATES_MM), *(("tile", mm) for mm in TILES_MM)]
     for kind, mm in sizes:
         name = f"{kind} of {mm:g} mm"

@@ -29,7 +29,7 @@ from typing import Any
 
 from benchmarks.objects.bundled import TEXTURE, on_plate, tile_of
 from benchmarks.objects.parts.clients import looked_at
-from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, put, save, table
+from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, publish, save, table
 from relief.ground.arrays import Array
 from relief.solids.meshes import read_mesh
 
@@ -142,8 +142,7 @@ def main() -> None:
             save(RESULT, {"machine": machine(), "parts": dict(sorted(rows.items()))})
             print(name, rows[name], flush=True)
     text = table(HEAD, [_line(name, row) for name, row in load(RESULT)["parts"].items()])
-    put(DOCS / "evidence" / "objects.md", "parts", COMMAND, text + "\n")
-    print(text)
+    publish(DOCS / "evidence" / "objects.md", "parts", COMMAND, text)
 
 
 if __name__ == "__main__":
