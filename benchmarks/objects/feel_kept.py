@@ -11,6 +11,7 @@ not done again.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ import numpy as np
 
 from benchmarks.objects.bundled import SAMPLES, lattice, roughness, tile_of
 from benchmarks.objects.parts.__main__ import HERE as PARTS
-from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
+from benchmarks.shared.common import DOCS, kept, load, parser_of, put, table
 from optimize.verification.solids.over_object import ends, over_object
 from relief.ground.arrays import Array, Index
 from relief.solids.body import Body
@@ -216,14 +217,10 @@ def main() -> None:
     parser.add_argument("--places", type=int, default=PLACES, metavar="K", help=f"default: {PLACES}")
     parser.add_argument("--again", action="store_true", help="measure what the results hold as well")
     options = parser.parse_args()
-    content = {"machine": machine(), "objects": load(RESULT).get("objects", {})}
     for name in options.names or list(OBJECTS):
         key = name if options.texture == TEXTURE else f"{name} in {Path(options.texture).name}"
-        if options.again or key not in content["objects"]:
-            content["objects"][key] = measured(name, options.texture, options.places)
-            save(RESULT, content)
-            print(tables({key: content["objects"][key]}), flush=True)
-    put(DOCS / "evidence" / "feel.md", "feel kept", COMMAND, tables(content["objects"]))
+        kept(RESULT, "objects", key, partial(measured, name, options.texture, options.places), options.again)
+    put(DOCS / "evidence" / "feel.md", "feel kept", COMMAND, tables(load(RESULT)["objects"]))
 
 
 if __name__ == "__main__":

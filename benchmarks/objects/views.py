@@ -14,7 +14,7 @@ from PIL import Image
 from optimize.verification.jod import jod
 from optimize.verification.picture_change import change
 from optimize.verification.picture_metrics import pixels_per_degree
-from relief.ground.arrays import Array
+from relief.ground.arrays import Array, FloatArray
 from relief.ground.srgb import srgb
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
@@ -166,7 +166,7 @@ def perspective(
     }
 
 
-def image_of(values: Array) -> Image.Image:
+def image_of(values: FloatArray) -> Image.Image:
     """Image of 8 bits a channel of (rows, cols[, 3]) values, which are clipped to 0 to 1."""
     return Image.fromarray((255.0 * np.clip(values, 0.0, 1.0) + 0.5).astype(np.uint8))
 

@@ -83,6 +83,21 @@ def load(name: str) -> dict[str, Any]:
     return content
 
 
+def kept(name: str, part: str, row: str, measure: Callable[[], Any], again: bool = False) -> Any:
+    """A row of a part of the results: measured, saved and printed if missing, or if asked for again.
+
+    The results are read a second time before they are saved: another process may have added rows meanwhile.
+    """
+    rows = load(name).get(part, {})
+    if row in rows and not again:
+        return rows[row]
+    measured = measure()
+    content = load(name)
+    save(name, content | {"machine": machine(), part: content.get(part, {}) | {row: measured}})
+    print(row, measured, flush=True)
+    return measured
+
+
 def put(page: Path, name: str, command: str, text: str) -> bool:
     """Replace what stands on a page in the place of a name; False if the page has no such place.
 
