@@ -24,7 +24,7 @@ from benchmarks.runs import turns
 from benchmarks.runs.costs import change_by_samples, memory
 from benchmarks.runs.rules import rules
 from benchmarks.shared.checkouts import NOW, checkouts, version_of
-from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, put, save, table
+from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, publish, save, table
 
 PAGE = DOCS / "evidence" / "speed.md"
 COMMAND = "benchmarks.whole_run"
@@ -53,8 +53,8 @@ def main() -> None:
         save("whole_run", load("whole_run") | {"machine": machine(), arguments.what: rows})
         texts = {arguments.what: as_text(rows)}
     for what, text in texts.items():
-        print(f"\n{what}\n{text}")
-        put(PAGE, what, f"{COMMAND} {what}", f"{text}\n")
+        print(f"\n{what}")
+        publish(PAGE, what, f"{COMMAND} {what}", text)
 
 
 def seconds(before: str | None, names: Sequence[str], repeats: int) -> dict[str, str]:

@@ -7,9 +7,6 @@ ROUGHNESS_JND = 1.19
 SMOOTH = 1e-6
 """Largest roughness that is rounding error; ratios to such a roughness mean nothing."""
 
-SMOOTH = 1e-6
-"""Largest roughness that is rounding error; ratios to such a roughness mean nothing."""
-
 
 def jnd_apart(roughness: float, reference: float) -> float:
     """Number of just-noticeable differences, positive if rougher than the reference, negative if smoother."""

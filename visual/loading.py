@@ -5,31 +5,36 @@ them: its acceleration structure takes as long as a picture of 16 samples a pixe
 bit for bit as those of a scene of each light's own, because a light that is out takes no random numbers.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from visual.backend import variants
 from visual.backend.mitsuba import mi
 from visual.exact.background import Background, black_background, scene_background
 from visual.exact.light_scene import LightScene, LitScene
+from visual.exact.view import Illumination
 from visual.geometry.film_filter import film_filter
 from visual.geometry.projection import Projection, from_above, projection_of
 from visual.geometry.topology import PlateTopology
-from visual.lights.kind import Draw, Light
-from visual.lights.quadrature import kind_of
+from visual.lights.kind import Light
+from visual.lights.quadrature import Quadrature, kind_of, prepare
 from visual.needs import Needs
 from visual.scene_file.check import instantiate, light_id
 from visual.scene_file.parsed import CheckedScene
 
 Lights = tuple[Light, ...]
 """One light, or several that shine together."""
+DIRECTIONS = 8
+"""Parallel lights for each such light where the gradient of `Scene.render` follows shadows. These are drawn
+anew for each gradient, so that fewer suffice."""
 
 
 class SceneLoader:
-    """Light scenes of a checked scene in the variant that is set, each loaded on first use."""
+    """Lights and light scenes of a checked scene, in the variant that is set; each loaded on first use."""
 
     def __init__(
         self,
@@ -37,7 +42,6 @@ class SceneLoader:
         needs: Needs,
         heights: NDArray[np.float64],
         plate: PlateTopology,
-        draw: Callable[[Lights], Draw],
     ) -> None:
         """Load nothing yet.
 
@@ -46,14 +50,50 @@ class SceneLoader:
             needs: what its pictures take.
             heights: (rows, cols) mm.
             plate: triangles of the plate.
-            draw: what draws the parallel lights that stand for some lights.
         """
         self._checked, self._needs, self._heights, self._plate = checked, needs, heights, plate
-        self._draw = draw
+        self._variant = str(mi.variant())
         self.groups: tuple[Lights, ...] = *((light,) for light in needs.alone), *filter(None, (needs.around,))
         """Lights that are rendered together: each on its own, then all ambient ones."""
         self._lit: dict[frozenset[int], LitScene] = {}
         self._loaded: dict[tuple[frozenset[int], tuple[int, int]], LightScene] = {}
+        self._quadratures: dict[tuple[int, ...], Quadrature] = {}
+
+    def quadrature(self, lights: Lights, count: int) -> Quadrature:
+        """What draws parallel or near lights for some lights, prepared once.
+
+        Args:
+            lights: of the scene.
+            count: lights for each light that is neither directional nor a point.
+
+        Raises:
+            InputError: a light has no gradients, or the picture of an environment map is bad.
+        """
+        key = (*(light.node for light in lights), count)
+        if key not in self._quadratures:
+            variants.use(self._variant)
+            side_mm = max(self._plate.size_mm, self._plate.height_mm)
+            self._quadratures[key] = prepare(lights, side_mm, count)
+        return self._quadratures[key]
+
+    def illuminations(self, resolution: tuple[int, int], directions: int) -> list[Illumination]:
+        """Fixed lights of each of `groups`, with the background of their pictures.
+
+        Args:
+            resolution: (rows, cols) of the pictures.
+            directions: lights for each light that is neither directional nor a point.
+
+        Raises:
+            InputError: the variant gives no gradients; as `quadrature`.
+        """
+        variants.use(self._variant)
+        variants.require_gradients()
+        return [
+            Illumination(
+                self.quadrature(lights, directions).lights(), self.light_scene(lights, resolution).background
+            )
+            for lights in self.groups
+        ]
 
     def light_scene(self, lights: Lights, resolution: tuple[int, int]) -> LightScene:
         """The plate under some of the lights of a scene.
@@ -65,6 +105,7 @@ class SceneLoader:
         Raises:
             InputError: Mitsuba refuses the scene.
         """
+        variants.use(self._variant)  # Another scene may have set its own.
         key = _numbers(lights), resolution
         if key not in self._loaded:
             self._loaded[key] = self._light_scene(lights, resolution)
@@ -87,7 +128,7 @@ class SceneLoader:
                 for number, overhead in zip(needs.cameras, needs.top_view, strict=True)
             ),
             _integrator(needs, 1) if any(kind.met_by_chance for kind in kinds) else by_light,
-            self._draw(lights),
+            lambda generator: self.quadrature(lights, DIRECTIONS).lights(generator),
             any(kind.casts_shadows(light) for light, kind in zip(lights, kinds, strict=True)),
             background,
             by_light,

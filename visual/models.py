@@ -59,12 +59,6 @@ class _Case:
         return (self.description.cameras[number] for number in self.needs.cameras)
 
     @property
-    def plate_alone(self) -> bool:
-        """Whether the scene holds no shape but the plate and those that shine."""
-        shining = {light.shape.node for light in self.description.lights if light.shape is not None}
-        return self.description.shapes == 1 + len(shining)
-
-    @property
     def box_or_pixel_per_sample(self) -> bool:
         """Whether every film has a box filter, or a pixel at each height sample."""
         return all(
@@ -114,7 +108,7 @@ _GRADIENTS: tuple[Obstacle, ...] = (
         f"integrator: max_depth: {{case.needs.max_depth}}; the plate is seen from {DIRECT_DEPTH} on",
     ),
     _unless(
-        lambda case: case.plate_alone or all(case.needs.top_view),
+        lambda case: case.description.plate_alone or all(case.needs.top_view),
         "shape: beside other shapes the plate has gradients only in a view from above that it fills",
     ),
     _unless(
@@ -133,7 +127,9 @@ OBSTACLES: Mapping[PictureModel, tuple[Obstacle, ...]] = {
             "{case.samples[0]} x {case.samples[1]} height samples",
         ),
         _unless(lambda case: case.needs.direct, "integrator: max_depth: the fast look has direct light only"),
-        _unless(lambda case: case.plate_alone, "shape: the fast look knows no shape but the plate"),
+        _unless(
+            lambda case: case.description.plate_alone, "shape: the fast look knows no shape but the plate"
+        ),
         _unless(
             lambda case: not case.description.plate.textures,
             "heightfield: bsdf: the fast look knows no material that varies over the plate",

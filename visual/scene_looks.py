@@ -1,16 +1,32 @@
 """The looks of a scene, as `visual.looks.LOOKS` names them."""
 
+from functools import cached_property
+
 import numpy as np
 import torch
 from torch import Tensor
 
 from relief.ground.arrays import Array
+from relief.ground.errors import InputError
+from visual.backend import variants
+from visual.backend.plate import plate_bsdf
+from visual.exact.render import RenderSettings, pictures
+from visual.exact.view import View
+from visual.fast.camera_view import CameraView
+from visual.fast.conversion import camera_view, fast_renderer
 from visual.fast.jacobian import FastView
+from visual.fast.renderer import FastRenderer, FilmWeights, box_weights
+from visual.fast.view_lines import LINES
+from visual.geometry.halo import rise_of
 from visual.height_view import HeightView
-from visual.looks import FixedSamples, Rendering, StepView
+from visual.lights.parallel import ParallelLights
+from visual.looks import FIXED_DIRECTIONS, FixedSamples, Rendering, StepView
 from visual.scene import Scene
 from visual.step_pictures import fixed_pictures
 
+MOST_FIXED_SAMPLES = 2**24
+"""Most samples of the pictures of `ExactLook.views`, those of a step on a film of 1024 x 1024 pixels: at some
+0.2 kB each these take 3 GB."""
 STEP_LINES = 4
 """Lines in each pixel of a step's fast pictures from the side."""
 
@@ -33,12 +49,50 @@ class ExactLook(_OfScene):
         """Every scene has pictures; `views` checks that they have gradients."""
 
     def pictures(self, heights: Tensor, rendering: Rendering) -> Tensor:
-        """Rendered pictures; see the protocol."""
-        return self._scene.rendered(heights, rendering)
+        """Rendered pictures; see the protocol. Raises InputError for too many samples, too."""
+        scene, (samples, seed, resolution, shadow_edges) = self._scene, rendering
+        if heights.requires_grad:
+            variants.require_gradients()
+            scene.check_model("exact")
+        alone, ambient = scene.lit_scenes(resolution)
+        scene.check_samples(samples, resolution)
+        settings = RenderSettings(samples or scene.samples, seed, shadow_edges)
+        reliefs = heights.reshape(-1, *heights.shape[-2:])
+        each = [pictures(alone, ambient, relief, scene.plate, settings) for relief in reliefs]
+        return torch.stack(each).reshape(*heights.shape[:-2], *each[0].shape)
 
-    def views(self, samples: FixedSamples) -> tuple[StepView, ...]:
+    def views(self, samples: FixedSamples) -> tuple[View, ...]:
         """A view for each camera; see the protocol."""
-        return self._scene.views(*samples)
+        scene, (resolution, seed, strata, edge_samples, directions) = self._scene, samples
+        variants.use(scene.variant)
+        variants.require_gradients()
+        scene.check_model("exact")
+        rows, cols = scene.size_of(resolution)
+        if rows * cols * strata**2 > MOST_FIXED_SAMPLES:
+            raise InputError(
+                f"{scene.file}: film: {scene.resolution[1]} x {scene.resolution[0]} pixels; steps keep "
+                f"{rows * cols * strata**2:.3g} samples in memory, more than {MOST_FIXED_SAMPLES:.3g}; take "
+                "fewer pixels"
+            )
+        groups, first = scene.illuminations(resolution, directions)
+        ambient = groups.pop() if scene.needs.around else None
+        return tuple(
+            View(
+                first.scene,
+                plate_bsdf(first.scene),
+                first.set_heights,
+                scene.plate,
+                camera,
+                groups,
+                ambient,
+                seed,
+                strata,
+                # Many directions share a pixel's samples: each needs fewer.
+                max(1, strata // 2),
+                edge_samples,
+            )
+            for camera in first.cameras
+        )
 
 
 class FastLook(_OfScene):
@@ -47,27 +101,93 @@ class FastLook(_OfScene):
 
     shadows = True
 
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self._overhead = scene.needs.top_view == (True,)
+        self._camera_views: dict[tuple[int | None, int, int], CameraView] = {}
+
     def check(self) -> None:
         """Check the scene; one seen from above needs a net, too; see the protocol."""
         self._scene.check_model("fast")
-        if self._scene.overhead:
-            self._scene.fast_renderer(self.shadows)
+        if self._overhead:
+            _ = self.renderer
 
     def pictures(self, heights: Tensor, rendering: Rendering) -> Tensor:
         """Pictures without samples; see the protocol."""
-        if self._scene.overhead:
-            return self._scene.fast_renderer(self.shadows).pictures(heights)
-        view = self._scene.camera_view(shadows=self.shadows)
-        edges = rendering.shadow_edges
+        if self._overhead:
+            return self.renderer.pictures(heights)
+        view, edges = self.camera_view(), rendering.shadow_edges
         each = [fixed_pictures(relief, (view,), edges) for relief in heights.reshape(-1, *heights.shape[-2:])]
         return torch.stack(each).reshape(*heights.shape[:-2], *each[0].shape).to(heights.dtype)
 
     def views(self, samples: FixedSamples) -> tuple[StepView, ...]:
         """One view, of all cameras; see the protocol."""
-        if self._scene.overhead:
-            return (FastView(self._scene.fast_renderer(self.shadows)),)
-        resolution, directions = samples.resolution, samples.directions
-        return (self._scene.camera_view(resolution, directions, STEP_LINES, self.shadows),)
+        if self._overhead:
+            return (FastView(self.renderer),)
+        return (self.camera_view(samples.resolution, samples.directions, STEP_LINES),)
+
+    @cached_property
+    def renderer(self) -> FastRenderer:
+        """The fast renderer of the scene; its pictures and gradients take no Mitsuba.
+
+        Raises:
+            InputError: what the fast look cannot show, or that there is no net for the ambient light.
+        """
+        scene = self._scene
+        scene.check_model("fast")
+        variants.use(scene.variant)
+        variants.require_gradients()
+        bsdf = plate_bsdf(scene.light_scenes()[0].scene)
+        every = (scene.illumination(light) for light in scene.needs.alone)
+        lights = [far for far in every if isinstance(far, ParallelLights)]
+        ambient, rise_mm = scene.description.ambient, rise_of(scene.heights)
+        return fast_renderer(
+            scene.surface, rise_mm, bsdf, lights, ambient, self._film_weights(), self.shadows
+        )
+
+    def camera_view(
+        self, resolution: int | None = None, directions: int = FIXED_DIRECTIONS, lines: int = LINES
+    ) -> CameraView:
+        """Fast pictures by all cameras with explicit Jacobians, converted once.
+
+        Args:
+            resolution: pixels along the film's longer side instead of its own.
+            directions: lights that stand for each light that is neither directional nor a point.
+            lines: in each pixel, along which cameras see.
+
+        Raises:
+            InputError: what the fast look cannot show.
+        """
+        key, scene = (resolution, directions, lines), self._scene
+        if key not in self._camera_views:
+            scene.check_model("fast")
+            groups, first = scene.illuminations(resolution, directions)
+            self._camera_views[key] = camera_view(
+                scene.surface,
+                rise_of(scene.heights),
+                scene.plate.halo,
+                plate_bsdf(first.scene),
+                first.cameras,
+                groups,
+                bool(scene.needs.around),
+                self.shadows,
+                lines,
+            )
+        return self._camera_views[key]
+
+    def _film_weights(self) -> tuple[FilmWeights, FilmWeights] | None:
+        """Weights of the film along y and x; None for a box and one pixel at each sample."""
+        scene, samples = self._scene, self._scene.surface.shape
+        reconstruction = scene.light_scenes()[0].cameras[0].filter
+        if scene.resolution != samples:
+            down, across = (box_weights(*axis) for axis in zip(scene.resolution, samples, strict=True))
+        elif reconstruction is not None:
+            down, across = (
+                FilmWeights(reconstruction.along(n, 2), reconstruction.along(2 * n, 1)) for n in samples
+            )
+        else:
+            return None
+        return down, across
 
 
 class ShadingLook(FastLook):

@@ -21,7 +21,7 @@ import numpy as np
 import skimage.data
 from PIL import Image
 
-from benchmarks.shared.common import DOCS, machine, parser_of, put, save, table
+from benchmarks.shared.common import DOCS, machine, parser_of, publish, save, table
 from benchmarks.shared.window import COMMAND, FELT, SHOWN, App, Window
 
 STARTS, MOVES = 5, 8
@@ -138,8 +138,7 @@ def _tell(result: dict[str, Any]) -> None:
     frames, width = result["frames"]
     rows.append([f"frames a second while the lamp is dragged, {width} × {width} pixels", f"{frames:.0f}"])
     text = table(("what is waited for", "seconds: median (least to most)"), rows)
-    put(DOCS / "evidence" / "app.md", "app", "benchmarks.docs.app", f"{text}\n")
-    print(text)
+    publish(DOCS / "evidence" / "app.md", "app", "benchmarks.docs.app", text)
 
 
 def pictures(window: Window, folder: Path, images: Path) -> None:

@@ -16,8 +16,6 @@ its inputs, one thread. One run each: a look, not a contest.
 from __future__ import annotations
 
 import math
-import statistics
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,7 +27,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 import tactile
-from benchmarks.learned.unseen import spread
+from benchmarks.learned.unseen import milliseconds, spread
 from benchmarks.shared.common import load, machine, parser_of, save, table
 from relief.surface import Surface
 from retouch.laboratory.training.fields import studio_material
@@ -219,7 +217,7 @@ def main() -> None:
             keep(name, {"kind": candidate.kind, "minutes": asked.minutes, **told})
             print(name, told, flush=True)
         torch.manual_seed(SEED)
-        keep(name, milliseconds(candidate.make(), candidate.maps, data.request.samples))
+        keep(name, net_times(candidate.make(), candidate.maps, data.request.samples))
     print(as_text(load("architectures")["rows"]))
 
 
@@ -366,23 +364,14 @@ def _sweep_error(size_mm: float) -> Callable[[nn.Module, Examples], Tensor]:
     return error
 
 
-def milliseconds(net: nn.Module, maps: int, side: int) -> dict[str, Any]:
+def net_times(net: nn.Module, maps: int, side: int) -> dict[str, Any]:
     """Of a net alone; none of one that does nothing."""
     if isinstance(net, nn.Identity):
         return {"milliseconds": None}
     net.requires_grad_(False)
-    seen = torch.randn(1, maps, side, side)
-    asked = seen.clone().requires_grad_()
-    forward, both = [], []
-    for _ in range(TIMED):
-        began = time.perf_counter()
-        with torch.no_grad():
-            net(seen)
-        forward.append(time.perf_counter() - began)
-        began = time.perf_counter()
-        torch.autograd.grad(net(asked).square().sum(), asked)
-        both.append(time.perf_counter() - began)
-    return {"milliseconds": [1e3 * statistics.median(times) for times in (forward, both)]}
+    seen = [torch.randn(1, maps, side, side)] * TIMED
+    spent = milliseconds(net, lambda values: net(values).square().sum(), seen, torch.get_num_threads())
+    return {"milliseconds": list(spent)}
 
 
 def keep(name: str, told: Mapping[str, Any]) -> None:

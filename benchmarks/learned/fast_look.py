@@ -14,10 +14,8 @@ of them alone, in single precision, forward / forward and gradient, on one and o
 
 from __future__ import annotations
 
-import statistics
-import time
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +23,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from benchmarks.learned.unseen import Reliefs, arguments, kept, sets, spread, unseen
+from benchmarks.learned.unseen import Reliefs, arguments, kept, milliseconds, sets, spread, unseen
 from benchmarks.shared.common import load, machine, save, table
 from relief.ground.arrays import Array
 from retouch.laboratory.training.fields import STUDIO
@@ -34,6 +32,7 @@ from visual.fast.bsdf_table import BsdfTable
 from visual.fast.renderer import FastRenderer
 from visual.reference.renderer import ReferenceRenderer
 from visual.scene import Scene, load_scene
+from visual.scene_looks import FastLook
 
 GRADIENTS = 24
 """Textures of each set whose gradients are compared."""
@@ -49,7 +48,7 @@ def main() -> None:
     torch.set_num_threads(1)
     options = arguments(__doc__ or "")
     scene = load_scene(STUDIO)
-    look = scene.fast_renderer()
+    look = FastLook(scene).renderer
     if not options.times:
         for of, reliefs in sets(options).items():
             if of in load("fast_look") and not options.again:
@@ -58,11 +57,16 @@ def main() -> None:
             errors["gradient_cosine"] = gradient_cosines(scene, look, reliefs[:GRADIENTS], options.references)
             rounded = {name: [float(f"{value:.4g}") for value in values] for name, values in errors.items()}
             save("fast_look", {**load("fast_look"), of: rounded})
-    timed = unseen(TIMED)
+    timed = [*map(torch.as_tensor, unseen(TIMED))] * 2
     for name, model in (("milliseconds", look), ("milliseconds of one picture", first_light(look))):
-        times = {str(threads): milliseconds(model, timed, threads) for threads in (1, 2)}
+        pictures, loss = model.pictures, partial(_squared, model)
+        times = {str(threads): milliseconds(pictures, loss, timed, threads) for threads in (1, 2)}
         save("fast_look", {**load("fast_look"), name: times, "machine": machine()})
     print(as_text(load("fast_look")))
+
+
+def _squared(look: FastRenderer, heights: Tensor) -> Tensor:
+    return look.pictures(heights).square().sum()
 
 
 def first_light(look: FastRenderer) -> FastRenderer:
@@ -141,24 +145,6 @@ def _gradient(look: FastRenderer, heights: Tensor) -> Tensor:
         target = look.pictures(ALTERED * heights)
     field = heights.clone().requires_grad_()
     return torch.autograd.grad(0.5 * (look.pictures(field) - target).square().sum(), field)[0]
-
-
-def milliseconds(look: FastRenderer, reliefs: Reliefs, threads: int) -> tuple[float, float]:
-    """Median time of the pictures, and of pictures and gradient."""
-    torch.set_num_threads(threads)
-    forward, both = [], []
-    for relief in (*reliefs, *reliefs):
-        heights = torch.as_tensor(relief, dtype=torch.float32)
-        began = time.perf_counter()
-        with torch.no_grad():
-            look.pictures(heights)
-        forward.append(time.perf_counter() - began)
-        heights.requires_grad_()
-        began = time.perf_counter()
-        torch.autograd.grad(look.pictures(heights).square().sum(), heights)
-        both.append(time.perf_counter() - began)
-    torch.set_num_threads(1)
-    return 1e3 * statistics.median(forward), 1e3 * statistics.median(both)
 
 
 def as_text(results: Mapping[str, Any]) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 
-from benchmarks.shared.charts import FAINT, INK, frame, style
+from benchmarks.shared.charts import FAINT, INK, frame, style, write
 from benchmarks.shared.common import IMAGES, load
 from tactile.layer.truncated import STEPS
 
@@ -68,9 +68,7 @@ def main() -> None:
     )
     axes[2].set_xlabel("mean error of pixels, % of converged renders' mean")
     axes[0].set_ylabel("share of textures")
-    PICTURE.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(PICTURE, dpi=160)
-    print(PICTURE)
+    write(figure, PICTURE, dpi=160)
 
 
 def draw(

@@ -11,7 +11,6 @@ precision, forward / forward and gradient of roughness, on one and on two thread
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
@@ -20,9 +19,10 @@ from typing import Any
 
 import numpy as np
 import torch
+from torch import Tensor
 
 import tactile
-from benchmarks.learned.unseen import Reliefs, arguments, kept, sets, spread, unseen
+from benchmarks.learned.unseen import Reliefs, arguments, kept, milliseconds, sets, spread, unseen
 from benchmarks.shared.common import load, machine, save, table
 from retouch.laboratory.training.touch_accuracy import (
     LEAST_ROUGHNESS,
@@ -32,10 +32,8 @@ from retouch.laboratory.training.touch_accuracy import (
     measure_textures,
 )
 from surrogate.corpus import recipes as corpus
-from surrogate.nets.weights import has_weights
 from tactile.layer.elastic_layer import elastic_layer_operator
 from tactile.layer.truncated import GRADIENT_TOLERANCE, STEPS, TruncatedSolver
-from tactile.net import KIND
 
 SIZE_MM = 10.0
 GRADIENTS = 48
@@ -60,11 +58,15 @@ def main() -> None:
                     continue
                 save_row(name, of, accuracy(press, values, references[of]))
                 print(name, of, flush=True)
-    timed = unseen(TIMED)
+    timed = [*map(torch.as_tensor, unseen(TIMED))] * 2
     for name, press in models.items():
-        ms = {str(threads): milliseconds(press, timed, threads) for threads in (1, 2)}
+        ms = {str(threads): milliseconds(press, partial(_felt, press), timed, threads) for threads in (1, 2)}
         save_row(name, "milliseconds", ms)
     print(as_text(load("touch_net")))
+
+
+def _felt(press: Press, heights: Tensor) -> Tensor:
+    return tactile.roughness(press(heights).strain, SIZE_MM, "polar")
 
 
 def save_row(model: str, part: str, measures: Mapping[str, Any]) -> None:
@@ -78,9 +80,7 @@ def models_by_name() -> dict[str, Press]:
     """Models of touch that are compared, by name."""
     models: dict[str, Press] = {"layer, converged": partial(tactile.press, size_mm=SIZE_MM)}
     models |= {f"layer, {steps} steps": truncated(steps) for steps in TRUNCATED}
-    if has_weights(KIND):
-        models["net"] = partial(tactile.press, size_mm=SIZE_MM, model="net")
-    return models
+    return models | {"net": partial(tactile.press, size_mm=SIZE_MM, model="net")}
 
 
 def truncated(steps: int) -> Press:
@@ -119,23 +119,6 @@ def accuracy(press: Press, reliefs: Reliefs, truth: TextureMeasures) -> dict[str
         "gradient_cosine": cosines(measures.gradients, truth.gradients),
     }
     return {name: [float(f"{value:.4g}") for value in values] for name, values in errors.items()}
-
-
-def milliseconds(press: Press, reliefs: Reliefs, threads: int) -> tuple[float, float]:
-    """Median time of a press, and of a press with the gradient of roughness."""
-    torch.set_num_threads(threads)
-    forward, both = [], []
-    for relief in np.concatenate((reliefs, reliefs)):
-        heights = torch.as_tensor(relief)
-        began = time.perf_counter()
-        press(heights)
-        forward.append(time.perf_counter() - began)
-        heights = heights.clone().requires_grad_()
-        began = time.perf_counter()
-        torch.autograd.grad(tactile.roughness(press(heights).strain, SIZE_MM, "polar"), heights)
-        both.append(time.perf_counter() - began)
-    torch.set_num_threads(1)
-    return 1e3 * float(np.median(forward)), 1e3 * float(np.median(both))
 
 
 def as_text(results: Mapping[str, Any]) -> str:

@@ -5,12 +5,16 @@ from __future__ import annotations
 import argparse
 import io
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+import statistics
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from benchmarks.shared.common import parser_of
 from relief.ground.arrays import Array
@@ -82,6 +86,28 @@ def kept(
         write_atomically(path, content.getvalue())
     with np.load(path, allow_pickle=False) as stored:
         return {name: stored[name] for name in stored.files}
+
+
+def milliseconds(
+    value: Callable[[Tensor], object],
+    loss: Callable[[Tensor], Tensor],
+    inputs: Iterable[Tensor],
+    threads: int,
+) -> tuple[float, float]:
+    """Median time of a value, and of a loss with its gradient, over inputs of the same shape."""
+    torch.set_num_threads(threads)
+    forward, both = [], []
+    for each in inputs:
+        began = time.perf_counter()
+        with torch.no_grad():
+            value(each)
+        forward.append(time.perf_counter() - began)
+        free = each.clone().requires_grad_()
+        began = time.perf_counter()
+        torch.autograd.grad(loss(free), free)
+        both.append(time.perf_counter() - began)
+    torch.set_num_threads(1)
+    return 1e3 * statistics.median(forward), 1e3 * statistics.median(both)
 
 
 def spread(values: Sequence[float] | Array) -> dict[str, float]:

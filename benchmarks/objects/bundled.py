@@ -36,6 +36,7 @@ from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface, Settings
 from relief.solids.wrapping.tiles import Covering, Tile
 from relief.solids.wrapping.wrap import wrap
+from tactile.jnd import ROUGHNESS_JND, jnd_apart
 from tests.relief.solids.known_objects import SIZES_MM, VOLUMES_MM3
 
 SIDE_MM, SAMPLES = 10.0, 128
@@ -139,7 +140,7 @@ def parts(name: str, bare: Body, wrapped: Body, felt: MeshFeel, plate: Array) ->
 
 def apart(roughnesses: Array, plate: Array) -> float:
     """Just-noticeable differences of mean roughnesses from the tile's."""
-    return float(np.log(roughnesses.mean() / plate.mean()) / np.log(1.19))
+    return jnd_apart(roughnesses.mean(), plate.mean())
 
 
 def measured(name: str, plate: Array) -> dict[str, Any]:
@@ -175,7 +176,7 @@ def measured(name: str, plate: Array) -> dict[str, Any]:
         "places": len(found),
         "roughness": float(found.mean()),
         "jnd_from_tile": apart(found, plate),
-        "standard_error_jnd": float(found.std() / found.mean() / np.sqrt(len(found)) / np.log(1.19)),
+        "standard_error_jnd": float(found.std() / found.mean() / np.sqrt(len(found)) / np.log(ROUGHNESS_JND)),
         **parts(name, bare, wrapped.body, felt, plate),
         "cpu_s": seconds,
     }

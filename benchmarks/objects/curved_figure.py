@@ -27,11 +27,12 @@ from benchmarks.objects.views import (
     VIEWS,
     Pictures,
     change_percent,
+    image_of,
     jod_of,
     pictures,
     sheet,
 )
-from benchmarks.shared.common import DOCS, IMAGES, load, machine, parser_of, put, save, table
+from benchmarks.shared.common import DOCS, IMAGES, load, machine, parser_of, publish, save, table
 from benchmarks.shared.studies import folder_of, rows_in
 from optimize.verification.jod import jod_obstacle
 from relief.ground.arrays import Array
@@ -100,7 +101,7 @@ def draw(looks: list[Pictures]) -> None:
     grey = sheet(looks, LIGHT)
     rows, cols = grey.shape
     picture = Image.new("L", (cols, rows + TITLE), 255)
-    picture.paste(Image.fromarray((255.0 * grey + 0.5).astype(np.uint8)), (0, TITLE))
+    picture.paste(image_of(grey), (0, TITLE))
     pen = ImageDraw.Draw(picture)
     for number, name in enumerate(VIEWS):
         pen.text((number * SIZE + SIZE // 2, TITLE // 2), name, fill=40, anchor="mm")
@@ -136,8 +137,7 @@ def tell(content: dict[str, Any]) -> None:
     changes = ["where steered, %", "from above, %", "from four sides, %", "flat, all views, %", "ratio"]
     eyes = ["JOD, mean (least)", "flat, JOD"]
     text = table(("texture", "kept", "V", *changes, *eyes, "CPU s"), rows)
-    put(DOCS / "evidence" / "objects.md", "curved", "benchmarks.objects.curved_figure", text + "\n")
-    print(text)
+    publish(DOCS / "evidence" / "objects.md", "curved", "benchmarks.objects.curved_figure", text)
 
 
 def _eye(each: list[list[float]] | None) -> str:

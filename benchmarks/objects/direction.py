@@ -27,7 +27,7 @@ from scipy.spatial import cKDTree
 
 from benchmarks.objects.bundled import tile_of
 from benchmarks.objects.direction_figure import sheet, shown
-from benchmarks.shared.common import DOCS, IMAGES, ROOT, machine, put, save, table
+from benchmarks.shared.common import DOCS, IMAGES, ROOT, machine, publish, save, table
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.mesh_feel import feel_of
 from relief.ground.arrays import Array
@@ -44,6 +44,7 @@ from relief.solids.wrapping.placement import placement_of
 from relief.solids.wrapping.surfaces import BaseSurface, Settings
 from relief.solids.wrapping.tiles import Covering
 from relief.solids.wrapping.wrap import Wrapped, wrap
+from tactile.jnd import ROUGHNESS_JND
 
 COMMAND = "benchmarks.objects.direction"
 PAGE = DOCS / "evidence" / "objects.md"
@@ -200,7 +201,7 @@ def on_and_off_seams(bare: Body, wrapped: Wrapped) -> dict[str, Any]:
     except InputError:
         return nothing
     at = np.array([crop.frame.at for crop in felt.crops])
-    rough = np.log(felt.values["roughness"]) / np.log(1.19)
+    rough = np.log(felt.values["roughness"]) / np.log(ROUGHNESS_JND)
     seams = wrapped.original.vertices[wrapped.seams & (wrapped.textured > 0.5)]
     on: NDArray[np.bool_] = np.zeros(len(at), bool)
     if len(seams):
@@ -223,9 +224,7 @@ def main() -> None:
         pictures.setdefault(case.part, []).append(shown(body))
     save("direction", {"texture": TEXTURE, "faces": FACES, "rows": rows, "machine": machine()})
     sheet(pictures).save(IMAGE, optimize=True)
-    text = as_text(rows)
-    print(text)
-    put(PAGE, "direction", COMMAND, f"{text}\n")
+    publish(PAGE, "direction", COMMAND, as_text(rows))
 
 
 def as_text(rows: dict[str, dict[str, Any]]) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from benchmarks.objects.views import image_of, perspective
 from relief.ground.srgb import srgb
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
@@ -25,28 +26,14 @@ def shown(body: Body) -> Image.Image:
     low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
     middle, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
     towards = np.array([-0.3, -1.0, 0.6]) / np.linalg.norm([-0.3, -1.0, 0.6])
+    origin = middle + towards * radius / np.sin(np.radians(11.4))
     with tempfile.TemporaryDirectory() as folder:
         path = write_parts(Path(folder) / "part.ply", [Part("part", body)])
         scene = mi.load_dict(
             {
                 "type": "scene",
                 "integrator": {"type": "path", "max_depth": 3, "hide_emitters": True},
-                "sensor": {
-                    "type": "perspective",
-                    "fov": 24.0,
-                    "to_world": mi.ScalarTransform4f().look_at(
-                        origin=(middle + towards * radius / np.sin(np.radians(11.4))).tolist(),
-                        target=middle.tolist(),
-                        up=[0.0, 0.0, 1.0],
-                    ),
-                    "film": {
-                        "type": "hdrfilm",
-                        "width": PIXELS,
-                        "height": PIXELS,
-                        "pixel_format": "luminance_alpha",
-                    },
-                    "sampler": {"type": "independent", "sample_count": SAMPLES},
-                },
+                "sensor": perspective(origin, middle, 24.0, (PIXELS, PIXELS), "luminance_alpha", SAMPLES),
                 "sun": {"type": "directional", "direction": [0.8, 0.35, -0.4], "irradiance": 2.2},
                 "sky": {"type": "constant", "radiance": 0.15},
                 "part": {
@@ -60,7 +47,7 @@ def shown(body: Body) -> Image.Image:
         pixels = np.array(mi.render(scene), dtype=np.float64)
     alpha = np.clip(pixels[..., 1], 0.0, 1.0)
     grey = srgb(pixels[..., 0], 0.8) * alpha + 1.0 - alpha
-    return Image.fromarray((255.0 * np.clip(grey, 0.0, 1.0) + 0.5).astype(np.uint8))
+    return image_of(grey)
 
 
 def sheet(pictures: dict[str, list[Image.Image]]) -> Image.Image:

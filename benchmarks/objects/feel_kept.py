@@ -11,6 +11,7 @@ not done again.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ import numpy as np
 
 from benchmarks.objects.bundled import SAMPLES, lattice, roughness, tile_of
 from benchmarks.objects.parts.__main__ import HERE as PARTS
-from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
+from benchmarks.shared.common import DOCS, kept, load, parser_of, put, table
 from optimize.verification.solids.over_object import ends, over_object
 from relief.ground.arrays import Array, Index
 from relief.solids.body import Body
@@ -37,7 +38,7 @@ from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface, FineSurface, Settings
 from relief.solids.wrapping.tiles import Covering, Tile
 from relief.solids.wrapping.wrap import Wrapped, wrap
-from tactile.jnd import ROUGHNESS_JND
+from tactile.jnd import ROUGHNESS_JND, jnd_apart
 
 RESULT, COMMAND, TEXTURE = "feel_kept", "benchmarks.objects.feel_kept", "gravel-tile"
 PLACES, SPACING_MM, TRIED = 40, 1.5, 700
@@ -156,7 +157,7 @@ def jnd(one: Array, other: Array) -> tuple[float, float]:
     """JND of the mean of (k,) values from that of others at the same places, and its standard error."""
     share = one / one.mean() - other / other.mean()
     error = share.std() / np.sqrt(len(one)) / np.log(ROUGHNESS_JND)
-    return float(np.log(one.mean() / other.mean()) / np.log(ROUGHNESS_JND)), float(error)
+    return jnd_apart(one.mean(), other.mean()), float(error)
 
 
 def measured(name: str, texture: str, places: int) -> dict[str, Any]:
@@ -216,14 +217,10 @@ def main() -> None:
     parser.add_argument("--places", type=int, default=PLACES, metavar="K", help=f"default: {PLACES}")
     parser.add_argument("--again", action="store_true", help="measure what the results hold as well")
     options = parser.parse_args()
-    content = {"machine": machine(), "objects": load(RESULT).get("objects", {})}
     for name in options.names or list(OBJECTS):
         key = name if options.texture == TEXTURE else f"{name} in {Path(options.texture).name}"
-        if options.again or key not in content["objects"]:
-            content["objects"][key] = measured(name, options.texture, options.places)
-            save(RESULT, content)
-            print(tables({key: content["objects"][key]}), flush=True)
-    put(DOCS / "evidence" / "feel.md", "feel kept", COMMAND, tables(content["objects"]))
+        kept(RESULT, "objects", key, partial(measured, name, options.texture, options.places), options.again)
+    put(DOCS / "evidence" / "feel.md", "feel kept", COMMAND, tables(load(RESULT)["objects"]))
 
 
 if __name__ == "__main__":

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
 from benchmarks.objects.bundled import TEXTURE, tile_of
+from benchmarks.objects.views import image_of, perspective
 from benchmarks.shared.common import IMAGES
 from relief.ground.arrays import Array
 from relief.ground.srgb import srgb
@@ -40,7 +40,7 @@ def main() -> None:
             shapes[name] = path
         picture = rendered(shapes)
     shown = srgb(picture, float(np.percentile(picture, 99.7)))
-    Image.fromarray((255.0 * np.clip(shown, 0.0, 1.0) + 0.5).astype(np.uint8)).save(IMAGE, optimize=True)
+    image_of(shown).save(IMAGE, optimize=True)
     print(IMAGE)
 
 
@@ -59,18 +59,11 @@ def rendered(shapes: dict[str, Path]) -> Array:
 
     mi.set_variant(choose_variant(colour=False).name)
     matte = {"type": "diffuse", "reflectance": 0.6}
+    origin, target = np.array([0.0, -330.0, 300.0]), np.array([0.0, -3.0, 4.0])
     scene: dict[str, Any] = {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": 4},
-        "sensor": {
-            "type": "perspective",
-            "fov": 25.0,
-            "to_world": mi.ScalarTransform4f().look_at(
-                origin=[0.0, -330.0, 300.0], target=[0.0, -3.0, 4.0], up=[0.0, 0.0, 1.0]
-            ),
-            "film": {"type": "hdrfilm", "width": WIDTH, "height": HEIGHT, "pixel_format": "luminance"},
-            "sampler": {"type": "independent", "sample_count": SAMPLES},
-        },
+        "sensor": perspective(origin, target, 25.0, (WIDTH, HEIGHT), "luminance", SAMPLES),
         "floor": {"type": "rectangle", "to_world": mi.ScalarTransform4f().scale(2000.0), "bsdf": matte},
         "sun": {"type": "directional", "direction": [0.5, 0.6, -0.6], "irradiance": 2.4},
         "sky": {"type": "constant", "radiance": 0.25},

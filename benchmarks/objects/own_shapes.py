@@ -28,7 +28,7 @@ from relief.solids.meshes.places import frames, surface_points
 from relief.solids.objects.table import OBJECTS
 from relief.solids.wrapping.surfaces import Settings
 from relief.solids.wrapping.wrap import Covering, wrap
-from tactile.jnd import ROUGHNESS_JND
+from tactile.jnd import ROUGHNESS_JND, jnd_apart
 
 PLACES, FACES = 20, 400_000
 RESULT, COMMAND = "own_shapes", "benchmarks.objects.own_shapes"
@@ -92,9 +92,9 @@ def compared(name: str, texture: str) -> dict[str, Any]:
     return {
         "object": float(over.mean()),
         "alone": float(own.mean()),
-        "jnd": float(np.log(own.mean() / over.mean()) / np.log(ROUGHNESS_JND)),
+        "jnd": jnd_apart(own.mean(), over.mean()),
         "spread_jnd": float(error.std()),
-        "pressed_jnd": float(np.log(pressed.mean() / over.mean()) / np.log(ROUGHNESS_JND)),
+        "pressed_jnd": jnd_apart(pressed.mean(), over.mean()),
         "places": len(over),
     }
 

@@ -12,7 +12,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from benchmarks.objects.paper_objects import CASES, object_of, wrapped
-from benchmarks.objects.views import pictures, sheet
+from benchmarks.objects.views import image_of, pictures, sheet
 from benchmarks.shared.common import IMAGES
 from relief.ground.arrays import Array
 
@@ -72,7 +72,7 @@ def save(name: str, titles: list[str], found: list[Array]) -> None:
     pen = ImageDraw.Draw(picture)
     for number, (grey, title) in enumerate(zip(cut, titles, strict=True)):
         left = MARGIN + number * (width + MARGIN)
-        picture.paste(Image.fromarray((255.0 * grey + 0.5).astype(np.uint8)), (left, MARGIN))
+        picture.paste(image_of(grey), (left, MARGIN))
         pen.text((left + width // 2, height + MARGIN + LINE // 2), title, fill=40, anchor="mm", font_size=14)
     path = IMAGES / f"{name}.png"
     picture.save(path, optimize=True)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from benchmarks.objects.bundled import tile_of
 from benchmarks.objects.views import Pictures, change_percent, pictures
-from benchmarks.shared.common import load, machine, parser_of, save, table
+from benchmarks.shared.common import kept, load, parser_of, table
 from benchmarks.shared.studies import Row, folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
@@ -41,6 +41,7 @@ from retouch.verbs.comparison import compare
 from tactile.jnd import jnd_apart
 
 RUNS = Path("runs/paper-objects")
+RESULT = "paper_objects"
 FACES, PLACES = 300_000, 24
 """Triangles of an object that is rendered, about, and most places of one that is felt, which has the default
 number of triangles."""
@@ -239,29 +240,14 @@ def main() -> None:
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join([*CASES, *PAIRS])}")
     names = parser.parse_args().names
     for name, row in tiles().items():
-        kept("tiles", name, partial(tile_row, row), False)
+        kept(RESULT, "tiles", name, partial(tile_row, row))
     for name, case in CASES.items():
         if name in (names or CASES):
-            kept("objects", name, partial(felt, case), name in names)
+            kept(RESULT, "objects", name, partial(felt, case), name in names)
     for name in PAIRS:
         if name in (names or PAIRS):
-            kept("pairs", name, partial(change_of, name), name in names)
-    show(results())
-
-
-def results() -> dict[str, Any]:
-    """What was saved so far."""
-    return {"tiles": {}, "objects": {}, "pairs": {}} | load("paper_objects")
-
-
-def kept(kind: str, name: str, work: Callable[[], dict[str, Any]], again: bool) -> None:
-    """Compute and save an entry of the results, unless it is there and not to be computed again."""
-    if again or name not in results()[kind]:
-        entry = work()
-        # Read again: another process may have added to it.
-        content = results()
-        content[kind][name] = entry
-        save("paper_objects", content | {"machine": machine()})
+            kept(RESULT, "pairs", name, partial(change_of, name), name in names)
+    show(load(RESULT))
 
 
 def show(content: Mapping[str, Any]) -> None:

@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from benchmarks.shared.common import DOCS, ROOT, machine, put, save, table
+from benchmarks.shared.common import DOCS, ROOT, machine, publish, save, table
 
 PAGE = DOCS / "evidence" / "objects.md"
 COMMAND = "benchmarks.objects.previews"
@@ -35,9 +35,7 @@ HEAD = (
 def main() -> None:
     rows = {Path(name).stem: measured(name) for name in OBJECTS}
     save("previews", {"rows": rows, "machine": machine()})
-    text = as_text(rows)
-    print(text)
-    put(PAGE, "previews", COMMAND, f"{text}\n")
+    publish(PAGE, "previews", COMMAND, as_text(rows))
 
 
 def measured(name: str) -> dict[str, Any]:

@@ -11,6 +11,7 @@ triangles. 200 seeds, resumable.
 
 import time
 from collections import Counter
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -20,7 +21,7 @@ from manifold3d import Manifold, OpType
 from scipy.spatial import cKDTree
 
 from benchmarks.objects.bundled import TEXTURE, tile_of
-from benchmarks.shared.common import load, machine, parser_of, save
+from benchmarks.shared.common import kept, load, parser_of
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.solids.body import Body, Part
@@ -147,13 +148,10 @@ def main() -> None:
     parser.add_argument("seeds", nargs="*", type=int, metavar="SEED")
     parser.add_argument("--again", action="store_true", help="also seeds that there are results of")
     options = parser.parse_args()
-    tile, rows = coarse(), load(RESULT).get("seeds", {})
+    tile = coarse()
     for seed in options.seeds or range(SEEDS):
-        if str(seed) not in rows or options.again:
-            rows[str(seed)] = outcome(seed, tile)
-            save(RESULT, {"machine": machine(), "seeds": dict(sorted(rows.items(), key=lambda r: int(r[0])))})
-            print(seed, rows[str(seed)], flush=True)
-    print(Counter(row["outcome"] for row in rows.values()))
+        kept(RESULT, "seeds", str(seed), partial(outcome, seed, tile), options.again)
+    print(Counter(row["outcome"] for row in load(RESULT)["seeds"].values()))
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ between the optimised and the original texture over all places is told, with its
 """
 
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ import torch
 
 import retouch
 from benchmarks.objects.bundled import tile_of
-from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
+from benchmarks.shared.common import DOCS, kept, load, parser_of, publish, table
 from mitsuba_scenes import find_file
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.over_object import over_object
@@ -118,14 +119,9 @@ def main() -> None:
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         for name in options.names or OBJECTS:
-            rows = load(RESULT).get("objects", {})
-            if name not in rows or options.again:
-                rows[name] = measured(name, Path(folder))
-                save(RESULT, {"machine": machine(), "objects": dict(sorted(rows.items()))})
-                print(*_line(name, rows[name]), flush=True)
-    text = table(HEAD, [_line(name, row) for name, row in load(RESULT)["objects"].items()])
-    put(DOCS / "evidence" / "feel.md", "steered", COMMAND, text + "\n")
-    print(text)
+            kept(RESULT, "objects", name, partial(measured, name, Path(folder)), options.again)
+    text = table(HEAD, [_line(name, row) for name, row in sorted(load(RESULT)["objects"].items())])
+    publish(DOCS / "evidence" / "feel.md", "steered", COMMAND, text)
 
 
 if __name__ == "__main__":

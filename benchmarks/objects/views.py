@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from optimize.verification.jod import jod
 from optimize.verification.picture_change import change
 from optimize.verification.picture_metrics import pixels_per_degree
-from relief.ground.arrays import Array
+from relief.ground.arrays import Array, FloatArray
 from relief.ground.srgb import srgb
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
@@ -139,6 +140,35 @@ def _sensor(middle: Array, at: tuple[float, float], half: float, size: int) -> A
             "sampler": {"type": "multijitter", "sample_count": SKY_SAMPLES},
         }
     )
+
+
+def perspective(
+    origin: Array, target: Array, fov: float, size: tuple[int, int], pixels: str, samples: int
+) -> dict[str, Any]:
+    """Mitsuba's description of an upright camera.
+
+    Args:
+        origin: (3,) where the camera stands, mm.
+        target: (3,) the point in the middle of the picture, mm.
+        fov: Angle of view across the picture, degrees.
+        size: Width and height of the picture in pixels.
+        pixels: Mitsuba's name of the channels of a pixel.
+        samples: Samples a pixel.
+    """
+    import mitsuba as mi
+
+    return {
+        "type": "perspective",
+        "fov": fov,
+        "to_world": mi.ScalarTransform4f().look_at(origin.tolist(), target.tolist(), [0.0, 0.0, 1.0]),
+        "film": {"type": "hdrfilm", "width": size[0], "height": size[1], "pixel_format": pixels},
+        "sampler": {"type": "independent", "sample_count": samples},
+    }
+
+
+def image_of(values: FloatArray) -> Image.Image:
+    """Image of 8 bits a channel of (rows, cols[, 3]) values, which are clipped to 0 to 1."""
+    return Image.fromarray((255.0 * np.clip(values, 0.0, 1.0) + 0.5).astype(np.uint8))
 
 
 def change_percent(before: Pictures, after: Pictures) -> Array:

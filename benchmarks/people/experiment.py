@@ -21,7 +21,7 @@ import numpy as np
 import retouch
 from benchmarks.people.coverage import PAGE
 from benchmarks.people.observers import Observer, write_answers
-from benchmarks.shared.common import folder_named, machine, put, save, table
+from benchmarks.shared.common import folder_named, machine, publish, save, table
 from retouch.laboratory.people.plan import write_plan
 from retouch.laboratory.people.plates import read_plates
 from retouch.laboratory.stimulus_sets.stimulus_set import FILE, read_set
@@ -116,9 +116,8 @@ def main() -> None:
     kept = {key: value for key, value in content.items() if key not in ("set", "files", "own_finger")}
     save(RESULT, {"machine": machine(), "cpu_s": cpu_s, "webers": [one.weber for one in observers], **kept})
     head = ["", "simulated people", "predicted", "the paper's participants"]
-    text = table(head, rows_of(content)) + "\n\n" + "\n".join(fits(content)) + "\n"
-    print(text)
-    put(PAGE, "experiment", COMMAND, text)
+    text = table(head, rows_of(content)) + "\n\n" + "\n".join(fits(content))
+    publish(PAGE, "experiment", COMMAND, text)
 
 
 if __name__ == "__main__":

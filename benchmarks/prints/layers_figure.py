@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.prints.prusa import PRINTER, Slicer, plate_heights
-from benchmarks.shared.charts import pyplot, style
+from benchmarks.shared.charts import pyplot, style, write
 from benchmarks.shared.common import IMAGES, folder_named
 from mitsuba_scenes import find_texture
 from relief.heightmap import load_height_map
@@ -56,7 +56,7 @@ def main() -> None:
         axis.set_xticks([])
         axis.set_yticks([])
     figure.colorbar(drawn, ax=axes[:, 3], ticks=range(-2, 3), shrink=0.7)
-    figure.savefig(IMAGE, dpi=100)
+    write(figure, IMAGE, dpi=100)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.charts import FAINT, INK, frame, pyplot, style
+from benchmarks.shared.charts import FAINT, INK, frame, pyplot, style, write
 from benchmarks.shared.common import IMAGES, ROOT, folder_named, load, save, table
 from benchmarks.shared.studies import folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
@@ -60,7 +60,7 @@ def main() -> None:
             found[name] = measured(screens[row["case"]], folder_of(study, row))
             save("prints", found)
     print(report())
-    print(draw(IMAGES / "prints.png"))
+    draw(IMAGES / "prints.png")
 
 
 def case_name(labels: Mapping[str, Any]) -> str:
@@ -137,7 +137,7 @@ def report() -> str:
     return table(head, rows)
 
 
-def draw(path: Path) -> Path:
+def draw(path: Path) -> None:
     """The front of each texture: picture change of each pair, as the eye resolves it, by the feel between."""
     style()
     found = load("prints")
@@ -158,9 +158,7 @@ def draw(path: Path) -> Path:
     axes[0].set_ylabel("picture change, % of the mean")
     lines, labels = axes[0].get_legend_handles_labels()
     figure.legend(lines, labels, frameon=False, fontsize=8, loc="outside upper center", ncols=len(PAIRS))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=150)
-    return path
+    write(figure, path, dpi=150)
 
 
 if __name__ == "__main__":

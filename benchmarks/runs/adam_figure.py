@@ -10,7 +10,7 @@ from typing import Any
 
 from matplotlib import pyplot
 
-from benchmarks.shared.charts import FAINT, INK, frame, style
+from benchmarks.shared.charts import FAINT, INK, frame, style, write
 from benchmarks.shared.common import IMAGES, load, table
 
 PATH = IMAGES / "adam.png"
@@ -93,7 +93,7 @@ def draw(rows: dict[str, Row]) -> None:
     for axis in axes[:, 0]:
         axis.set_ylabel("picture change, rms, %")
     axes[0, 0].legend(fontsize=7, frameon=False)
-    figure.savefig(PATH, dpi=120)
+    write(figure, PATH, dpi=120)
 
 
 def main() -> None:

@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 
-from benchmarks.shared.charts import FAINT, INK, frame, style
-from benchmarks.shared.common import DOCS, IMAGES, load, machine, parser_of, put, save, table
+from benchmarks.shared.charts import FAINT, INK, frame, style, write
+from benchmarks.shared.common import DOCS, IMAGES, load, machine, publish, save, study_given, table
 from benchmarks.shared.studies import Row, folder_of, rows_in
 from optimize.run_directory.history import HISTORY
 from optimize.run_directory.key import RESULT
@@ -62,17 +62,13 @@ WAYS: Mapping[str, Look] = {
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("study", type=Path, nargs="?", metavar="STUDY", help="folder of the finished study")
-    study = parser.parse_args().study
+    study = study_given(__doc__)
     if study is not None:
         found = {f"{row['case']}: {row['way']}": measured(study, row) for row in rows_in(study)}
         save("pareto", {"machine": machine(), "rows": found})
     rows = load("pareto")["rows"]
     draw(rows)
-    text = as_text(rows)
-    print(text)
-    put(PAGE, "pareto", "benchmarks.runs.pareto", f"{text}\n")
+    publish(PAGE, "pareto", "benchmarks.runs.pareto", as_text(rows))
 
 
 def measured(study: Path, row: Row) -> dict[str, Any]:
@@ -169,7 +165,7 @@ def draw(rows: Mapping[str, Row]) -> None:
     axes[0, 0].set_ylabel("picture change above the smallest known, %")
     handles, names = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=3, frameon=False)
-    figure.savefig(PICTURE, dpi=160)
+    write(figure, PICTURE, dpi=160)
 
 
 def of_case(axis: Axes, rows: Mapping[str, Row], case: str) -> None:

@@ -31,7 +31,7 @@ from torch.utils.flop_counter import FlopCounterMode
 
 import tactile
 from benchmarks.runs.rules import median_cpu
-from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
+from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
 from benchmarks.sight import gradients
 from benchmarks.touch.half_space import TOLERANCE, tamaas_pressure
 from benchmarks.touch.pressing import MEAN, SKIN
@@ -97,9 +97,7 @@ def main() -> None:
             results[group].append(row)
             print(row, flush=True)
     save("parts", results)
-    text = as_text(results)
-    print(text)
-    put(PAGE, "parts", "benchmarks.runs.parts", f"{text}\n")
+    publish(PAGE, "parts", "benchmarks.runs.parts", as_text(results))
 
 
 def limits() -> dict[str, float]:

@@ -17,12 +17,13 @@ import subprocess
 import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.common import ROOT, load, machine, parser_of, save, table
+from benchmarks.shared.common import ROOT, kept, load, parser_of, save, table
 
 NAME = "signals"
 MOMENTS = 10
@@ -52,20 +53,16 @@ def main() -> None:
     parser.add_argument("--verbs", nargs="+", choices=VERBS, default=tuple(VERBS))
     parser.add_argument("--into", default=NAME, help="results to write (default: signals)")
     arguments = parser.parse_args()
-    rows: dict[str, dict[str, Any]] = load(arguments.into).get("rows", {})
     for verb in arguments.verbs:
         for number, seconds in enumerate(np.geomspace(FIRST_S, LAST_S, MOMENTS).tolist()):
             by = (signal.SIGINT, signal.SIGTERM)[(number + list(VERBS).index(verb)) % 2]
-            case = f"{verb} {by.name} {seconds:.2f}"
-            if case not in rows:
-                row = ended(arguments.checkout, VERBS[verb], seconds, by)
-                rows[case] = {"verb": verb, "by": by.name, **row}
-                save(arguments.into, {"machine": machine(), "commands": VERBS, "rows": rows})
-                print(case, rows[case], flush=True)
-    print(summary(rows))
+            measure = partial(ended, arguments.checkout, verb, seconds, by)
+            kept(arguments.into, "rows", f"{verb} {by.name} {seconds:.2f}", measure)
+    save(arguments.into, load(arguments.into) | {"commands": VERBS})
+    print(summary(load(arguments.into)["rows"]))
 
 
-def ended(checkout: Path, command: str, seconds: float, by: signal.Signals) -> dict[str, Any]:
+def ended(checkout: Path, verb: str, seconds: float, by: signal.Signals) -> dict[str, Any]:
     """How a command ends after so many seconds: its status and, if that is wrong, its last words."""
     environment = os.environ | {"PYTHONPATH": str(checkout)}
     began = time.perf_counter()
@@ -74,7 +71,7 @@ def ended(checkout: Path, command: str, seconds: float, by: signal.Signals) -> d
     with tempfile.TemporaryDirectory() as place:
         Path(place, "gravel.png").write_bytes((ROOT / "mitsuba_scenes/textures/gravel.png").read_bytes())
         process = subprocess.Popen(
-            [sys.executable, "-m", "retouch", *command.split()],
+            [sys.executable, "-m", "retouch", *VERBS[verb].split()],
             cwd=place,
             env=environment,
             stdout=subprocess.DEVNULL,
@@ -97,8 +94,8 @@ def ended(checkout: Path, command: str, seconds: float, by: signal.Signals) -> d
     else:
         end = "wrongly"
     good = end in ("interrupted", "at its end") and "Traceback" not in told
-    row = {"seconds": round(seconds, 2), "status": status, "end": end, "lines": len(lines)}
-    row["after_s"] = round(time.perf_counter() - began, 2)
+    row = {"verb": verb, "by": by.name, "seconds": round(seconds, 2), "status": status, "end": end}
+    row |= {"lines": len(lines), "after_s": round(time.perf_counter() - began, 2)}
     return row if good else row | {"told": lines[-3:]}
 
 

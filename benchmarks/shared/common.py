@@ -28,6 +28,21 @@ def parser_of(description: str | None) -> argparse.ArgumentParser:
     )
 
 
+def again_given(description: str | None) -> bool:
+    """Whether the command line asks by `--again` that results which are there are measured anew."""
+    parser = parser_of(description)
+    parser.add_argument("--again", action="store_true")
+    return bool(parser.parse_args().again)
+
+
+def study_given(description: str | None) -> Path | None:
+    """Folder of a finished study, if the command line names one."""
+    parser = parser_of(description)
+    parser.add_argument("study", type=Path, nargs="?", metavar="STUDY", help="folder of the finished study")
+    study: Path | None = parser.parse_args().study
+    return study
+
+
 def folder_named(description: str | None, name: str) -> Path:
     """The one folder that the command line names."""
     parser = parser_of(description)
@@ -68,6 +83,21 @@ def load(name: str) -> dict[str, Any]:
     return content
 
 
+def kept(name: str, part: str, row: str, measure: Callable[[], Any], again: bool = False) -> Any:
+    """A row of a part of the results: measured, saved and printed if missing, or if asked for again.
+
+    The results are read a second time before they are saved: another process may have added rows meanwhile.
+    """
+    rows = load(name).get(part, {})
+    if row in rows and not again:
+        return rows[row]
+    measured = measure()
+    content = load(name)
+    save(name, content | {"machine": machine(), part: content.get(part, {}) | {row: measured}})
+    print(row, measured, flush=True)
+    return measured
+
+
 def put(page: Path, name: str, command: str, text: str) -> bool:
     """Replace what stands on a page in the place of a name; False if the page has no such place.
 
@@ -78,6 +108,12 @@ def put(page: Path, name: str, command: str, text: str) -> bool:
     if found:
         page.write_text(f"{before}{start}{text}{end}{rest.partition(end)[2]}", encoding="utf-8")
     return bool(found)
+
+
+def publish(page: Path, name: str, command: str, text: str) -> None:
+    """Print a text and put it in its place on a page (`put`)."""
+    print(text)
+    put(page, name, command, f"{text}\n")
 
 
 def median_seconds(work: Callable[[], object], repeats: int) -> float:

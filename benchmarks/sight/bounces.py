@@ -7,13 +7,14 @@ python -m benchmarks.sight.bounces --again
 from __future__ import annotations
 
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks.shared.checkouts import process
-from benchmarks.shared.common import ROOT, load, machine, parser_of, save, table
+from benchmarks.shared.common import ROOT, again_given, kept, load, table
 from benchmarks.sight.gradients import directions
 from mitsuba_scenes import find_file
 from relief.ground.arrays import Array
@@ -28,15 +29,10 @@ SAMPLES, GRADIENT_SAMPLES, STEP_MM, SEEDS = 256, 64, 0.01, 2
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("--again", action="store_true")
-    again = parser.parse_args().again
-    results = load("bounces").get("textures", {})
+    again = again_given(__doc__)
     for texture in TEXTURES:
-        if again or texture not in results:
-            results[texture] = measure(texture)
-            save("bounces", {"machine": machine(), "textures": results})
-    print(as_table(results))
+        kept("bounces", "textures", texture, partial(measure, texture), again)
+    print(as_table(load("bounces")["textures"]))
 
 
 def measure(texture: str) -> dict[str, float]:

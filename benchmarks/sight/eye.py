@@ -9,10 +9,9 @@ the other six judge it.
 
 import shutil
 from collections.abc import Sequence
-from pathlib import Path
 from statistics import fmean, geometric_mean, median
 
-from benchmarks.shared.common import DOCS, parser_of, put, table
+from benchmarks.shared.common import DOCS, publish, study_given, table
 from benchmarks.shared.studies import FILE, STUDIES, Row, committed
 
 STUDY, COMMAND = "eye", "benchmarks.sight.eye"
@@ -72,13 +71,9 @@ def lines(rows: Sequence[Row]) -> list[tuple[object, ...]]:
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("folder", nargs="?", type=Path, metavar="FOLDER", help="of the finished study")
-    if (folder := parser.parse_args().folder) is not None:
-        shutil.copy(folder / FILE, STUDIES / f"{STUDY}.json")
-    text = table(HEAD, lines(committed(STUDY)))
-    put(DOCS / "evidence" / "eye.md", STUDY, COMMAND, text + "\n")
-    print(text)
+    if (study := study_given(__doc__)) is not None:
+        shutil.copy(study / FILE, STUDIES / f"{STUDY}.json")
+    publish(DOCS / "evidence" / "eye.md", STUDY, COMMAND, table(HEAD, lines(committed(STUDY))))
 
 
 if __name__ == "__main__":

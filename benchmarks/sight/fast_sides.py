@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, put, save, table
+from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, publish, save, table
 from relief.ground.arrays import Array
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.view import Pictures
@@ -45,9 +45,7 @@ def main() -> None:
     rows = [_compared(scene, texture) for scene in SCENES for texture in TEXTURES]
     save(NAME, {"rows": rows, "runs": runs, "machine": machine()})
     tables = table(HEAD, [_line(row) for row in rows]), table(RUN_HEAD, [list(run.values()) for run in runs])
-    text = "\n\n".join(tables) + "\n"
-    put(DOCS / "evidence" / "sides.md", NAME, COMMAND, text)
-    print(text)
+    publish(DOCS / "evidence" / "sides.md", NAME, COMMAND, "\n\n".join(tables))
 
 
 def _compared(name: str, texture: str) -> dict[str, Any]:

@@ -8,10 +8,9 @@ With a folder its document is committed first.
 
 import shutil
 from collections.abc import Sequence
-from pathlib import Path
 from statistics import median
 
-from benchmarks.shared.common import DOCS, parser_of, put, table
+from benchmarks.shared.common import DOCS, publish, study_given, table
 from benchmarks.shared.studies import FILE, STUDIES, Row, committed
 
 STUDY, COMMAND = "in-hand", "benchmarks.sight.hand"
@@ -96,16 +95,12 @@ def front(rows: Sequence[Row]) -> list[tuple[object, ...]]:
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("folder", nargs="?", type=Path, metavar="FOLDER", help="of the finished study")
-    if (folder := parser.parse_args().folder) is not None:
-        shutil.copy(folder / FILE, STUDIES / f"{STUDY}.json")
+    if (study := study_given(__doc__)) is not None:
+        shutil.copy(study / FILE, STUDIES / f"{STUDY}.json")
     rows = committed(STUDY)
     views = [row for row in rows if row["table"] == "views"]
     tables = [table(HEAD, lines(views)), table(CASE_HEAD, cases(views)), table(FRONT_HEAD, front(rows))]
-    text = "\n\n".join(tables)
-    put(DOCS / "evidence" / "sides.md", STUDY, COMMAND, text + "\n")
-    print(text)
+    publish(DOCS / "evidence" / "sides.md", STUDY, COMMAND, "\n\n".join(tables))
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 
-from benchmarks.shared.charts import FAINT, GRID, frame, style
+from benchmarks.shared.charts import FAINT, GRID, frame, style, write
 from benchmarks.shared.common import IMAGES, load
 
 PICTURE = IMAGES / "look-models.png"
@@ -39,9 +39,7 @@ def main() -> None:
     for axis in axes:
         shown |= dict(zip(*reversed(axis.get_legend_handles_labels()), strict=True))
     figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=len(scenes), frameon=False)
-    PICTURE.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(PICTURE, dpi=160)
-    print(PICTURE)
+    write(figure, PICTURE, dpi=160)
 
 
 def draw(axis: Axes, measured: dict[str, Any]) -> None:

@@ -20,7 +20,7 @@ import torch
 from scipy import ndimage
 
 from benchmarks.shared.browser import Browser
-from benchmarks.shared.common import DOCS, machine, parser_of, put, save, table
+from benchmarks.shared.common import DOCS, machine, parser_of, publish, save, table
 from mitsuba_scenes import find_texture
 from relief.ground.arrays import Array
 from relief.ground.srgb import linear_rgb
@@ -97,8 +97,7 @@ def main() -> None:
         for result in results
     ]
     text = table(head, rows)
-    put(DOCS / "evidence" / "eye.md", "plate viewer", "benchmarks.sight.plate_viewer", f"{text}\n")
-    print(text)
+    publish(DOCS / "evidence" / "eye.md", "plate viewer", "benchmarks.sight.plate_viewer", text)
 
 
 def _both(values: list[float] | None) -> str:

@@ -24,8 +24,8 @@ import torch
 from matplotlib import pyplot
 from scipy.ndimage import gaussian_filter, zoom
 
-from benchmarks.shared.charts import frame, style
-from benchmarks.shared.common import IMAGES, load, machine, parser_of, save, table
+from benchmarks.shared.charts import frame, style, write
+from benchmarks.shared.common import IMAGES, again_given, load, machine, save, table
 from optimize.descent.gauss_newton.laplacian import laplacian
 from relief.ground.arrays import Array
 from relief.heightmap import load_heights
@@ -42,9 +42,7 @@ COLOURS = {"explicit": "#c4532d", "ours": "#2d6a8e", "no moving shadows": "#7a7a
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("--again", action="store_true")
-    again = parser.parse_args().again
+    again = again_given(__doc__)
     truth = zoom(load_heights("mitsuba_scenes/textures/gravel.png", relief_mm=RELIEF_MM), 0.5, order=1)
     start = gaussian_filter(truth, BLUR, mode="nearest")
     with tempfile.TemporaryDirectory() as folder:
@@ -156,9 +154,7 @@ def draw(runs: dict[str, list[dict[str, float]]]) -> None:
         row[0].set_title(label, fontsize=10, loc="left")
     handles, names = axes[0][0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=4, frameon=False)
-    PICTURE.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(PICTURE, dpi=160)
-    print(PICTURE)
+    write(figure, PICTURE, dpi=160)
 
 
 def as_table(runs: dict[str, list[dict[str, float]]]) -> str:

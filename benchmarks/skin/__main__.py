@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from benchmarks.shared.common import load, machine, parser_of, save, table
+from benchmarks.shared.common import again_given, load, machine, save, table
 from benchmarks.skin import finger_study
 from benchmarks.skin.chart import draw
 from benchmarks.skin.facts import FACTS, VALUES, Outcome, in_range, peak
@@ -23,9 +23,7 @@ SHOWN = ("F/E 20", "F/E 10", "F/E 4", "F/E 2", "0.7 mm of 2 over 0.4 MPa")
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("--again", action="store_true")
-    again = parser.parse_args().again
+    again = again_given(__doc__)
     results: dict[str, Any] = {} if again else load("skin")
     plates, reliefs = series(), natural()
     skins = plain() | layered()

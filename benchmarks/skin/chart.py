@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from benchmarks.shared.charts import FAINT, frame, pyplot, style
+from benchmarks.shared.charts import FAINT, frame, pyplot, style, write
 from benchmarks.shared.common import IMAGES
 from benchmarks.skin.facts import PEAK_MM
 from benchmarks.skin.stimuli import series
@@ -57,5 +57,4 @@ def draw(felt: dict[str, Any], layered: str) -> None:
     figure.legend(
         *axes[0].get_legend_handles_labels(), frameon=False, fontsize=8.5, loc="outside lower center", ncols=4
     )
-    figure.savefig(PICTURE, dpi=120)
-    pyplot.close(figure)
+    write(figure, PICTURE, dpi=120)

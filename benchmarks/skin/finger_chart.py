@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from benchmarks.shared.charts import FAINT, INK, frame, pyplot, style
+from benchmarks.shared.charts import FAINT, INK, frame, pyplot, style, write
 from benchmarks.shared.common import IMAGES
 from benchmarks.skin.facts import PEAK_MM, VALUES
 from benchmarks.skin.sources import GROOVES, HUMAN_SA1, SPHERE, Mechanical
@@ -60,8 +60,7 @@ def draw(results: dict[str, Any]) -> None:
     handles.append(pyplot.Line2D([], [], color=COLOURS["measured"], alpha=0.25, lw=5, label="posterior"))
     handles.append(pyplot.Line2D([], [], color=INK, marker="D", ms=4.5, lw=0, label="people"))
     figure.legend(handles=handles, frameon=False, fontsize=8.5, loc="outside lower center", ncols=6)
-    figure.savefig(PICTURE, dpi=120)
-    pyplot.close(figure)
+    write(figure, PICTURE, dpi=120)
 
 
 def _fit(axis: Axes, done: dict[str, Any], source: Mechanical) -> None:

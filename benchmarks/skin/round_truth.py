@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from benchmarks.shared.common import load, machine, median_seconds, parser_of, save, table
+from benchmarks.shared.common import again_given, load, machine, median_seconds, save, table
 from benchmarks.skin.operators import PITCH_MM, Felt, felt, on_patch, peak
 from benchmarks.skin.stimuli import DOT_MM, HIGH_MM, NATURAL, PHASES, dots, natural
 from benchmarks.touch.round_tetrahedra import round_tetrahedra
@@ -64,9 +64,7 @@ TETRAHEDRA_PITCH_MM = 1.0 / 3.0
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("--again", action="store_true")
-    results: dict[str, Any] = {} if parser.parse_args().again else load("round_truth")
+    results: dict[str, Any] = {} if again_given(__doc__) else load("round_truth")
     parts: dict[str, Callable[[], Any]] = {
         "cost": cost,  # the first, so that the greatest memory is that of a build
         "reliefs": reliefs,

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from benchmarks.shared.charts import FAINT, INK, style
+from benchmarks.shared.charts import FAINT, INK, style, write
 from benchmarks.shared.common import DOCS, IMAGES, put, table
 
 PATH = IMAGES / "stability.png"
@@ -200,9 +200,7 @@ def draw(rows: Mapping[str, Row]) -> None:
         for column, model in enumerate(PLANES[sense][0]):
             heat(figure.add_subplot(four[2 * number + column]), rows, sense, model)
     _head(figure)
-    PATH.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(PATH, dpi=110, facecolor=PAPER, pil_kwargs={"optimize": True})
-    print(PATH)
+    write(figure, PATH, dpi=110, facecolor=PAPER, pil_kwargs={"optimize": True})
 
 
 def _head(figure: Figure) -> None:

@@ -14,13 +14,14 @@ import resource
 import subprocess
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.shared.common import ROOT, load, machine, parser_of, save, table
+from benchmarks.shared.common import ROOT, again_given, kept, load, table
 from relief.heightmap import save_heights_exr
 
 NAME = "sizes"
@@ -57,17 +58,11 @@ COMMANDS = {
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("--again", action="store_true")
-    rows: dict[str, Any] = {} if parser.parse_args().again else load(NAME).get("rows", {})
+    again = again_given(__doc__)
     sizes = [*(("plate", mm) for mm in PLATES_MM), *(("tile", mm) for mm in TILES_MM)]
     for kind, mm in sizes:
-        name = f"{kind} of {mm:g} mm"
-        if name not in rows:
-            rows[name] = outcomes(mm, kind == "tile")
-            save(NAME, {"machine": machine(), "rows": rows})
-            print(name, rows[name], flush=True)
-    print(summary(rows))
+        kept(NAME, "rows", f"{kind} of {mm:g} mm", partial(outcomes, mm, kind == "tile"), again)
+    print(summary(load(NAME)["rows"]))
 
 
 def waves(samples: int) -> NDArray[np.float64]:

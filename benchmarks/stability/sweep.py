@@ -32,7 +32,7 @@ from tactile.contact import solve_contact
 from tactile.model import TouchModel, touch_model
 from tactile.strain import smallest_eigenvalue
 from visual.exact.discontinuities import EdgeSamples
-from visual.exact.view import View
+from visual.looks import StepView
 from visual.scene import Scene, load_scene
 
 TIGHT = 1e-12
@@ -387,7 +387,7 @@ def look(
         adjoint = coarse(seen(fine, heights + change) - seen(fine, heights))
         spread = np.kron(adjoint, np.ones((REFINEMENT, REFINEMENT))) / REFINEMENT**2
 
-        def explicit(view: View) -> Row:
+        def explicit(view: StepView) -> Row:
             result = view.evaluate(heights)
             slope = spread.ravel() @ (result.jacobians[0] @ change.ravel())
             return {"mean": float(result.pictures.mean()), "gradient": float(slope)}
@@ -421,7 +421,7 @@ def look(
     return refusing(measure)
 
 
-def seen(view: View, heights: Array) -> Array:
+def seen(view: StepView, heights: Array) -> Array:
     """The picture (rows, cols) of one light."""
     return view.evaluate(heights, jacobian=False).pictures[0]
 

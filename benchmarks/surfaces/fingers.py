@@ -17,8 +17,8 @@ import numpy as np
 import torch
 
 import tactile
-from benchmarks.shared.charts import FAINT, frame, pyplot, style
-from benchmarks.shared.common import IMAGES, load, machine, parser_of, save, table
+from benchmarks.shared.charts import FAINT, frame, pyplot, style, write
+from benchmarks.shared.common import IMAGES, load, machine, save, study_given, table
 from benchmarks.shared.studies import Row, folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
@@ -35,9 +35,7 @@ IMAGE = IMAGES / "fingers.png"
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("study", type=Path, nargs="?", metavar="STUDY", help="folder of the finished study")
-    study = parser.parse_args().study
+    study = study_given(__doc__)
     if study is not None:
         rows = {f"{row['case']}, {row['weight']}": measured(study, row) for row in rows_in(study)}
         save("fingers", {"rows": rows, "machine": machine()})
@@ -124,8 +122,7 @@ def draw(rows: dict[str, Any]) -> None:
     axes[0].set_ylabel("standard deviation over 18 skins, JND")
     note = "Numbers: weight of the other fingers. Dotted: half of the spread, 1.4 times the change."
     figure.supxlabel(note, fontsize=8, color=FAINT)
-    figure.savefig(IMAGE, dpi=150)
-    pyplot.close(figure)
+    write(figure, IMAGE, dpi=150)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
+from benchmarks.shared.common import DOCS, load, machine, publish, save, study_given, table
 from benchmarks.shared.studies import Row, folder_of, rows_in
 from optimize.run_directory.key import SETTINGS, read_verification
 from optimize.settings.run_file import load_run
@@ -44,9 +44,7 @@ PLACES = 4
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("study", type=Path, nargs="?", metavar="STUDY", help="folder of the finished study")
-    study = parser.parse_args().study
+    study = study_given(__doc__)
     if study is not None:
         rows = {}
         for row in rows_in(study):
@@ -54,9 +52,8 @@ def main() -> None:
             rows[f"{row['texture']} {row['touch.jnd']:+g}, {row['touch.skin']}"] = told(study, row)
         save("fingers_crossed", {"rows": rows, "machine": machine()})
     rows = load("fingers_crossed")["rows"]
-    for name, text in {"steered": steered(rows), "crossed": crossed(rows)}.items():
-        print(f"{text}\n")
-        put(PAGE, name, COMMAND, f"{text}\n")
+    publish(PAGE, "steered", COMMAND, steered(rows))
+    publish(PAGE, "crossed", COMMAND, crossed(rows))
 
 
 def told(study: Path, row: Row) -> dict[str, Any]:

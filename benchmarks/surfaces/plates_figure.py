@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from benchmarks.shared.charts import INK, pyplot, style
+from benchmarks.shared.charts import INK, pyplot, style, write
 from benchmarks.shared.common import IMAGES, folder_named
 from benchmarks.shared.studies import committed, folder_of
 from benchmarks.surfaces.plates import NAMES, PLATE_MM, TEXTURES
@@ -50,8 +50,7 @@ def main() -> None:
         axis.spines[:].set_visible(False)
     bar = figure.colorbar(dots, ax=axes[1:], shrink=0.8, ticks=(-END_JND, 0.0, END_JND), extend="both")
     bar.set_label("JND from the target", color=INK)
-    figure.savefig(IMAGE)
-    print(IMAGE)
+    write(figure, IMAGE)
 
 
 def one_map(axis: Axes, places: Places, target: float) -> Any:

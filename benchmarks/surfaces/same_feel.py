@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.charts import pyplot, style
+from benchmarks.shared.charts import pyplot, style, write
 from benchmarks.shared.common import IMAGES, folder_named, table
 from benchmarks.shared.scenes import picture
 from benchmarks.shared.studies import Row, committed, folder_of
@@ -93,8 +93,7 @@ def draw(other: tuple[Array, str], before: list[tuple[Array, str]], after: list[
             axis.imshow(srgb(look, white), cmap="gray", vmin=0.0, vmax=1.0)
             axis.set_title(title, fontsize=9)
     axes[1, 0].text(1.0, 0.5, "with the feel\nof knit", ha="right", va="center", fontsize=11)
-    figure.savefig(IMAGE, dpi=92)
-    pyplot.close(figure)
+    write(figure, IMAGE, dpi=92)
 
 
 def _render(run: Run, file: Path) -> Array:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.charts import FAINT, INK, frame, pyplot, style
+from benchmarks.shared.charts import FAINT, INK, frame, pyplot, style, write
 from benchmarks.shared.common import IMAGES, folder_named, load
 from benchmarks.shared.scenes import picture
 from benchmarks.shared.studies import folder_of, rows_in
@@ -66,8 +66,7 @@ def draw(looks: list[Array], places: dict[str, dict[str, list[float]]], size_mm:
         chart.plot(along, values, label=label, **look_of)
     chart.set(xlabel="middle of the finger, mm from the left end", ylabel="roughness", xlim=(0.0, size_mm))
     chart.legend(frameon=False, loc="upper left")
-    figure.savefig(IMAGE, dpi=100)
-    pyplot.close(figure)
+    write(figure, IMAGE, dpi=100)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
+from benchmarks.shared.common import DOCS, load, machine, publish, save, study_given, table
 from benchmarks.shared.studies import Row, folder_of, rows_in
 from benchmarks.skin.operators import felt
 from benchmarks.skin.round_truth import TETRAHEDRA, TETRAHEDRA_PITCH_MM, TRUTH
@@ -51,9 +51,7 @@ WAYS = (
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("study", type=Path, nargs="?", metavar="STUDY", help="folder of the finished study")
-    study = parser.parse_args().study
+    study = study_given(__doc__)
     if study is not None:
         rows = [row for row in rows_in(study) if row["texture"] in TILES and row["touch.skin"] == "measured"]
         reliefs = {f"{row['texture']} {row['touch.jnd']:+g}": _sides(study, row) for row in rows}
@@ -70,9 +68,7 @@ def main() -> None:
                 each = [jnd_apart(b, a) for a, b in zip(first, then, strict=True)]
                 jnds.setdefault(name, {})[way] = each
             save("steered_truth", {"jnd": jnds, "machine": machine()})
-    text = as_text(load("steered_truth")["jnd"])
-    print(text)
-    put(PAGE, "truth", COMMAND, f"{text}\n")
+    publish(PAGE, "truth", COMMAND, as_text(load("steered_truth")["jnd"]))
 
 
 def operators() -> Iterator[tuple[str, float, Callable[[], SkinOperator]]]:

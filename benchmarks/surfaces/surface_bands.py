@@ -7,7 +7,7 @@ python -m benchmarks.surfaces.surface_bands   # the page's table
 
 from __future__ import annotations
 
-from benchmarks.shared.common import DOCS, put, table
+from benchmarks.shared.common import DOCS, publish, table
 from benchmarks.shared.studies import Row, committed
 from optimize.verification.surface_bands import BANDS_MM, threshold_um
 
@@ -16,9 +16,7 @@ COMMAND = "benchmarks.surfaces.surface_bands"
 
 
 def main() -> None:
-    text = bands(committed("surface_bands", "bands"))
-    print(text)
-    put(PAGE, "bands", COMMAND, f"{text}\n")
+    publish(PAGE, "bands", COMMAND, bands(committed("surface_bands", "bands")))
 
 
 def bands(rows: list[Row]) -> str:

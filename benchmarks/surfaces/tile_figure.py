@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.shared.charts import pyplot, style
+from benchmarks.shared.charts import pyplot, style, write
 from benchmarks.shared.common import IMAGES, folder_named
 from benchmarks.shared.scenes import picture
 from benchmarks.shared.studies import Row, folder_of
@@ -80,7 +80,7 @@ def draw(looks: list[Array], maps: list[Array], rows: list[Row]) -> None:
     for axis in axes.flat:
         axis.set_xticks([])
         axis.set_yticks([])
-    figure.savefig(IMAGE, dpi=150)
+    write(figure, IMAGE, dpi=150)
 
 
 if __name__ == "__main__":

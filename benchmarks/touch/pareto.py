@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 
-from benchmarks.shared.charts import GRID, frame, style
+from benchmarks.shared.charts import GRID, frame, style, write
 from benchmarks.shared.common import IMAGES, load
 
 PICTURE = IMAGES / "touch-models.png"
@@ -54,9 +54,7 @@ def main() -> None:
     )
     handles, names = axes[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=2, frameon=False)
-    PICTURE.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(PICTURE, dpi=160)
-    print(PICTURE)
+    write(figure, PICTURE, dpi=160)
 
 
 def draw(axis: Axes, results: dict[str, Any], key: str) -> None:

@@ -13,7 +13,7 @@ from scipy.ndimage import gaussian_filter, rotate
 from scipy.spatial import cKDTree
 
 from relief.ground.arrays import Array
-from surrogate.corpus.bundled_textures import relief_from_photograph
+from surrogate.corpus.bundled_textures import shrunk, stretched
 
 SIDE, SIZE_MM = 128, 10.0
 PHOTOGRAPHS = ("gravel", "brick", "grass", "coins", "moon", "page")
@@ -68,7 +68,7 @@ def crop(name: str, number: int, relief_mm: float) -> Array:
     """A crop of a photograph as relief; bricks are dark and high."""
     top, left = CORNERS[number]
     grey = np.asarray(getattr(skimage.data, name)())[top : top + 2 * SIDE, left : left + 2 * SIDE]
-    relief = relief_from_photograph(grey)
+    relief = stretched(shrunk(grey))
     return relief_mm * (1.0 - relief if name == "brick" else relief)
 
 
@@ -78,8 +78,7 @@ def turned_crop(random: np.random.Generator) -> Array:
     turned = rotate(grey, float(random.uniform(0.0, 360.0)), reshape=False, order=1, mode="reflect")
     wide = 2 * SIDE if min(turned.shape) > 2 * SIDE else min(turned.shape) // 2 * 2
     top, left = (int(random.integers(0, extent - wide + 1)) for extent in turned.shape)
-    relief = relief_from_photograph(turned[top : top + wide, left : left + wide])
-    return _resized(relief)
+    return _resized(stretched(shrunk(turned[top : top + wide, left : left + wide])))
 
 
 def noise(random: np.random.Generator, length_mm: float) -> Array:

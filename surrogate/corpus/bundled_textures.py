@@ -58,8 +58,8 @@ class Crop:
         """Heights (SAMPLES, SAMPLES) from 0 to ``relief_mm``, in mm."""
         across = SHRINK * round(SAMPLES * (1.0 + OVERLAP) if self.tile else SAMPLES)
         photograph = getattr(skimage.data, self.photograph)()
-        means = _shrunk(photograph[self.top : self.top + across, self.left : self.left + across])
-        relief = _stretched(make_tile(means, SAMPLES, self.tile).heights if self.tile else means)
+        means = shrunk(photograph[self.top : self.top + across, self.left : self.left + across])
+        relief = stretched(make_tile(means, SAMPLES, self.tile).heights if self.tile else means)
         return (1.0 - relief if self.dark_is_high else relief) * self.relief_mm
 
 
@@ -120,30 +120,15 @@ TILES: Mapping[str, Crop | Procedural] = MappingProxyType(
 """The example textures as tiles, which repeat along both axes, by name."""
 
 
-def relief_from_photograph(grey: ArrayLike) -> NDArray[np.float64]:
-    """Turn a photograph into a relief, bright as high.
-
-    The photograph is blurred, shrunk by averaging areas and stretched so that all but the outer 0.5 % at
-    either end of its range fit.
-
-    Args:
-        grey: (rows, cols) grey values.
-
-    Returns:
-        Heights (rows / 2, cols / 2) in [0, 1].
-    """
-    return _stretched(_shrunk(grey))
-
-
-def _shrunk(grey: ArrayLike) -> NDArray[np.float64]:
-    """The photograph blurred and shrunk by averaging areas."""
+def shrunk(grey: ArrayLike) -> NDArray[np.float64]:
+    """A photograph (rows, cols) blurred, and shrunk to (rows / 2, cols / 2) by averaging areas."""
     smooth = scipy.ndimage.gaussian_filter(np.asarray(grey, dtype=np.float64), SMOOTHING, mode="reflect")
     rows, cols = smooth.shape[0] // SHRINK, smooth.shape[1] // SHRINK
     return np.asarray(smooth.reshape(rows, SHRINK, cols, SHRINK).mean(axis=(1, 3)))
 
 
-def _stretched(means: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The values so that all but the outer shares at either end fit in [0, 1]."""
+def stretched(means: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The values scaled to [0, 1], where the outer `CLIPPED_PERCENT` at either end saturate."""
     low, high = np.percentile(means, [CLIPPED_PERCENT, 100 - CLIPPED_PERCENT])
     return np.clip((means - low) / (high - low), 0.0, 1.0)
 

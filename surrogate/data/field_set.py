@@ -35,11 +35,6 @@ class Fieldset:
     request: DatasetRequest
     shards: tuple[Shard, ...] = field(repr=False)
 
-    @property
-    def finished(self) -> bool:
-        """Whether every shard exists."""
-        return len(self.shards) == self.request.shards
-
     def count(self, split: Split | None = None) -> int:
         """Return the number of textures with fields, of a split or of all."""
         return sum(len(shard.places(split)) for shard in self.shards)

@@ -86,12 +86,6 @@ def weights_path(kind: str, folder: Path = FOLDER) -> Path:
     return folder / f"{kind}.safetensors"
 
 
-def has_weights(kind: str, folder: Path = FOLDER) -> bool:
-    """Return whether a folder, by default the package's own, holds a net of a kind."""
-    path = weights_path(kind, folder)
-    return path.is_file() and path.with_suffix(".json").is_file()
-
-
 def weights_bytes(net: nn.Module) -> bytes:
     """Return the content of the file of weights: float32, in the order of their names."""
     values = net.state_dict()

@@ -157,16 +157,16 @@ def round_pad_operator(
     skin: Skin,
     samples: int,
     size_mm: float,
-    dtype: torch.dtype = torch.float64,
     mesh: PadMesh | None = None,
 ) -> RoundPadOperator:
     """The operator of a round finger on an n x n patch: built the first time, from disk after that.
+
+    Its tensors are in double precision.
 
     Args:
         skin: all but force and modulus matters here.
         samples: n, at least two to the shortest wave of the mesh.
         size_mm: side of the patch.
-        dtype: of the operator's tensors.
         mesh: None for `PadMesh()`.
 
     Raises:
@@ -187,15 +187,13 @@ def round_pad_operator(
             f"skin.thickness_mm: {skin.thickness_mm:g} is more than {THICKEST_PAD:g} of the radius "
             f"{min(skin.radii_mm):g} mm: a bone that follows the skin would fold"
         )
-    return _operator(skin.at_unit_modulus(), skin.radii_mm, samples, float(size_mm), dtype, mesh)
+    return _operator(skin.at_unit_modulus(), skin.radii_mm, samples, float(size_mm), mesh)
 
 
 @lru_cache(maxsize=8)
-def _operator(
-    skin: Skin, radii: Radii, samples: int, size: float, dtype: torch.dtype, mesh: PadMesh
-) -> RoundPadOperator:
+def _operator(skin: Skin, radii: Radii, samples: int, size: float, mesh: PadMesh) -> RoundPadOperator:
     layer = sliding_layer(skin, samples, size)
-    return RoundPadOperator(**vars(layer), curvature=_curvature(skin, radii, size, mesh)).to(dtype)
+    return RoundPadOperator(**vars(layer), curvature=_curvature(skin, radii, size, mesh))
 
 
 def is_built(skin: Skin, size_mm: float, mesh: PadMesh | None = None) -> bool:

@@ -8,7 +8,7 @@ import torch
 
 import tactile
 from surrogate.nets.unet import Shape, UNet
-from surrogate.nets.weights import Card, has_weights, load_net, save_net, weights_bytes
+from surrogate.nets.weights import Card, load_net, save_net, weights_bytes
 from tactile import Skin
 from tactile.layer.elastic_layer import elastic_layer_operator
 from tactile.layer.truncated import GRADIENT_TOLERANCE
@@ -192,10 +192,6 @@ def test_the_solver_cut_short_tells_that_it_has_not_converged() -> None:
     assert not bool(state.converged.all())
 
 
-shipped = pytest.mark.skipif(not has_weights(KIND), reason="the package holds no touch net")
-
-
-@shipped
 def test_the_net_that_is_shipped_makes_of_its_sample_what_its_card_tells() -> None:
     from surrogate.corpus import recipes as corpus
 
@@ -211,7 +207,6 @@ def test_the_net_that_is_shipped_makes_of_its_sample_what_its_card_tells() -> No
         assert area == pytest.approx(one.figures["contact_area_mm2"], rel=1e-3)
 
 
-@shipped
 def test_the_shipped_net_stays_within_its_errors_of_the_layer() -> None:
     for seed in range(3):
         relief = waves(128, 0.5 + 0.5 * seed, seed=seed).float()
@@ -224,7 +219,6 @@ def test_the_shipped_net_stays_within_its_errors_of_the_layer() -> None:
 
 
 @pytest.mark.slow
-@shipped
 def test_the_shipped_net_honours_the_depth_and_refuses_another_thickness() -> None:
     relief, deep = waves(128, 0.5).float(), Skin(depth_mm=1.0)
     touch, layer = tactile.press(relief, skin=deep, model="net"), tactile.press(relief, skin=deep)

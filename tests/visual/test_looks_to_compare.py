@@ -16,6 +16,7 @@ from visual.fast.jacobian import FastView
 from visual.height_view import LEVEL, PER_MM, HeightView
 from visual.looks import FixedSamples
 from visual.scene import Scene
+from visual.scene_looks import ShadingLook
 
 LIGHTS = sun(35.0, 20.0), sun(50.0, 145.0), sky()
 """Two conditions."""
@@ -44,7 +45,7 @@ def test_the_jacobian_of_shading_is_that_of_small_changes_and_of_torch(
     shaded: Callable[[Array], Scene],
 ) -> None:
     heights, random = hills(1.5), np.random.default_rng(0)
-    renderer = shaded(heights).fast_renderer(shadows=False)
+    renderer = ShadingLook(shaded(heights)).renderer
     view, direction = FastView(renderer), random.normal(size=heights.shape)
     jacobians = view.evaluate(heights).jacobians
     up, down = (view.evaluate(heights + s * 1e-6 * direction, jacobian=False).pictures for s in (1, -1))

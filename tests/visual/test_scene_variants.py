@@ -18,6 +18,7 @@ from tests.visual.exact.test_view import OBLIQUE
 from tests.visual.scenes import MATTE, PLASTIC, Array, hills, sky, sun, write_scene
 from visual.explain import explain_scene
 from visual.scene import Scene, load_scene
+from visual.scene_looks import FastLook
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -69,7 +70,7 @@ def test_other_variants_only_render(scene_of: Callable[..., Scene], tmp_path: Pa
     assert scene.render(samples=16).numpy().mean() == pytest.approx(expected, rel=0.02)
     refused = rf"variant: {variant} has no gradients of pictures; name no variant, or llvm_ad_mono"
     heights = torch.tensor(scene.heights, requires_grad=True)
-    for wanted in (scene.views, scene.fast_renderer, lambda: scene.render(heights)):
+    for wanted in (scene.views, lambda: FastLook(scene).renderer, lambda: scene.render(heights)):
         with pytest.raises(InputError, match=refused):
             wanted()
     lines = dict(explain_scene(tmp_path / "scene.xml", variant=variant))

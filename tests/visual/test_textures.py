@@ -32,6 +32,7 @@ from tests.visual.test_needs import told
 from visual.backend.plate import is_textured
 from visual.reference.renderer import ReferenceRenderer
 from visual.scene import Scene
+from visual.scene_looks import FastLook
 
 CORNERS = np.array([[250, 10], [90, 170]], dtype=np.uint8)
 """Pixels of a picture whose corners differ."""
@@ -276,7 +277,7 @@ def test_the_fast_look_refuses_a_textured_plate(scene_of: Callable[..., Scene], 
     with pytest.raises(InputError, match=r'varies over the plate; use look\.model = "exact"$'):
         scene.render(model="fast")
     with pytest.raises(InputError, match="varies over the plate"):
-        scene.fast_renderer()
+        _ = FastLook(scene).renderer
     with pytest.raises(ValueError, match="same all over the plate"):
         ReferenceRenderer(scene)
 

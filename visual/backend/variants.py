@@ -27,12 +27,10 @@ class Variant:
 
     Attributes:
         name: of the variant.
-        differentiable: whether its pictures have gradients.
         reason: why it was chosen, in one line.
     """
 
     name: str
-    differentiable: bool
     reason: str
 
 
@@ -64,8 +62,8 @@ def choose_variant(colour: bool, variant: str | None = None) -> Variant:
     channels = "rgb" if colour else "mono"
     reason = "a material or a light has colour" if colour else "every material and light is grey"
     if missing:
-        return Variant(WITHOUT_LLVM, False, f"pictures only, without gradients: {missing}")
-    return Variant(f"llvm_ad_{channels}", True, reason)
+        return Variant(WITHOUT_LLVM, f"pictures only, without gradients: {missing}")
+    return Variant(f"llvm_ad_{channels}", reason)
 
 
 def has_cuda() -> bool:
@@ -83,7 +81,7 @@ def _requested(name: str, missing: str) -> Variant:
         raise InputError(f"variant: {name!r} cannot run here: {missing}")
     if name.startswith("cuda_") and not has_cuda():
         raise InputError(f"variant: {name!r} cannot run here: there is no usable CUDA device")
-    return Variant(name, is_differentiable(name), "asked for" + UNTESTED * name.startswith("cuda_"))
+    return Variant(name, "asked for" + UNTESTED * name.startswith("cuda_"))
 
 
 def load_mitsuba(colour: bool, variant: str | None = None) -> ModuleType:

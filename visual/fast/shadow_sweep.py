@@ -60,12 +60,16 @@ class ShadowSweep:
     column: Tensor
     corner_drop: Tensor
 
-    def clearance(self, fine: Tensor) -> Tensor:
-        """Clearance (p, q), mm, of corners of heights (p, q), mm: positive in light, negative in shadow."""
-        return self.trace(fine)[0]
-
     def trace(self, fine: Tensor) -> tuple[Tensor, Tensor]:
-        """Clearance, and (lines, columns) the column of the running maximum at each column of a line."""
+        """Clearance of corners, and the columns of the running maximum.
+
+        Args:
+            fine: (p, q) mm, heights of the corners.
+
+        Returns:
+            (p, q) clearance, mm, positive in light and negative in shadow; and (lines, columns) the column of
+            the running maximum at each column of a line.
+        """
         flat = fine.reshape(-1)
         outside = flat.new_full((1,), OUTSIDE_MM)
         crossed = torch.cat((flat, outside)).index_select(0, self.crossed.view(-1)).view(self.crossed.shape)

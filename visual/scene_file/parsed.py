@@ -105,6 +105,12 @@ class Description:
     integrator: str | None
     max_depth: int | None
 
+    @property
+    def plate_alone(self) -> bool:
+        """Whether the scene holds no shape but the plate and those that shine."""
+        shining = {light.shape.node for light in self.lights if light.shape is not None}
+        return self.shapes == 1 + len(shining)
+
 
 def children(nodes: Any, index: int) -> Iterator[int]:
     """Numbers of the nodes that a node of a parsed scene refers to, in the file's order."""

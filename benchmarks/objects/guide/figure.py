@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from benchmarks.objects.views import image_of, perspective
 from benchmarks.shared.common import DOCS
 from relief.ground.arrays import Array
 from relief.ground.srgb import srgb
@@ -96,15 +97,7 @@ def scene(file: Path, high: Array, shot: Shot) -> dict[str, Any]:
     return {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": 4},
-        "sensor": {
-            "type": "perspective",
-            "fov": FIELD_DEG,
-            "to_world": mi.ScalarTransform4f().look_at(
-                origin=(middle + towards).tolist(), target=middle.tolist(), up=[0.0, 0.0, 1.0]
-            ),
-            "film": {"type": "hdrfilm", "width": WIDTH, "height": HEIGHT, "pixel_format": "rgb"},
-            "sampler": {"type": "independent", "sample_count": SAMPLES},
-        },
+        "sensor": perspective(middle + towards, middle, FIELD_DEG, (WIDTH, HEIGHT), "rgb", SAMPLES),
         "lamp": {
             "type": "sphere",
             "center": (middle + radius * np.array([-3.2, -1.2, 3.4])).tolist(),
@@ -140,7 +133,7 @@ def picture(folder: Path, shot: Shot) -> Image.Image:
     with tempfile.TemporaryDirectory() as where:
         file = write_parts(Path(where) / "part.ply", [Part("part", body)])
         pixels = np.array(mi.render(mi.load_dict(scene(file, body.vertices.max(axis=0), shot))))
-    return Image.fromarray((255.0 * np.clip(srgb(pixels, 0.9), 0.0, 1.0) + 0.5).astype(np.uint8))
+    return image_of(srgb(pixels, 0.9))
 
 
 def main() -> None:

@@ -23,13 +23,14 @@ import tempfile
 from argparse import Namespace
 from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 from benchmarks.objects.bundled import TEXTURE, on_plate, tile_of
 from benchmarks.objects.parts.clients import looked_at
-from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, put, save, table
+from benchmarks.shared.common import DOCS, ROOT, kept, load, parser_of, publish, table
 from relief.ground.arrays import Array
 from relief.solids.meshes import read_mesh
 
@@ -136,14 +137,9 @@ def main() -> None:
         parser.error(f"{', '.join(sorted(unknown))}: not among {', '.join(NAMES)}")
     plate = None if options.unfelt else on_plate(tile_of(TEXTURE))
     for name in options.names or NAMES:
-        rows = load(RESULT).get("parts", {})
-        if name not in rows or options.again:
-            rows[name] = measured(name, options, plate)
-            save(RESULT, {"machine": machine(), "parts": dict(sorted(rows.items()))})
-            print(name, rows[name], flush=True)
-    text = table(HEAD, [_line(name, row) for name, row in load(RESULT)["parts"].items()])
-    put(DOCS / "evidence" / "objects.md", "parts", COMMAND, text + "\n")
-    print(text)
+        kept(RESULT, "parts", name, partial(measured, name, options, plate), options.again)
+    text = table(HEAD, [_line(name, row) for name, row in sorted(load(RESULT)["parts"].items())])
+    publish(DOCS / "evidence" / "objects.md", "parts", COMMAND, text)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from optimize.verification.picture_metrics import rms_change
 from retouch.laboratory.training.look_setup import net_figures, studio_sky
-from surrogate.nets.weights import has_weights, load_net
+from surrogate.nets.weights import load_net
 from tests.tactile.reliefs import SIZE, waves
 from tests.visual.scenes import PLASTIC, sun, write_scene
 from visual.fast.ambient_net import KIND
@@ -88,7 +88,6 @@ def test_adam_goes_down_by_it(problem: Problem) -> None:
     assert 0.0 < change_of_look(problem, descent.best.heights) < 25.0
 
 
-@pytest.mark.skipif(not has_weights(KIND), reason="the package holds no rendering net")
 def test_the_net_that_is_shipped_makes_of_its_sample_what_its_card_tells() -> None:
     net, card = load_net(KIND)
     assert card.sample

@@ -31,7 +31,8 @@ def test_it_makes_a_data_set_and_says_so(tmp_path: Path, capsys: pytest.CaptureF
     assert told == f"{out}: 2 textures with their fields, 0 without\n"
     assert "shard 0: 2 of 2 textures\n" in shown
     found = open_fieldset(out)
-    assert found.finished and found.request.touch == "layer" and found.request.samples == 128
+    assert len(found.shards) == found.request.shards
+    assert found.request.touch == "layer" and found.request.samples == 128
     assert main(["dataset", "-o", str(out), "-q", *FEW]) == 0
     assert capsys.readouterr() == ("", "")
     assert main(["dataset", "-o", str(out), "--json", *FEW]) == 0

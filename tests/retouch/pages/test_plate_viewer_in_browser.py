@@ -20,6 +20,7 @@ from tests.retouch.pages.plausible import SIZE_MM, plausible, relief, with_sides
 from tests.visual.scenes import ALBEDO, RADIANCE, sky, sun, write_scene
 from visual.matte import Lamp, MatteScene
 from visual.scene import Scene, load_scene
+from visual.scene_looks import FastLook
 
 pytestmark = [
     pytest.mark.slow,
@@ -133,7 +134,7 @@ def test_it_is_as_bright_as_the_fast_look(
     def scene(*lights: str) -> Scene:
         return load_scene(write_scene(tmp_path, reliefs[0], lights, rows=SIDE, cols=SIDE), relief=original)
 
-    lit = scene(*suns).fast_renderer().pictures(torch.as_tensor(reliefs[0])).numpy()
+    lit = FastLook(scene(*suns)).renderer.pictures(torch.as_tensor(reliefs[0])).numpy()
     around = scene(sky()).render(samples=256).numpy()[0]
     browser.open(page_of(repeats), 1280)
     assert browser.evaluate(LIVE) == "live"

@@ -13,6 +13,7 @@ from tests.visual.exact.test_view import OBLIQUE
 from tests.visual.scenes import ABOVE, PLASTIC, SIDE, Array, hills, sky, sun, waves
 from visual.explain import explain_scene
 from visual.scene import Scene
+from visual.scene_looks import FastLook
 
 FILTERS = ("gaussian", "lanczos")
 STRIPES = waves((9, 4), 0.3)
@@ -96,7 +97,7 @@ def test_jacobians_of_the_fast_look_go_through_the_filter(scene_of: Callable[...
     from visual.fast.jacobian import FastView
 
     heights, change = hills(), waves((3, 2), 0.0)
-    view = FastView(scene_of(sun(35), rfilter="gaussian").fast_renderer())
+    view = FastView(FastLook(scene_of(sun(35), rfilter="gaussian")).renderer)
     result = view.evaluate(heights)
     weights = np.kron(1.0 + STRIPES, np.ones((2, 2)))
     slope = float(weights.ravel() @ (result.jacobians[0] @ change.ravel()))

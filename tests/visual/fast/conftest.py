@@ -21,6 +21,7 @@ from visual.fast.bsdf_table import ambient_table
 from visual.fast.renderer import FastRenderer
 from visual.scene import Scene
 from visual.scene_file.check import check_scene
+from visual.scene_looks import FastLook
 
 STUDIO = Path(__file__).resolve().parents[3] / "mitsuba_scenes" / "studio.xml"
 SIDE = 32
@@ -64,4 +65,4 @@ def with_net(neutral_net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def two_lights(scene_of: Callable[..., Scene]) -> FastRenderer:
     """A renderer of two parallel lights without ambient light."""
     lights = (sun(35.0, 20.0), sun(50.0, 145.0))
-    return scene_of(*lights, heights=waves(SIDE, 1.5).numpy()).fast_renderer()
+    return FastLook(scene_of(*lights, heights=waves(SIDE, 1.5).numpy())).renderer

@@ -31,6 +31,7 @@ from visual.fast.refinement import refined
 from visual.fast.shadow_sweep import shadow_sweep
 from visual.scene import Scene, load_scene
 from visual.scene_file.fitting import scene_relief
+from visual.scene_looks import FastLook
 
 DOUBLE = torch.float64
 BOTH, ALONG_X, ALONG_Y, NEITHER = (True, True), (False, True), (True, False), (False, False)
@@ -59,16 +60,16 @@ def test_clearances_of_a_tile_are_those_of_the_middle_of_nine(
     down, across = (3 if wraps else 1 for wraps in repeats)
     many = np.tile(OBLONG, (down, across))
     block = Surface(many.shape, across * SIZE_MM)
-    truth = shadow_sweep(block, light, DOUBLE).clearance(refined(torch.as_tensor(many)))
+    truth = shadow_sweep(block, light, DOUBLE).trace(refined(torch.as_tensor(many)))[0]
     top, left = (down // 2) * 2 * rows, (across // 2) * 2 * cols
     truth = truth[top : top + 2 * rows + 1, left : left + 2 * cols + 1]
     sweep = shadow_sweep(Surface(OBLONG.shape, SIZE_MM, repeats), light, DOUBLE, OBLONG.shape)
-    ours = sweep.clearance(refined(torch.as_tensor(OBLONG), repeats))
+    ours = sweep.trace(refined(torch.as_tensor(OBLONG), repeats))[0]
     # Beside an axis that ends no corner is before the first; far below zero both are dark.
     seen = truth < 1e3
     torch.testing.assert_close(ours[seen], truth[seen], atol=1e-9, rtol=0.0)
     alone = shadow_sweep(Surface(OBLONG.shape, SIZE_MM), light, DOUBLE)
-    assert bool(((alone.clearance(refined(torch.as_tensor(OBLONG))) > 0.0) != (ours > 0.0)).any())
+    assert bool(((alone.trace(refined(torch.as_tensor(OBLONG)))[0] > 0.0) != (ours > 0.0)).any())
 
 
 def test_pictures_of_a_tile_are_those_of_mitsuba(tile_of: Callable[..., Scene], truths: Truths) -> None:
@@ -110,7 +111,7 @@ def test_jacobian_and_gradient_are_those_of_small_changes(
 ) -> None:
     random, shape = np.random.default_rng(1), (rows, SIDE)
     scene = tile_of(sun(25, 20), sun(40, 145), heights=hills(), repeats=repeats, rfilter=rfilter)
-    look = replace(scene.fast_renderer(), surface=Surface(shape, SIZE_MM, repeats))
+    look = replace(FastLook(scene).renderer, surface=Surface(shape, SIZE_MM, repeats))
     heights, direction = hills()[:rows] + 0.02 * random.normal(size=shape), random.normal(size=shape)
     view = FastView(look)
     jacobians = view.evaluate(heights).jacobians
@@ -128,7 +129,7 @@ def test_jacobian_and_gradient_are_those_of_small_changes(
 
 
 def test_the_gradient_of_ambient_light_goes_through_the_seam(tile_of: Callable[..., Scene]) -> None:
-    ambient = tile_of(sky(IRRADIANCE), heights=hills(), material=PLASTIC).fast_renderer().ambient
+    ambient = FastLook(tile_of(sky(IRRADIANCE), heights=hills(), material=PLASTIC)).renderer.ambient
     surface, random = Surface(OBLONG.shape, SIZE_MM, BOTH), np.random.default_rng(2)
     assert ambient is not None
     seam = np.zeros(OBLONG.shape)

@@ -68,7 +68,7 @@ def test_points_lie_in_light_where_no_ray_is_blocked(azimuth: int, mi: ModuleTyp
     heights, plate = waves(SIDE, 2.0).numpy(), plate_topology(SIDE, SIDE, SIZE)
     light = toward(25.0, azimuth)
     fine = refined(torch.as_tensor(heights))
-    clearance = shadow_sweep(PLATE, light, DOUBLE).clearance(fine).numpy()
+    clearance = shadow_sweep(PLATE, light, DOUBLE).trace(fine)[0].numpy()
     random = np.random.default_rng(azimuth)
     rows, cols = random.integers(1, 2 * SIDE, (2, 200))
     spacing = SIZE / (2 * SIDE)
@@ -111,7 +111,7 @@ def test_the_clearance_of_a_corner_changes_with_its_occluders(azimuth: float) ->
     corners = torch.arange(7, fine.numel(), 101)
     occluders, weights = sweep.occluders(highest_column, corners)
     along = torch.as_tensor(np.random.default_rng(1).normal(size=fine.shape))
-    moved = (sweep.clearance(fine + 1e-6 * along) - clearance) / 1e-6
+    moved = (sweep.trace(fine + 1e-6 * along)[0] - clearance) / 1e-6
     values = torch.cat((along.flatten(), torch.zeros(1, dtype=DOUBLE)))
     expected = along.flatten()[corners] - (weights * values[occluders]).sum(0)
     close = (moved.flatten()[corners] - expected).abs() < 1e-4
