@@ -22,7 +22,7 @@ from relief.ground.limits import MOST_MESH_PLACES, PATCH_SIDE_MM
 from relief.ground.progress import Progress, say, stage
 from relief.patches import Patches
 from relief.places import centres_mm, places
-from relief.printers import Printer, find_printer
+from relief.printers import Printer
 from relief.relief import Relief
 from relief.solids.export.printed_parts import PrintedPart, print_part
 from relief.solids.mending.repair import mended
@@ -31,7 +31,7 @@ from relief.solids.objects.table import OBJECTS
 from relief.surface import Repeats
 from retouch.pages.objects.mesh_colouring import write_coloured
 from retouch.verbs.progress_display import followed
-from retouch.verbs.reliefs import Source, refuse, relief_of
+from retouch.verbs.reliefs import Source, printer_of, refuse, relief_of
 from tactile.jnd import jnd_unless_smooth
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
@@ -212,7 +212,7 @@ def evaluate(
                 raise InputError("on_shape: needs the solid before its texture; state without_texture")
             if on_shape and model == "net":
                 raise InputError('on_shape: the net is trained for flat objects; use model "layer"')
-            made_by = find_printer(printer) if isinstance(printer, str) else printer
+            made_by = printer_of(printer)
             return _of_solid(relief, without_texture, model, finger, name, colours, made_by, on_shape)
     of_solids = {"units": units, "without_texture": without_texture, "colours": colours}
     refuse("print files", of_solids | {"on_shape": on_shape or None})

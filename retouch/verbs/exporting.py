@@ -15,11 +15,11 @@ from relief.ground.formats import DISPLACEMENT
 from relief.ground.lengths import Lengths
 from relief.ground.limits import BASE_MM, SMALLEST_RELIEF_MM
 from relief.heightmap import check_scales, save_heights_png
-from relief.printers import Printer, find_printer
+from relief.printers import Printer
 from relief.relief import Relief
 from relief.solids.export.plate import export_plate, repeated
 from relief.surface import repeats_along
-from retouch.verbs.reliefs import Source, relief_of
+from retouch.verbs.reliefs import Source, printer_of, relief_of
 
 _log = logging.getLogger(__name__)
 
@@ -114,7 +114,7 @@ def export(
     tile = relief_of(source, **lengths)
     heights = repeated(tile.heights, repeat, tile.name)
     whole = Relief(heights, tile.width_mm * repeat[1], name=tile.name, printer=tile.printer)
-    made_by = find_printer(printer) if isinstance(printer, str) else printer
+    made_by = printer_of(printer)
     whole = whole if made_by is None else whole.printed(made_by)
     whole = replace(whole, repeats=tile.repeats)
     with permitted(out):

@@ -29,12 +29,17 @@ def relief_of(
     Raises:
         InputError: as of `Relief.read`; or an argument that a value has already.
     """
-    made_by = find_printer(printer) if isinstance(printer, str) else printer
+    made_by = printer_of(printer)
     if isinstance(source, str | os.PathLike):
         return Relief.read(find_texture(source), repeats=repeats, printer=made_by, **lengths)
     relief = as_relief(source, lengths.pop("size_mm", None), repeats=repeats)
     refuse("files", lengths)
     return relief if made_by is None else relief.printed(made_by)
+
+
+def printer_of(printer: str | Printer | None) -> Printer | None:
+    """The printer that an argument of a verb names. Raises InputError."""
+    return find_printer(printer) if isinstance(printer, str) else printer
 
 
 def refuse(kind: str, values: Mapping[str, object]) -> None:

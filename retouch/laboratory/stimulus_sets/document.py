@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 import tactile
-from optimize.run_directory.key import read_verification
+from optimize.run_directory.finished_run import read_verification
 from optimize.run_directory.pictures import read_grey
 from retouch.laboratory.stimulus_sets import prediction
 from retouch.laboratory.stimulus_sets.levels import CONTACT, CONTROLS, ROUGHNESS, PlateRow

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from optimize.run_directory.finished_run import read_result
 from relief.ground.files import write_atomically
 from relief.ground.locks import only_writer
 from relief.ground.progress import say, stage
-from relief.relief import Relief
 from retouch.laboratory.stimulus_sets import document as documents
 from retouch.laboratory.stimulus_sets.controls import check_sources, make_controls
 from retouch.laboratory.stimulus_sets.levels import plate_rows, write_study_file
@@ -99,7 +99,7 @@ def _make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None, began
     textures, files = [], list[Path]()
     for name in stimuli.names:
         own = [plate for plate in done if plate.of.texture == name]
-        tiles = {plate.of.label: Relief.read(plate.folder / "heights.exr", repeats=False) for plate in own}
+        tiles = {plate.of.label: read_result(plate.folder, repeats=False) for plate in own}
         printed = write_plates(out, name, tiles, stimuli.print, stimuli.printer) if tiles else []
         files += printed
         with stage(f"pairs of {name}"):

@@ -10,6 +10,7 @@ import numpy as np
 from markupsafe import Markup
 from PIL import Image
 
+from optimize.run_directory.finished_run import read_result
 from optimize.run_directory.key import REPORT
 from relief.relief import Relief
 from retouch.laboratory.stimulus_sets.document import RENDERS
@@ -77,7 +78,7 @@ def _spot(folder: Path, label: str, plate_mm: float) -> Markup | None:
     first = next(iter(sorted((folder / RENDERS).glob(f"*{PNG_AFTER}"))), None)
     if first is None:
         return None
-    tile = Relief.read(folder / "heights.exr", repeats=False)
+    tile = read_result(folder, repeats=False)
     whole = Image.fromarray(
         cut_square(np.asarray(Image.open(first).convert("L")), tile.width_mm, plate_mm)[0]
     )
