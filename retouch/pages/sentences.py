@@ -1,6 +1,8 @@
-"""Clauses about differences of feel, as the screen and pages show them."""
+"""Clauses and tables about differences of feel, as the screen and pages show them."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from relief.ground.formatting import number
@@ -8,6 +10,21 @@ from tactile.jnd import tries_of_100
 
 if TYPE_CHECKING:
     from optimize.verification.verification import Fingers, Measured
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """A table between lines of text.
+
+    Attributes:
+        columns: heading and kind of each, as of `retouch.commands.options.table`.
+        rows: cells of each.
+        gap: spaces between columns.
+    """
+
+    columns: Sequence[tuple[str, str]]
+    rows: Sequence[Sequence[str]]
+    gap: int = 3
 
 
 def jnd_in_words(jnd: float) -> str:

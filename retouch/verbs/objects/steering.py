@@ -16,7 +16,7 @@ from retouch.verbs.objects.wrap_task import WrapOptions, task_of
 from retouch.verbs.reliefs import Source
 
 DRAFT_FACES = 20_000
-"""Triangles by which it is told how an object bends in a region: its curvature needs no texture."""
+"""Triangles on which the curvature of an object in a region is measured: it needs no texture."""
 LARGEST_JND = 10.0
 """Largest change of feel that is asked for, in just-noticeable differences."""
 
@@ -47,7 +47,7 @@ class Steered:
     curved_y_mm: float | None
 
     def as_json(self) -> dict[str, Any]:
-        """What `retouch wrap --json` tells of it."""
+        """The tile as `retouch wrap --json` has it."""
         return {**vars(self), "run": str(self.run)}
 
 
@@ -84,11 +84,12 @@ def with_steered(
             raise InputError(f"region: a change of {jnd:+g} JND is 0, or more than {LARGEST_JND:g}")
         if folder.exists():
             raise InputError(f"{folder}: exists already; remove it, or write to another file (-o)")
-    made = {number: _steered(file, mesh, *of, options) for number, of in wanted.items()}
-    tiles = [
-        (mask, made[number].run if number in made else tile) for number, (mask, tile) in enumerate(regions, 1)
+    tiles = {number: _steered(file, mesh, *region, options) for number, region in wanted.items()}
+    replaced = [
+        (mask, tiles[number].run if number in tiles else tile)
+        for number, (mask, tile) in enumerate(regions, 1)
     ]
-    return cast("WrapOptions", {**options, "regions": tiles}), list(made.values())
+    return cast("WrapOptions", {**options, "regions": replaced}), list(tiles.values())
 
 
 def _file_of(texture: Source) -> Path:
@@ -124,5 +125,5 @@ def _steered(
     from retouch.verbs.runs import optimize
 
     result = optimize(run_from_scene(find_file(DEFAULT_SCENE, ".xml"), file, changes), folder)
-    reached = result.verification.as_json()["touch"]["jnd_from_original"]
+    reached = result.verification.touch.jnd_from_original
     return Steered(mask, jnd, reached, folder, radii["curved_x_mm"], radii["curved_y_mm"])
