@@ -31,7 +31,9 @@ if TYPE_CHECKING:
     from retouch.verbs.previews import save_preview
     from retouch.verbs.rendering import Rendering, explain, render
     from retouch.verbs.runs import forecast, optimize, resume
-    from retouch.verbs.scanning import MeasuredPrinter, ScannedPrint, coupon, scan, scan_coupon
+    from retouch.verbs.scans.coupons import MeasuredPrinter, coupon, scan_coupon
+    from retouch.verbs.scans.scanned_print import ScannedPrint
+    from retouch.verbs.scans.scanning import scan
     from retouch.verbs.stimulus_plates import redraw_stimuli, stimuli
     from retouch.verbs.studying import StudyTables, list_studies, study
     from surrogate.data.field_set import open_fieldset

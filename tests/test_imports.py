@@ -76,7 +76,7 @@ _ALLOWED = {
     "retouch": (
         "optimize.estimates optimize.runs optimize.settings relief relief.ground relief.preparing "
         "relief.solids.export retouch.laboratory.stimulus_sets retouch.verbs retouch.verbs.objects "
-        "surrogate.data tactile visual visual.scene_file"
+        "retouch.verbs.scans surrogate.data tactile visual visual.scene_file"
     ),
     "retouch.__main__": "optimize.runs retouch.commands",
     "retouch.app": (
@@ -142,7 +142,7 @@ _ALLOWED = {
     "retouch.verbs": (
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification optimize.verification.solids relief relief.ground relief.preparing "
-        "relief.scans relief.solids.export relief.solids.mending relief.solids.meshes relief.solids.objects "
+        "relief.solids.export relief.solids.mending relief.solids.meshes relief.solids.objects "
         "retouch.laboratory.people retouch.laboratory.people.skin_fit retouch.laboratory.stimulus_sets "
         "retouch.laboratory.studies retouch.laboratory.training retouch.laboratory.workers retouch.pages "
         "retouch.pages.objects surrogate.corpus surrogate.data surrogate.nets tactile visual visual.backend "
@@ -153,6 +153,7 @@ _ALLOWED = {
         "relief.solids.mending relief.solids.meshes relief.solids.objects relief.solids.wrapping "
         "retouch.pages.objects retouch.verbs"
     ),
+    "retouch.verbs.scans": "relief relief.ground relief.scans retouch.pages retouch.verbs tactile",
 }
 ALLOWED = {room: set(names.split()) for room, names in _ALLOWED.items()}
 """Rooms that each room may import: what it builds on, and never what builds on it."""

@@ -19,15 +19,14 @@ import numpy as np
 import torch
 
 import tactile
+from optimize.run_directory.finished_run import read_result
 from optimize.settings.run_file import run_from_scene
-from relief.heightmap import load_heights
 from retouch.laboratory.studies.engine import compute, row_folder
 from retouch.laboratory.studies.row_key import row_key
 from retouch.laboratory.studies.rows import Expanded, Row, Table
 from retouch.laboratory.training.fields import STUDIO
 from retouch.laboratory.workers.choice import runner
 from retouch.verbs.progress_display import shown
-from retouch.verbs.subjects import RESULT
 from surrogate.corpus import recipes as corpus
 from surrogate.corpus.manifest import MANIFEST_FILE, entry, write_manifest
 from surrogate.corpus.optimised import checksum, load, store
@@ -58,7 +57,7 @@ def main() -> None:
     found = []
     for name, one in rows.items():
         if one.key in done.records:
-            heights = load_heights(row_folder(folder / RUNS, one) / RESULT)
+            heights = read_result(row_folder(folder / RUNS, one)).heights
             kept = store(folder, name, heights, textures[name].source)
             found.append(entry(kept, load(folder, kept)))
     write_manifest(folder / MANIFEST_FILE, found)

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 import textwrap
 import time
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ from retouch.laboratory.people.comparisons import Question
 from retouch.laboratory.people.plan import plan
 from retouch.laboratory.people.plates import SetPlate, levels_of, read_plates
 from retouch.laboratory.people.reading import ROUGHER, Pair
-from retouch.laboratory.people.skin_fit.proposal import held_out, proposal
+from retouch.laboratory.people.skin_fit.proposal import fitted_skin, held_out
 from retouch.laboratory.people.skin_fit.tried_fingers import (
     DEPTHS,
     STIFFNESS,
@@ -120,18 +121,18 @@ def experiment(number: int, felt: Felt, plates: dict[str, SetPlate]) -> dict[str
     values = interpolated(felt)
     question = told(plates, values(stiffness, depth), number, rng)
     began = time.process_time()
-    fitted = proposal(fitted_logs(question, felt), Skin())["fitted"]
+    fitted, _ = fitted_skin(fitted_logs(question, felt), Skin())
     cpu_s = time.process_time() - began
     held = held_out(question, felt, plates)
     name = list(NAMED)[number % len(NAMED)]
-    best = fingers(told(plates, values(*NAMED[name]), number, rng), plates)["fingers"]
+    best = fingers(told(plates, values(*NAMED[name]), number, rng), plates)
     return {
         "truth": {"young_modulus_mpa": 0.5 * stiffness, "depth_mm": 0.75 * depth},
-        "fitted": fitted,
-        "held_out": held,
+        "fitted": [one.as_json() for one in fitted],
+        "held_out": None if held is None else asdict(held),
         "named": name,
-        "best": best[0]["name"],
-        "behind_of_named": next(one["behind"] for one in best if one["name"] == name),
+        "best": best[0].name,
+        "behind_of_named": next(one.behind for one in best if one.name == name),
         "cpu_s": cpu_s,
     }
 

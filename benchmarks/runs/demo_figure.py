@@ -14,13 +14,10 @@ from benchmarks.runs.demo import rows_of
 from benchmarks.shared.common import IMAGES, folder_named
 from benchmarks.shared.scenes import picture
 from benchmarks.shared.studies import Row, folder_of
-from optimize.run_directory.key import SETTINGS
-from optimize.settings.run_file import load_run
+from optimize.run_directory.finished_run import FinishedRun
 from optimize.verification.picture_metrics import mean_change
 from relief.ground.arrays import Array
 from relief.ground.srgb import srgb
-from relief.heightmap import load_heights
-from retouch.verbs.subjects import RESULT
 from visual.scene import load_scene
 
 JND = 2
@@ -58,10 +55,9 @@ def main() -> None:
 
 def pictures(study: Path, *rows: Row) -> list[Array]:
     """Pictures of the original and of the results of rows that have the same original."""
-    folders = [folder_of(study, row) for row in rows]
-    run = load_run(folders[0] / SETTINGS)
-    scene = load_scene(run.scene, texture=run.texture)
-    reliefs = [scene.heights, *(load_heights(folder / RESULT) for folder in folders)]
+    runs = [FinishedRun.read(folder_of(study, row)) for row in rows]
+    scene = load_scene(runs[0].settings.scene, texture=runs[0].settings.texture)
+    reliefs = [scene.heights, *(run.result.heights for run in runs)]
     return [picture(scene, heights, RESOLUTION, SAMPLES) for heights in reliefs]
 
 

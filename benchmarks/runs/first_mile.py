@@ -26,7 +26,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from benchmarks.shared.common import IMAGES, load, machine, parser_of, save, table
-from optimize.run_directory.key import read_verification
+from optimize.run_directory.finished_run import read_verification
 from relief.ground.files import write_atomically
 from relief.ground.limits import PATCH_SIDE_MM
 from relief.heightmap import load_heights

@@ -20,11 +20,8 @@ import tactile
 from benchmarks.shared.charts import FAINT, frame, pyplot, style, write
 from benchmarks.shared.common import IMAGES, load, machine, save, study_given, table
 from benchmarks.shared.studies import Row, folder_of, rows_in
-from optimize.run_directory.key import SETTINGS
-from optimize.settings.run_file import load_run
+from optimize.run_directory.finished_run import FinishedRun
 from relief.ground.arrays import Array
-from relief.ground.formats import RUN_HEIGHTS
-from relief.heightmap import load_heights
 from tactile.jnd import ROUGHNESS_JND
 
 CASES = ("gravel+2", "brick+2", "grass-2")
@@ -46,9 +43,8 @@ def main() -> None:
 
 def measured(study: Path, row: Row) -> dict[str, Any]:
     """How the result of a row feels to each skin, and what it cost."""
-    folder = folder_of(study, row)
-    texture = load_run(folder / SETTINGS).texture
-    before, after = (by_skin(load_heights(file)) for file in (texture, folder / RUN_HEIGHTS))
+    run = FinishedRun.read(folder_of(study, row))
+    before, after = by_skin(run.original.heights), by_skin(run.result.heights)
     off = np.log(after / before) / np.log(ROUGHNESS_JND)
     return {
         "reason": row["reason"],

@@ -16,13 +16,10 @@ import numpy as np
 
 from benchmarks.shared.common import DOCS, load, machine, publish, save, study_given, table
 from benchmarks.shared.studies import Row, folder_of, rows_in
-from optimize.run_directory.key import SETTINGS, read_verification
-from optimize.settings.run_file import load_run
+from optimize.run_directory.finished_run import FinishedRun
 from optimize.settings.skins import load_skin
 from relief.ground.arrays import Array
-from relief.ground.formats import RUN_HEIGHTS
 from relief.ground.progress import say
-from relief.heightmap import load_heights
 from relief.places import places
 from relief.relief import Relief
 from tactile.jnd import jnd_apart
@@ -58,13 +55,10 @@ def main() -> None:
 
 def told(study: Path, row: Row) -> dict[str, Any]:
     """What a run of the study came to, and how its change feels to every finger, JND at each place."""
-    folder = folder_of(study, row)
-    run, result = load_run(folder / SETTINGS), read_verification(folder)
-    assert result is not None
-    all_over = result.touch.places
+    run = FinishedRun.read(folder_of(study, row))
+    all_over = run.verification.touch.places
     assert all_over is not None
-    files = (run.texture, folder / RUN_HEIGHTS)
-    before, after = (load_heights(file) for file in files)
+    before, after = run.original.heights, run.result.heights
     return {
         "texture": row["texture"],
         "jnd": row["touch.jnd"],
@@ -72,7 +66,7 @@ def told(study: Path, row: Row) -> dict[str, Any]:
         "least_jnd": all_over.jnd_min,
         "largest_jnd": all_over.jnd_max,
         "farthest_jnd": all_over.farthest_from_target_jnd,
-        "mean_jnd": result.touch.jnd_from_original,
+        "mean_jnd": run.verification.touch.jnd_from_original,
         "rms_percent": row["change_rms_percent"],
         "cpu_s": row["cpu_s"],
         "steps": row["steps"],

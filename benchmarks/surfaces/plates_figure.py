@@ -14,7 +14,7 @@ from benchmarks.shared.charts import INK, pyplot, style, write
 from benchmarks.shared.common import IMAGES, folder_named
 from benchmarks.shared.studies import committed, folder_of
 from benchmarks.surfaces.plates import NAMES, PLATE_MM, TEXTURES
-from optimize.run_directory.key import read_verification
+from optimize.run_directory.finished_run import read_verification
 from optimize.verification.verification import Places
 from relief.heightmap import load_heights
 from relief.shading import facing

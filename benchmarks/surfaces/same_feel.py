@@ -16,7 +16,8 @@ from benchmarks.shared.charts import pyplot, style, write
 from benchmarks.shared.common import IMAGES, folder_named, table
 from benchmarks.shared.scenes import picture
 from benchmarks.shared.studies import Row, committed, folder_of
-from optimize.run_directory.key import SETTINGS, read_verification
+from optimize.run_directory.finished_run import read_verification
+from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import Run, load_run
 from relief.ground.arrays import Array
 from relief.ground.formats import RUN_HEIGHTS

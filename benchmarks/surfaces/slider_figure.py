@@ -15,12 +15,9 @@ from benchmarks.shared.charts import FAINT, INK, frame, pyplot, style, write
 from benchmarks.shared.common import IMAGES, folder_named, load
 from benchmarks.shared.scenes import picture
 from benchmarks.shared.studies import folder_of, rows_in
-from optimize.run_directory.key import SETTINGS
-from optimize.settings.run_file import load_run
+from optimize.run_directory.finished_run import FinishedRun
 from relief.ground.arrays import Array
-from relief.ground.formats import RUN_HEIGHTS
 from relief.ground.srgb import srgb
-from relief.heightmap import load_heights
 from visual.scene import load_scene
 
 IMAGE = IMAGES / "slider.png"
@@ -35,10 +32,9 @@ LINES: dict[str, tuple[str, dict[str, Any]]] = {
 
 def main() -> None:
     study = folder_named(__doc__, "STUDY")
-    folder = next(folder_of(study, row) for row in rows_in(study) if row["case"] == "slider")
-    run = load_run(folder / SETTINGS)
-    scene = load_scene(run.scene, texture=run.texture)
-    reliefs = (scene.heights, load_heights(folder / RUN_HEIGHTS))
+    run = next(FinishedRun.read(folder_of(study, row)) for row in rows_in(study) if row["case"] == "slider")
+    scene = load_scene(run.settings.scene, texture=run.settings.texture)
+    reliefs = (scene.heights, run.result.heights)
     looks = [picture(scene, heights, RESOLUTION) for heights in reliefs]
     draw(looks, load("varied")["slider"]["places"], scene.size_mm)
     print(IMAGE)

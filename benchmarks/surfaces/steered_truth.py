@@ -19,13 +19,10 @@ from benchmarks.shared.studies import Row, folder_of, rows_in
 from benchmarks.skin.operators import felt
 from benchmarks.skin.round_truth import TETRAHEDRA, TETRAHEDRA_PITCH_MM, TRUTH
 from benchmarks.touch.round_tetrahedra import round_tetrahedra
-from optimize.run_directory.key import SETTINGS
-from optimize.settings.run_file import load_run
+from optimize.run_directory.finished_run import FinishedRun
 from optimize.settings.skins import load_skin
 from relief.ground.arrays import Array
-from relief.ground.formats import RUN_HEIGHTS
 from relief.ground.progress import say
-from relief.heightmap import load_heights
 from relief.patches import Patches, samples_of
 from relief.places import places
 from relief.relief import Relief
@@ -84,11 +81,8 @@ def operators() -> Iterator[tuple[str, float, Callable[[], SkinOperator]]]:
 
 def _sides(study: Path, row: Row) -> tuple[Relief, Relief]:
     """Original and result of a row."""
-    folder = folder_of(study, row)
-    before, after = (
-        load_heights(file) for file in (load_run(folder / SETTINGS).texture, folder / RUN_HEIGHTS)
-    )
-    return Relief(before, TILE_MM, (True, True)), Relief(after, TILE_MM, (True, True))
+    run = FinishedRun.read(folder_of(study, row))
+    return run.original, run.result
 
 
 def _patches(relief: Relief, pitch_mm: float) -> Array:

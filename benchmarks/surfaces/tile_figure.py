@@ -12,15 +12,10 @@ from benchmarks.shared.common import IMAGES, folder_named
 from benchmarks.shared.scenes import picture
 from benchmarks.shared.studies import Row, folder_of
 from benchmarks.surfaces.tiles import ALL, ONE, cases
-from optimize.run_directory.key import SETTINGS
-from optimize.settings.run_file import load_run
+from optimize.run_directory.finished_run import FinishedRun
 from relief.ground.arrays import Array
-from relief.ground.limits import PATCH_SIDE_MM
 from relief.ground.srgb import srgb
-from relief.heightmap import load_heights
 from relief.places import places
-from relief.relief import Relief
-from retouch.verbs.subjects import RESULT
 from tactile.jnd import ROUGHNESS_JND
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
@@ -37,22 +32,19 @@ KINDS = ((ONE, "steered at one place"), (ALL, "steered all over"), ("scaled", "s
 def main() -> None:
     by = cases()[TEXTURE, JND]
     study = folder_named(__doc__, "STUDY")
-    run = load_run(folder_of(study, by[ALL]) / SETTINGS)
-    scene = load_scene(run.scene, relief=run.relief(PATCH_SIDE_MM))
-    reliefs = [scene.heights, *(load_heights(folder_of(study, by[kind]) / RESULT) for kind, _ in KINDS)]
+    runs = {kind: FinishedRun.read(folder_of(study, by[kind])) for kind, _ in KINDS}
+    run = runs[ALL]
+    scene = load_scene(run.settings.scene, relief=run.original)
+    reliefs = [run.original, *(each.result for each in runs.values())]
     at = places(scene.surface, SPACING_MM)
     side = round(len(at) ** 0.5)
     felt = [
-        measure_touch(
-            Relief(heights, scene.size_mm, run.axes_repeat),
-            run.touch.finger,
-            "layer",
-            quantities=(ROUGHNESS,),
-            at=at,
-        ).values[ROUGHNESS.name]
-        for heights in reliefs
+        measure_touch(relief, run.settings.touch.finger, "layer", quantities=(ROUGHNESS,), at=at).values[
+            ROUGHNESS.name
+        ]
+        for relief in reliefs
     ]
-    looks = [picture(scene, heights, RESOLUTION) for heights in reliefs]
+    looks = [picture(scene, relief.heights, RESOLUTION) for relief in reliefs]
     jnd = [np.log(values / felt[0]).reshape(side, side) / np.log(ROUGHNESS_JND) for values in felt]
     # A place is the first row and column under a finger; the finger's middle is half a tile further.
     maps = [np.roll(field, side // 2, (0, 1)) for field in jnd]

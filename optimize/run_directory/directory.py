@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from optimize.run_directory.finished_run import holds_run
 from optimize.run_directory.key import SETTINGS
-from optimize.run_directory.results import WRITTEN, holds_run
+from optimize.run_directory.results import WRITTEN
 from relief.ground.errors import InputError
 from relief.ground.files import partial_folders, remove_partial
 from relief.ground.locks import only_writer

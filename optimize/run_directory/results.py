@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from optimize.descent.problem import Problem
-from optimize.run_directory.checkpoint import FILE as CHECKPOINT
 from optimize.run_directory.clock import Moment
+from optimize.run_directory.finished_run import MARK
 from optimize.run_directory.history import HISTORY
 from optimize.run_directory.key import REPORT, RESULT, SETTINGS
 from optimize.run_directory.pictures import write_pictures
@@ -16,30 +16,18 @@ from optimize.verification.summarising import summarise
 from optimize.verification.verification import Verification
 from relief.ground.arrays import Array
 from relief.ground.files import write_atomically
-from relief.ground.formats import PLATES
+from relief.ground.formats import PLATES, RUN_HEIGHTS
 from relief.ground.limits import BASE_MM, SMALLEST_RELIEF_MM
 from relief.heightmap import save_heights_exr, save_heights_png
-from relief.printers import Printer
+from relief.relief import Relief
 from relief.solids.export.plate import export_plate
 from relief.surface import repeats_along
 
-MARK = b"# The settings of the run in this folder, written by retouch optimize.\n"
-"""First line of run.toml, the file that a run writes first and whole: the sign of a run directory."""
 WRITTEN = (
-    *(SETTINGS, HISTORY, "checkpoint", "renders", "heights.exr", "heights.png"),
+    *(SETTINGS, HISTORY, "checkpoint", "renders", RUN_HEIGHTS, "heights.png"),
     *(*PLATES, RESULT, REPORT),
 )
 """Files and folders that a run leaves in its directory."""
-
-
-def holds_run(run_dir: Path) -> bool:
-    """Whether a folder holds a run: a run.toml under its mark, or a checkpoint."""
-    try:
-        with (run_dir / SETTINGS).open("rb") as file:
-            marked = file.read(len(MARK)) == MARK
-    except OSError:
-        marked = False
-    return marked or (run_dir / CHECKPOINT).is_file()
 
 
 def write_settings(run_dir: Path, settings: Run) -> None:
@@ -52,20 +40,15 @@ def white_mm(heights: Array) -> float:
     return max(float(heights.max()), SMALLEST_RELIEF_MM)
 
 
-def write_relief(
-    run_dir: Path,
-    heights: Array,
-    size_mm: float,
-    printer: Printer | None,
-    ends: tuple[bool, bool] = (False, False),
-) -> None:
-    """heights.exr, heights.png and the plates of heights (rows, cols) in mm; each file appears whole.
+def write_relief(run_dir: Path, relief: Relief) -> None:
+    """heights.exr, heights.png and the plates of a relief; each file appears whole.
 
-    With a printer the plates are of its layers and pixels, and slicers read them as such. Axes (y, x) along
-    which the relief repeats are written into the headers of the height maps.
+    The plates of a print are of the layers and pixels of its printer, and slicers read them as such. The
+    headers of the height maps say along which axes the relief repeats.
     """
-    white, repeats = white_mm(heights), repeats_along(ends)
-    save_heights_exr(run_dir / "heights.exr", heights, size_mm, white, repeats)
+    heights, size_mm, printer = relief.heights, relief.width_mm, relief.printer
+    white, repeats = white_mm(heights), repeats_along(relief.repeats)
+    save_heights_exr(run_dir / RUN_HEIGHTS, heights, size_mm, white, repeats)
     save_heights_png(run_dir / "heights.png", heights, white, size_mm, repeats)
     for name in PLATES:
         base_mm = BASE_MM if printer is None else printer.base_mm

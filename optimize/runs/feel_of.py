@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from optimize.descent.targets import Target
+from optimize.run_directory.finished_run import name_of
 from optimize.runs.goal_bounds import check_distance
 from optimize.runs.memory import check_memory_of
 from optimize.settings.run_file import Run
 from optimize.verification.verification import FeelOf
 from relief.ground.arrays import Index
 from relief.ground.errors import InputError, naming
-from relief.ground.formats import RUN_HEIGHTS
 from relief.ground.progress import say, stage
 from relief.heightmap import holds_mm
 from relief.patches import Patches
@@ -139,11 +139,6 @@ def _read(file: Path, relief_mm: float | None, repeats: Repeats | None) -> Relie
         line = str(error).replace(": relief_mm: missing", ": feel_of_relief_mm: missing")
         for_command = error.for_command.replace(": --relief-mm: missing", ": --feel-of-relief-mm: missing")
         raise InputError(line, for_command) from error
-
-
-def name_of(file: Path) -> str:
-    """What the relief is called: as the folder of its run, or as the file without suffix."""
-    return file.parent.name if file.name == RUN_HEIGHTS and file.parent.name else file.stem
 
 
 def feel(other: Other, settings: Run, model: ModelName) -> Feel:

@@ -20,6 +20,7 @@ from optimize.run_directory.checkpoint import FILE as CHECKPOINT
 from optimize.run_directory.checkpoint import Checkpoint, check_key, load_checkpoint
 from optimize.run_directory.clock import Moment, now
 from optimize.run_directory.directory import beginning_in, check_vacant, clear
+from optimize.run_directory.finished_run import holds_run
 from optimize.run_directory.history import History
 from optimize.run_directory.key import SETTINGS, run_key
 from optimize.runs.interrupts import interruptible
@@ -202,16 +203,15 @@ def _descend_and_write(
     publish: Publish | None,
 ) -> Result:
     settings, problem, plan = prepared.settings, prepared.problem, prepared.plan
-    plate = (problem.relief.width_mm, settings.print.described, problem.relief.repeats)
     key = run_key(settings)
-    recorder = Recorder(run_dir, history, key, state, segment, plate, earlier_seconds)
+    recorder = Recorder(run_dir, history, key, state, segment, problem.relief, earlier_seconds)
     segment = replace(segment, trace=history.trace())
     descent_began = now()
     with interruptible(lambda: say(INTERRUPTED.format(run_dir=run_dir))):
         descent, verified, state = descend_with_correction(plan, state, segment, recorder)
         descent_seconds = recorder.seconds
         _log.info("the descent has ended at step %d: %s", descent.last.step, descent.reason.value)
-        results.write_relief(run_dir, descent.best.heights, *plate)
+        results.write_relief(run_dir, replace(problem.relief, heights=descent.best.heights))
         unmeasured = descent.best.step == 0 or (verified is None and plan.verify is not None)
         if descent.reason is StopReason.INTERRUPTED and unmeasured:
             raise KeyboardInterrupt
@@ -242,7 +242,7 @@ def _telling_how_to_go_on(run_dir: Path) -> Iterator[None]:
         if error.errno is None:
             raise
         command = "the same command goes on"
-        if results.holds_run(run_dir):
+        if holds_run(run_dir):
             command = "the same with force=True (--force) begins anew"
         if (run_dir / CHECKPOINT).is_file():
             command = f"retouch resume {run_dir} goes on"

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from optimize.run_directory.checkpoint import Checkpoint, save_checkpoint
 from optimize.run_directory.history import History
 from relief.ground.formatting import number
 from relief.ground.progress import say, this_stage
-from relief.printers import Printer
+from relief.relief import Relief
 
 
 class Recorder:
@@ -25,7 +26,7 @@ class Recorder:
         key: of the run, as `optimize.run_directory.key.run_key` has it.
         state: of the outer iterations.
         segment: what is still to be done.
-        plate: width of the plate, mm, its printer, if there is one, and whether it repeats along y and x.
+        relief: the original, whose plate and printer are those of the result.
         earlier_seconds: of the parts of the run before this one.
     """
 
@@ -36,10 +37,10 @@ class Recorder:
         key: Mapping[str, Any],
         state: CorrectionState,
         segment: Segment,
-        plate: tuple[float, Printer | None, tuple[bool, bool]],
+        relief: Relief,
         earlier_seconds: float,
     ) -> None:
-        self._plate, self._key, self.history = plate, key, history
+        self._relief, self._key, self.history = relief, key, history
         self._run_dir, self._state, self._earlier_seconds = run_dir, state, earlier_seconds
         self._began = time.perf_counter()
         if segment.best is None:
@@ -58,7 +59,7 @@ class Recorder:
 
     def verifying(self, best: Iterate) -> None:
         # Before the slow part, so that an interrupt leaves something to print.
-        results.write_relief(self._run_dir, best.heights, *self._plate)
+        results.write_relief(self._run_dir, replace(self._relief, heights=best.heights))
 
     def corrected(self, state: CorrectionState, start: Iterate) -> None:
         error = 100.0 * state.iterations[-1].relative_error

@@ -77,6 +77,7 @@ class Outcome:
 
     Attributes:
         descent: its best relief is what the run gives.
+        relief: that relief.
         steering_values: of the original by the model that steered.
         touch: of the original and of the best relief at the steered places; by the verification, if any.
         between: the same between those places; None if there is one place.
@@ -93,6 +94,7 @@ class Outcome:
     """
 
     descent: DescentResult
+    relief: Relief
     steering_values: Values
     touch: FeltPlaces
     between: FeltPlaces | None
@@ -129,13 +131,14 @@ def measure(
     samples, seed = settings.verify.samples, settings.seed + 1
     limits = {} if samples is None else {"most": samples, "least": samples}
     before, after = converged(problem.scene, problem.heights, best, known(problem.scene), seed, **limits)
-    relief = Relief(problem.heights, problem.relief.width_mm, problem.relief.repeats)
+    relief = replace(problem.relief, heights=best)
     places = problem.patches.places
     felt = verified or original.press(best, "layer", places)
     goals = {target.quantity.name: target.goal for target in problem.targets.each}
     touch = FeltPlaces(places, original.touch_before, felt, goals)
     return Outcome(
         descent=descent,
+        relief=relief,
         steering_values=original.steering.values,
         touch=touch,
         between=_between(original, best, felt.model),
@@ -143,8 +146,8 @@ def measure(
         pictures_before=before,
         pictures_after=after,
         baseline_pictures=_baseline(original, before, seed) if settings.verify.baseline else None,
-        fingers=felt_by_fingers(relief, replace(relief, heights=best), problem.skin),
-        measured=felt_by_measured(relief, replace(relief, heights=best), places),
+        fingers=felt_by_fingers(problem.relief, relief, problem.skin),
+        measured=felt_by_measured(problem.relief, relief, places),
         surface_bands=skin_bands(touch, problem.skin, problem.patches.size_mm),
         feel_of=original.feel_of,
         printed=as_printed(settings, problem, best, (before.mean, after.mean)),

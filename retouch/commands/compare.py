@@ -1,16 +1,13 @@
 """`retouch compare`: two textures, results or runs side by side, on one page and on the screen."""
 
 import argparse
-from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
-import retouch
 from mitsuba_scenes import find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from relief.ground.errors import InputError
 from relief.ground.files import check_file_to_write
-from relief.ground.formatting import number, percent
 from retouch.commands.options import (
     LENGTHS,
     TEXTURE,
@@ -29,13 +26,10 @@ from retouch.commands.options import (
     print_json,
     seed,
 )
-from retouch.commands.summary import jnd_in_words, measured_finger, other_fingers, told_apart
 from tactile.limits import MODEL_NAMES
-from tactile.quantities import GAPS_COUNT, QUANTITIES
 
 if TYPE_CHECKING:
-    from optimize.verification.verification import PictureChange
-    from retouch.pages.content import Compared
+    from relief.ground.lengths import Lengths
 
 PAGE = Path("comparison.html")
 """File of the page where no other is given."""
@@ -106,21 +100,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     paths = [path for path in (arguments.first, arguments.second) if path is not None]
     _check(arguments, paths)
-    with contact_errors_name(" and ".join(map(str, paths))):
-        content = retouch.compare(
-            arguments.first,
-            arguments.second,
-            arguments.out,
-            defines=dict(arguments.defines),
-            **given(arguments, "scene", "variant", "model", "skin", "repeats", "samples", "seed", "quiet"),
-            **given(arguments, "distance_cm", *LENGTHS),
-        )
-    if arguments.json:
-        print_json(content)
-    elif not arguments.quiet:
-        from retouch.pages.content import Compared
+    # The packages that press and render take seconds to import.
+    from retouch.verbs.comparison import CompareOptions, compared
+    from retouch.verbs.subjects import read_subjects
 
-        console().print(lines_table(lines(Compared.model_validate(content), arguments.verbose)))
+    options = CompareOptions(
+        defines=dict(arguments.defines),
+        **given(arguments, "scene", "variant", "model", "skin", "samples", "seed", "distance_cm"),
+    )
+    lengths = cast("Lengths", given(arguments, *LENGTHS))
+    with contact_errors_name(" and ".join(map(str, paths))):
+        subjects = read_subjects(arguments.first, arguments.second, lengths, arguments.repeats)
+        numbers = compared(subjects, options, arguments.out)
+    if arguments.json:
+        print_json(numbers.as_json())
+    elif not arguments.quiet:
+        console().print(lines_table(numbers.lines(arguments.verbose)))
     return 0
 
 
@@ -142,49 +137,3 @@ def _check(arguments: argparse.Namespace, paths: list[Path]) -> None:
     check_file_to_write(out)
     if out.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{out}: -o: the page is HTML; give a name that ends in .html")
-
-
-def lines(numbers: "Compared", verbose: bool = False) -> Iterator[tuple[str, str]]:
-    """What the screen tells: a word and a sentence each; `verbose` adds other measures of the pictures."""
-    for side in numbers.sides:
-        yield side.name, f"{side.file}, {side.size_mm:g} mm, {side.samples} x {side.rows}"
-    means = "" if numbers.places is None else f" (means over {numbers.places.count} places)"
-    for name, quantity in QUANTITIES.items():
-        values = " and ".join(number(side.values[name]) for side in numbers.sides)
-        yield quantity.label, f"{values} {quantity.unit}".rstrip() + means
-    shares = " and ".join(f"{100.0 * side.contact_fraction:.0f} %" for side in numbers.sides)
-    yield "in contact", f"{shares} of the patch; {GAPS_COUNT}"
-    yield "feel", _feel(numbers)
-    if (places := numbers.places) is not None and places.jnd_min is not None:
-        ends = f"{places.jnd_min:+.2f} to {places.jnd_max:+.2f}"
-        yield "", f"{ends} JND over {places.count} places of the finger"
-    if (fingers := numbers.fingers) is not None and fingers.jnd_min is not None:
-        yield "", other_fingers(fingers, numbers.places is not None)
-    if (measured := numbers.measured) is not None and measured.jnd_mean is not None:
-        yield "", measured_finger(measured)
-    if (look := numbers.look) is None:
-        yield "pictures", f"not compared: {numbers.no_look}"
-    else:
-        yield "pictures", _pictures(look, verbose)
-        for name, each in (("DSSIM", look.dssim), ("FLIP", look.flip)):
-            values = ", ".join(number(value, 2) for value in each)
-            yield name, f"{values} ({', '.join(look.conditions)})"
-    yield "page", str(numbers.page)
-
-
-def _feel(numbers: "Compared") -> str:
-    jnd, names = numbers.jnd_apart, (numbers.first.name, numbers.second.name)
-    # "A" and "B", but "the result".
-    one, other = (f"the {name}" if name.islower() else name for name in names)
-    if jnd is None:
-        return "one of the two is smooth; ratios to it mean nothing"
-    return f"{other} is {jnd_in_words(jnd)} than {one}, {told_apart(jnd)}"
-
-
-def _pictures(look: "PictureChange", verbose: bool) -> str:
-    if look.noise.certainty == "same":
-        return look.noise.message
-    about = "" if look.noise.certainty == "known" else "about "
-    apart = f"{about}{percent(look.change_percent)} of the mean picture apart"
-    of_white = f"{percent(look.change_percent_of_white)} of white"
-    return f"{apart} (rms {percent(look.change_rms_percent)}); {of_white}" if verbose else apart

@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _finished(arguments: argparse.Namespace) -> int | None:
     """Say so if the run is finished; returns its exit status, or None if there is something left to do."""
-    from optimize.run_directory.key import finished
+    from optimize.run_directory.finished_run import finished
 
     result = finished(arguments.run_dir)
     if result is None:

@@ -2,7 +2,6 @@
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN
@@ -101,7 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not file.is_file():
         raise InputError(f"{file}: no such file")
     with contact_errors_name(file):
-        told = retouch.scan(
+        scanned = retouch.scan(
             arguments.design,
             file,
             arguments.out or FOLDER / file.stem,
@@ -111,9 +110,11 @@ def run(arguments: argparse.Namespace) -> int:
             ),
         )
     if arguments.json:
-        print_json(told.as_json())
+        print_json(scanned.as_json())
     elif not arguments.quiet:
-        _tell(told.content)
+        for each in scanned.prints:
+            console().print(lines_table(each.lines()))
+        print("\n".join(scanned.lines()))
     return 0
 
 
@@ -126,56 +127,12 @@ def _coupon(arguments: argparse.Namespace) -> int:
     if arguments.out is None:
         missing = "missing; the printer file to write, as in mine.toml"
         raise InputError(f"out: {missing}", f"-o: {missing}")
-    told = retouch.scan_coupon(
+    measured = retouch.scan_coupon(
         arguments.coupon, arguments.out, **given(arguments, "printer", "layer_um", "units", "quiet", *LENGTHS)
     )
     if arguments.json:
-        print_json(told.as_json())
+        print_json(measured.as_json())
     elif not arguments.quiet:
-        numbers = told.coupon.numbers()
-        lines = [(name, _between(numbers, name, ".4g")) for name in NUMBERS if name in numbers]
-        console().print(lines_table(lines))
-        print(f"written: {told.file}; retouch optimize TEXTURE --printer {told.file} takes it")
+        console().print(lines_table(measured.lines()))
+        print(f"written: {measured.file}; retouch optimize TEXTURE --printer {measured.file} takes it")
     return 0
-
-
-NUMBERS = ("pixel_um", "layer_um", "min_feature_um", "max_slope_degrees", "scale", "height_scale")
-"""Numbers of a coupon that the screen tells."""
-
-
-def _tell(content: dict[str, Any]) -> None:
-    sides = [content, content["other"]] if "other" in content else [content]
-    for side in sides:
-        console().print(lines_table(_lines(side)))
-    if "other" in content:
-        between = content["jnd_between"]
-        print(
-            "the second print is " + ("smooth" if between is None else f"{between:+.2f} JND from the first")
-        )
-    look = content["compared"]["look"]
-    if look is not None:
-        print(f"pictures: {look['change_percent']:.2g} % of the mean picture apart")
-    print(f"page: {content['page']}")
-
-
-def _lines(side: dict[str, Any]) -> list[tuple[str, str]]:
-    """What the screen tells of a print: a word and a sentence each."""
-    turned, (x, y) = _between(side, "turned_degrees", ".3f"), side["shifted_mm"]
-    plane, height = _between(side, "scale", ".4f"), _between(side, "height_scale", ".3f")
-    blur, half_mm = _between(side, "blur_um", ".1f"), side["half_kept_mm"]
-    lines = [
-        ("scan", f"{side['file']}, {side['covered_percent']:.0f} % of the plate"),
-        ("lies", f"turned by {turned} degrees, shifted by {x:.3f}, {y:.3f} mm"),
-        ("size", f"{plane} in the plane, {height} in height"),
-        ("blur", f"{blur} um; half is left of periods of {half_mm:.2f} mm"),
-    ]
-    if side["jnd_from_design"] is not None:
-        lines.append(("feel", f"{_between(side, 'jnd_from_design', '+.2f')} JND from the design"))
-    return [*lines, *(("note", note) for note in side["notes"])]
-
-
-def _between(side: dict[str, Any], name: str, form: str) -> str:
-    """A value with the ends of its interval."""
-    ends = [side[f"{name}_low"], side[f"{name}_high"]]
-    value = "none" if side[name] is None else f"{side[name]:{form}}"
-    return f"{value} (" + " to ".join("open" if end is None else f"{end:{form}}" for end in ends) + ")"

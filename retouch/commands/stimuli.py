@@ -1,16 +1,13 @@
 """`retouch stimuli`: labelled plates of a texture at several levels of feel, to print for experiments."""
 
 import argparse
-import math
 import time
 import tomllib
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import retouch
 from relief.ground.errors import InputError
-from relief.ground.formatting import duration
 from retouch.commands.options import (
     LENGTHS,
     TEXTURE,
@@ -19,16 +16,15 @@ from retouch.commands.options import (
     add_skin,
     add_talk,
     add_workers,
-    console,
     given,
     print_json,
     seed,
-    table,
     whole_number,
 )
+from retouch.commands.printing import print_lines
 
 if TYPE_CHECKING:
-    from retouch import StimulusPlates
+    pass
 
 COMPLETE, WITH_FAILURES = 0, 1
 """Exit statuses: every plate is done, or some have failed."""
@@ -199,8 +195,12 @@ def run(arguments: argparse.Namespace) -> int:
             **given(arguments, "sources", "source_mm", "controls", "printer", "skin", "fast"),
             **given(arguments, "workers", "dask", *LENGTHS),
         )
-    _tell(stimuli, arguments, time.monotonic() - began)
-    return WITH_FAILURES if stimuli.content["failures"] else COMPLETE
+    took = None if arguments.redraw else time.monotonic() - began
+    if arguments.json:
+        print_json(stimuli.as_json())
+    elif not arguments.quiet:
+        print_lines(stimuli.lines(took))
+    return WITH_FAILURES if stimuli.numbers.failures else COMPLETE
 
 
 def _refuse_levels(arguments: argparse.Namespace) -> None:
@@ -223,49 +223,3 @@ def _setting(text: str) -> dict[str, Any]:
     if parsed.keys() != {"value"} or not isinstance(parsed["value"], str | int | float | bool):
         raise InputError(f"--set {text[:80]}: one number, word or truth value is expected")
     return {key.strip(): parsed["value"]}
-
-
-def _tell(stimuli: "StimulusPlates", arguments: argparse.Namespace, seconds: float) -> None:
-    """Print what became of the set."""
-    if arguments.json:
-        print_json(stimuli.as_json())
-        return
-    if arguments.quiet:
-        return
-    headings = ("plate", "kind", "felt, JND", "over places", "contact, mm²", "pictures, %", "JOD")
-    plates = [plate for texture in stimuli.content["textures"] for plate in texture["plates"]]
-    columns = [(heading, "") for heading in headings]
-    console().print(table(columns, map(_cells, plates), gap=1))
-    summary = stimuli.content["summary"]
-    if summary["neighbours_percent"] is not None:
-        print(
-            f"neighbouring levels should be told right in {summary['neighbours_percent']:.0f} % of tries "
-            f"(the paper's participants: {summary['paper_neighbours_percent']:.0f} %), whole sets in "
-            f"{summary['sorted_percent']:.0f} %"
-        )
-    for line in stimuli.content["failures"]:
-        print(line)
-    if stimuli.experiment is not None:
-        print(f"trials and answers: {stimuli.experiment}")
-    missing = f"; {stimuli.missing} plates not computed yet" if stimuli.missing else ""
-    took = "" if arguments.redraw or not math.isfinite(seconds) else f", {duration(seconds)}"
-    print(f"{stimuli.page}: {summary['plates']} plates{missing}{took}")
-    for file in stimuli.files:
-        print(f"to print: {file}")
-
-
-def _cells(plate: Mapping[str, Any]) -> list[str]:
-    """Cells of a plate; what it lacks is empty."""
-    ends = (plate["jnd_least"], plate["jnd_most"])
-    cells = (
-        (plate["jnd"], "+.2f"),
-        ("" if None in ends else " to ".join(f"{end:+.2f}" for end in ends), "s"),
-        (plate["contact_area_mm2"], ".3g"),
-        (plate["picture_change_percent"], ".2g"),
-        (plate["jod"], ".2f"),
-    )
-    return [
-        plate["label"],
-        plate["kind"],
-        *("" if value is None else format(value, form) for value, form in cells),
-    ]

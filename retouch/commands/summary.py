@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from relief.ground.formats import PLATES
 from relief.ground.formatting import between, duration, number, percent, plus_minus, rounded
 from retouch.commands.options import lines_table
-from tactile.jnd import ROUGHNESS_JND, tries_of_100
+from retouch.pages.sentences import jnd_in_words, measured_finger, other_fingers, told_apart
+from tactile.jnd import ROUGHNESS_JND
 from tactile.quantities import FLAT_SHARE, GAPS_COUNT, PLACE_JND, QUANTITIES, ROUGHNESS
 
 if TYPE_CHECKING:
@@ -16,9 +17,7 @@ if TYPE_CHECKING:
 
     from optimize.verification.verification import (
         ChangePercent,
-        Fingers,
         Heights,
-        Measured,
         PictureChange,
         Places,
         SurfaceBand,
@@ -110,16 +109,6 @@ def surface_band(band: "SurfaceBand") -> str:
     )
 
 
-def jnd_in_words(jnd: float) -> str:
-    """A difference such as `2.0 JND smoother`."""
-    return f"{number(abs(jnd), 2)} JND {'rougher' if jnd > 0 else 'smoother'}"
-
-
-def told_apart(jnd: float) -> str:
-    """How often a person tells a difference, in a clause."""
-    return f"told apart in {tries_of_100(jnd)} of 100 tries"
-
-
 def _farthest(places: "Places") -> Iterator[tuple[str, str]]:
     """The steered place that missed its goal most, if one did."""
     steered, name = places.steered, ROUGHNESS.name
@@ -137,26 +126,6 @@ def _farthest(places: "Places") -> Iterator[tuple[str, str]]:
             f"the place {right:.1f} mm from the left and {down:.1f} mm from the top reaches roughness "
             f"{number(reached[farthest])} of {number(goals[farthest])}",
         )
-
-
-def other_fingers(fingers: "Fingers", several: bool) -> str:
-    """How other fingers feel a change, in a clause, if none of them finds a relief smooth.
-
-    Args:
-        fingers: who press in the middle only.
-        several: whether this finger presses at several places.
-    """
-    drawn = f", drawn along with weight {fingers.weight:g}" if fingers.weight else ""
-    where = f" at {fingers.places} place{'s' * (fingers.places > 1)} in the middle" if several else ""
-    ends = f"{fingers.jnd_min:+.2f} to {fingers.jnd_max:+.2f} JND"
-    return f"{ends} to {fingers.count} fingers{where}{drawn}"
-
-
-def measured_finger(measured: "Measured") -> str:
-    """How a measured finger feels a change, in a clause; its roughness has changed."""
-    ends = f" ({measured.jnd_min:+.2f} to {measured.jnd_max:+.2f} over {measured.count} places)"
-    several = ends if measured.count > 1 else ""
-    return f"{measured.jnd_mean:+.2f} JND{several} to a measured finger at {measured.force_n:g} N"
 
 
 def _pictures(look: "PictureChange", verbose: bool) -> Iterator[tuple[str, str]]:

@@ -5,7 +5,8 @@ from typing import Any
 
 from relief.ground.files import write_atomically
 from retouch.pages import figures
-from retouch.pages.content import Compared, Comparison
+from retouch.pages.compared import Compared
+from retouch.pages.content import Comparison
 from retouch.pages.rendering import leaves, render_page
 from tactile.limits import model_name
 from tactile.quantities import QUANTITIES, ROUGHNESS

@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
-from optimize.verification.section import Keys, Section
-from optimize.verification.verification import Fingers, Measured, PictureChange, Spread, Values, Verification
+from optimize.verification.verification import Verification
 from relief.ground.arrays import Array, FloatArray
 from relief.relief import Relief
+from retouch.pages.compared import Compared
 from tactile.measures import TouchMeasures
 from visual.matte import MatteScene
 from visual.noise import Batches
@@ -156,66 +156,6 @@ class Report(Pair):
         if self.design is not None:
             pairs["design"] = (self.before.pictures, self.design)
         return pairs
-
-
-class ComparedSide(Section):
-    """Numbers of one of two reliefs.
-
-    Attributes:
-        name: as the page calls it.
-        file: of the heights.
-        size_mm: side of the plate.
-        samples, rows: of the heights, along a row and along a column.
-        relief_mm: from the lowest to the highest point.
-        values: of touch, means over the places, by quantity.
-        contact_fraction: share of the plate in contact.
-    """
-
-    name: str
-    file: str
-    size_mm: float
-    samples: int
-    rows: int
-    relief_mm: float
-    values: Annotated[Values, Keys(("",), each=True)]
-    contact_fraction: float
-
-
-class Compared(Section):
-    """Numbers of a comparison, as `retouch compare --json` prints them.
-
-    Attributes:
-        jnd_apart: just-noticeable differences by which the second is rougher; None if one is smooth.
-        places: the same over the places; None if there is one, or if their numbers differ.
-        told_apart_probability: of ranking both by touch rightly.
-        look: change of the pictures; None if they are not compared.
-        no_look: why they are not compared.
-        scene: of the pictures.
-        skin: its name and its values.
-        model: of touch.
-        fingers: what other fingers feel.
-        measured: what a measured finger feels; None if the reliefs differ in size, samples or repeats.
-        page: that was written.
-    """
-
-    first: ComparedSide
-    second: ComparedSide
-    jnd_apart: float | None
-    places: Spread | None
-    told_apart_probability: float | None
-    look: PictureChange | None
-    no_look: str | None
-    scene: str | None
-    skin: Mapping[str, Any]
-    model: str
-    fingers: Fingers | None = None
-    measured: Measured | None = None
-    page: str | None = None
-
-    @property
-    def sides(self) -> tuple[ComparedSide, ComparedSide]:
-        """Numbers of both reliefs."""
-        return self.first, self.second
 
 
 @dataclass(frozen=True, kw_only=True)

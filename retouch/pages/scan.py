@@ -1,11 +1,12 @@
 """The page of a scan: print and design, where the two deviate, and what of the detail is in the print."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import pi
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from relief.ground.arrays import Array
 from relief.ground.files import write_atomically
@@ -25,26 +26,38 @@ CURVE = 61
 
 
 def write_scan_page(
-    folder: Path, design: Relief, prints: Sequence[PrintScanned], content: dict[str, Any]
+    folder: Path,
+    design: Relief,
+    prints: Sequence[PrintScanned],
+    numbers: Sequence[Mapping[str, Any]],
+    content: Mapping[str, Any],
 ) -> None:
-    """Write the page, atomically; it fetches nothing from a network."""
-    sides = [content, content["other"]] if len(prints) > 1 else [content]
+    """Write the page, atomically; it fetches nothing from a network.
+
+    Args:
+        folder: of the page.
+        design: the relief that was printed.
+        prints: as their scans show them.
+        numbers: of each print.
+        content: of `scan.json`.
+    """
+    names = [Path(each.registration.scan.name).name for each in prints]
     limit = svg.round_up(max(1.0, *(_limit_um(each.deviations) for each in prints)))
     page = render_page(
         "scan.html.j2",
         scripts=(),
-        pair={"title": f"Scan: {Path(content['file']).name}"},
+        pair={"title": f"Scan: {names[0]}"},
         content=content,
         design=_shade(design.heights, design.width_mm),
         boards=[
             {
-                "name": Path(side["file"]).name,
+                "name": name,
                 "numbers": side,
                 "shade": _shade(each.heights, design.width_mm),
                 "deviation": _deviation_uri(1000.0 * each.deviations, limit),
-                "chart": _chart(each, side),
+                "chart": _chart(each),
             }
-            for each, side in zip(prints, sides, strict=True)
+            for name, each, side in zip(names, prints, numbers, strict=True)
         ],
         bar=svg.colour_bar(
             colour_maps.PURPLE_ORANGE, svg.signed_axis(limit), "deviation from the design as blurred, µm"
@@ -72,7 +85,7 @@ def _deviation_uri(deviations: Array, limit: float) -> str:
     return colour_maps.table_uri(np.where(known, np.clip(places, 1.0, 255.0), 0.0), table, SHOWN_SIDE)
 
 
-def _chart(shown: PrintScanned, numbers: dict[str, Any]) -> Any:
+def _chart(shown: PrintScanned) -> Markup:
     """The share of the detail in the print by frequency, beside that of the fitted blur."""
     kept = shown.kept
     rows = zip(kept.per_mm, kept.share, kept.low, kept.high, strict=True)
@@ -80,9 +93,9 @@ def _chart(shown: PrintScanned, numbers: dict[str, Any]) -> Any:
         Mean(at, 100.0 * value, 100.0 * low, 100.0 * high, 0)
         for at, value, low, high in (map(float, row) for row in rows)
     ]
-    blur_mm = 1e-3 * numbers["blur_um"]
+    blur_mm, height_scale = shown.registration.blur_mm.value, shown.registration.height_scale.value
     places = np.linspace(0.0, float(kept.per_mm.max()), CURVE)
-    shares = 100.0 * numbers["height_scale"] * np.exp(-2.0 * (pi * blur_mm * places) ** 2)
+    shares = 100.0 * height_scale * np.exp(-2.0 * (pi * blur_mm * places) ** 2)
     curve = [Mean(float(x), y, y, y, 0) for x, y in zip(places, shares.tolist(), strict=True)]
     series = [Means("measured, 95 %", means), Means("fitted blur", curve, marked=False)]
     return intervals.line_chart(

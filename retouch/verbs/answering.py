@@ -1,17 +1,19 @@
-"""Answers: what people told of a set of stimuli, beside what was predicted."""
+"""Answers: what people answered about a set of stimuli, beside what was predicted."""
 
 import json
 import os
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from relief.ground.errors import InputError
 from relief.ground.files import permitted, write_atomically
 from relief.ground.progress import Progress
-from retouch.laboratory.people.analysis import analysed
+from retouch.laboratory.people.analysis import AnswersResults, analysed
+from retouch.laboratory.people.lines import lines_of
 from retouch.laboratory.people.page import DOCUMENT, PAGE, page
+from retouch.pages.sentences import TextTable
 from retouch.verbs.progress_display import followed
 
 
@@ -20,19 +22,34 @@ class PeoplesAnswers:
     """What people's answers say.
 
     Attributes:
-        content: of `answers.json`; without answers what the plan can tell, under `power`.
+        results: of the answers; without answers, what the plan can say.
         page: the page; None without answers.
         skin_file: the finger that was proposed; None if none was asked for.
     """
 
-    content: dict[str, Any]
+    results: AnswersResults
     page: Path | None
     skin_file: Path | None = None
 
+    @property
+    def content(self) -> dict[str, Any]:
+        """The content of `answers.json`; without answers, the prediction of the plan under `power`."""
+        return self.results.as_json()
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that were written for a person."""
+        return [file for file in (self.page, self.skin_file) if file is not None]
+
     def as_json(self) -> dict[str, Any]:
         """What `retouch answers --json` prints."""
-        files = [str(file) for file in (self.page, self.skin_file) if file is not None]
-        return self.content | {"written": files}
+        return self.content | {"written": [str(file) for file in self.files]}
+
+    def lines(self) -> Iterator[str | TextTable]:
+        """Lines and tables for a person."""
+        yield from lines_of(self.results)
+        for file in self.files:
+            yield f"written: {file}"
 
 
 def answers(
@@ -75,21 +92,22 @@ def answers(
             "files: answers are missing", f"answers {folder}: name a file of answers, as in answers.csv"
         )
     with followed(progress, quiet):
-        content, told, plates = analysed(folder, [Path(file) for file in files], partial, without)
-        if told is None:
-            return PeoplesAnswers(content, None)
+        results, given, plates = analysed(folder, [Path(file) for file in files], partial, without)
+        if given is None:
+            return PeoplesAnswers(results, None)
         skin_bytes = None
         if skin_out is not None:
             from retouch.laboratory.people.skin_fit.proposal import propose
 
-            content["own_finger"], skin_bytes = propose(folder, told, plates, press, skin)
+            own_finger, skin_bytes = propose(folder, given, plates, press, skin)
+            results = replace(results, own_finger=own_finger)
         textures = dict.fromkeys(plate.texture for plate in plates.values())
         to = folder if out is None else Path(out)
         with permitted(to):
-            text = json.dumps(content, indent=1, allow_nan=False) + "\n"
-            shown = page(content, ", ".join(textures))
+            text = json.dumps(results.as_json(), indent=1, allow_nan=False) + "\n"
+            shown = page(results, ", ".join(textures))
             if skin_out is not None and skin_bytes is not None:
                 write_atomically(skin_out, skin_bytes)
             write_atomically(to / DOCUMENT, text.encode())
             write_atomically(to / PAGE, shown)
-    return PeoplesAnswers(content, to / PAGE, None if skin_out is None else Path(skin_out))
+    return PeoplesAnswers(results, to / PAGE, None if skin_out is None else Path(skin_out))

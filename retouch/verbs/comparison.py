@@ -1,8 +1,9 @@
 """Comparison of two reliefs: how each feels, how far apart the two feel, and how unlike the two look."""
 
 import math
+import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -10,7 +11,9 @@ import numpy as np
 
 from mitsuba_scenes import DEFAULT_SCENE, find_file
 from mitsuba_scenes.fingers import DEFAULT_SKIN
+from optimize.run_directory.finished_run import name_of
 from optimize.runs.preparation import BLACK
+from optimize.settings.run_file import Run
 from optimize.settings.skins import described_skin, load_skin
 from optimize.verification import picture_metrics as metrics
 from optimize.verification.converged import colour_pictures, converged
@@ -19,15 +22,17 @@ from optimize.verification.other_fingers import felt_by_fingers, felt_by_measure
 from optimize.verification.verification import Fingers, Measured, PictureChange
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
+from relief.ground.lengths import Lengths
 from relief.ground.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from relief.ground.progress import Progress, stage
 from relief.places import places
 from relief.relief import Relief
 from relief.surface import Repeats
+from retouch.pages.compared import Compared, ComparedSide
 from retouch.pages.comparison import write_comparison
-from retouch.pages.content import Compared, ComparedSide, Comparison, Side
+from retouch.pages.content import Comparison, Side
 from retouch.verbs.progress_display import followed
-from retouch.verbs.subjects import RESULT, Subject, read_subjects
+from retouch.verbs.subjects import Subject, read_subjects
 from tactile.jnd import discrimination_probability, jnd_unless_smooth
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
@@ -91,37 +96,87 @@ def compare(
         InputError: what is wrong with the input, in one line.
         ContactError: a contact does not converge.
     """
-    if not NEAREST_EYE_CM <= distance_cm <= FARTHEST_EYE_CM:
-        raise InputError(
-            f"distance_cm: {distance_cm:g} is not a number from {NEAREST_EYE_CM:g} to {FARTHEST_EYE_CM:g}"
-        )
-    lengths = {"size_mm": size_mm, "relief_mm": relief_mm, "height_scale": height_scale}
-    one, other = subjects = read_subjects(first, second, lengths, repeats)
-    run = next((subject.run for subject in subjects if subject.run is not None), None)
-    if skin is not None or run is None:
-        skin_name = str(DEFAULT_SKIN if skin is None else skin)
-        finger = load_skin(skin_name)
-    else:
-        finger, skin_name = run.touch.finger, run.touch.skin
-    if seed is None:
-        # The seed of a run's own pictures, so that the numbers are those of its report.
-        seed = 0 if run is None else run.seed + 1
-    own = run is not None and scene is None
-    scene_file = find_file(run.scene if run is not None and own else scene or DEFAULT_SCENE, ".xml")
-    own_defines = dict(run.define) if run is not None and own else {}
-    look = _Look(scene_file, own_defines | dict(defines or {}), variant, samples, seed, distance_cm)
+    lengths = Lengths(size_mm=size_mm, relief_mm=relief_mm, height_scale=height_scale)
+    options = CompareOptions(
+        scene=scene,
+        defines=defines or {},
+        variant=variant,
+        model=model,
+        skin=skin,
+        samples=samples,
+        seed=seed,
+        distance_cm=distance_cm,
+    )
     with followed(progress, quiet):
-        touches = []
-        for subject in (one, other):
-            with naming(subject.file), stage(f"pressing on {subject.name}"):
-                touches.append(measure_touch(subject.relief, finger, model))
-        felt = OtherFingers.of(one.relief, other.relief, finger)
-        seen = look.of(one, other)
-    numbers = _numbers((one, other), touches, seen, felt, described_skin(finger, skin_name), scene_file)
-    if page is not None:
-        write_comparison(Path(page), _content(one, other, touches, seen, numbers))
-        numbers = numbers.model_copy(update={"page": str(page)})
-    return numbers.as_json()
+        return compared(read_subjects(first, second, lengths, repeats), options, page).as_json()
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompareOptions:
+    """How two reliefs are pressed and rendered; the attributes are arguments of `compare`.
+
+    Raises:
+        InputError: the distance of the eye is out of range.
+    """
+
+    scene: str | os.PathLike[str] | None = None
+    defines: Mapping[str, str] = field(default_factory=dict)
+    variant: str | None = None
+    model: ModelName = "layer"
+    skin: str | os.PathLike[str] | None = None
+    samples: int | None = None
+    seed: int | None = None
+    distance_cm: float = EYE_DISTANCE_CM
+
+    def __post_init__(self) -> None:
+        if not NEAREST_EYE_CM <= self.distance_cm <= FARTHEST_EYE_CM:
+            raise InputError(
+                f"distance_cm: {self.distance_cm:g} is not a number from {NEAREST_EYE_CM:g} to "
+                f"{FARTHEST_EYE_CM:g}"
+            )
+
+    def finger(self, run: Run | None) -> tuple[Skin, str]:
+        """The skin and its name: the one given, that of the run, or the default one. Raises InputError."""
+        if self.skin is None and run is not None:
+            return run.touch.finger, run.touch.skin
+        name = str(DEFAULT_SKIN if self.skin is None else self.skin)
+        return load_skin(name), name
+
+    def look(self, run: Run | None) -> "_Look":
+        """The pictures: of the scene given, that of the run, or the studio. Raises InputError."""
+        own = run if self.scene is None else None
+        scene = find_file(own.scene if own is not None else self.scene or DEFAULT_SCENE, ".xml")
+        defines = {} if own is None else dict(own.define)
+        # The seed of a run's own pictures gives the numbers of its report.
+        seed = 0 if run is None else run.seed + 1
+        return _Look(
+            scene,
+            defines | dict(self.defines),
+            self.variant,
+            self.samples,
+            seed if self.seed is None else self.seed,
+            self.distance_cm,
+        )
+
+
+def compared(
+    subjects: tuple[Subject, Subject], options: CompareOptions, page: str | Path | None = None
+) -> Compared:
+    """Compare two reliefs, and write the page if it is named. Raises InputError and ContactError."""
+    one, other = subjects
+    run = next((subject.run for subject in subjects if subject.run is not None), None)
+    (finger, skin_name), look = options.finger(run), options.look(run)
+    touches = []
+    for subject in subjects:
+        with naming(subject.file), stage(f"pressing on {subject.name}"):
+            touches.append(measure_touch(subject.relief, finger, options.model))
+    felt = OtherFingers.of(one.relief, other.relief, finger)
+    seen = look.of(one, other)
+    numbers = _numbers(subjects, touches, seen, felt, described_skin(finger, skin_name), look.scene)
+    if page is None:
+        return numbers
+    write_comparison(Path(page), _content(one, other, touches, seen, numbers))
+    return numbers.model_copy(update={"page": str(page)})
 
 
 @dataclass(frozen=True)
@@ -287,5 +342,5 @@ def _size(relief: Relief) -> str:
 
 def _title(one: Subject, other: Subject) -> str:
     """The names of both files; of a run's result, the run."""
-    names = [s.file.parent.name if s.file.name == RESULT else s.file.stem for s in (one, other)]
+    names = [name_of(subject.file) for subject in (one, other)]
     return f"{names[1]}: original and result" if one.name == "original" else " and ".join(names)

@@ -136,7 +136,7 @@ def redraw_stimuli(
 def _made(request: StimulusSet, out: Path, make_runner: MakeRunner | None) -> StimulusPlates:
     """The set, with the plan of its experiment where two plates can be compared."""
     made = make(request, out, make_runner)
-    if not any(texture["plates"] for texture in made.content["textures"]):
+    if not made.numbers.plates:
         return made
     try:
         with only_writer(out):

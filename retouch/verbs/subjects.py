@@ -1,21 +1,16 @@
 """Subjects of a comparison: heights of a file, or the original and the result of a run directory."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
 from mitsuba_scenes import find_texture
-from optimize.run_directory import results
-from optimize.run_directory.key import SETTINGS
-from optimize.settings.run_file import Run, load_settings
+from optimize.run_directory.finished_run import FinishedRun, holds_run, result_file
+from optimize.settings.run_file import Run
 from relief.ground.errors import InputError
-from relief.ground.formats import RUN_HEIGHTS
+from relief.ground.lengths import Lengths
 from relief.relief import Relief
 from relief.surface import Repeats
-
-RESULT = RUN_HEIGHTS
-"""File of a run directory that holds its result."""
 
 
 @dataclass(frozen=True)
@@ -41,28 +36,26 @@ class Subject:
 
 def read_subjects(
     first: str | Path,
-    second: str | Path | None,
-    lengths: Mapping[str, float | None],
-    repeats: Repeats | None,
+    second: str | Path | None = None,
+    lengths: Lengths | None = None,
+    repeats: Repeats | None = None,
 ) -> tuple[Subject, Subject]:
     """Read both reliefs, which repeat along the same axes then; see `compare`. Raises InputError."""
     if second is None:
         folder = Path(first)
-        run = _run_in(folder)
-        if run is None:
+        if not (folder.is_dir() and holds_run(folder)):
             raise InputError(f"{folder}: not a run directory; a texture needs another one to compare with")
-        repeats = run.repeats if repeats is None else repeats
-        own = {key: getattr(run, key) for key in lengths}
+        run = FinishedRun.read(folder).repeating(repeats)
         # The result of a run with a printer is a print, the file of the original is not.
-        name = "original" if run.print.described is None else "design"
-        before = Subject(name, run.texture, _read(run.texture, own, repeats), run)
-        return before, _result_of(folder, run, "result", repeats)
+        name = "original" if run.settings.print.described is None else "design"
+        before = Subject(name, run.settings.texture, run.design, run.settings)
+        return before, _result_of(run, "result")
     paths = Path(first), Path(second)
     runs = [_run_in(path) for path in paths]
     if repeats is None:
-        repeats = next((run.repeats for run in runs if run is not None), None)
+        repeats = next((run.settings.repeats for run in runs if run is not None), None)
     one, other = (
-        _subject(path, name, lengths, run, repeats) for path, name, run in zip(paths, "AB", runs, strict=True)
+        _subject(path, name, run, lengths, repeats) for path, name, run in zip(paths, "AB", runs, strict=True)
     )
     # What is a tile beside a plate is compared as a plate.
     both = [mine and yours for mine, yours in zip(one.relief.repeats, other.relief.repeats, strict=True)]
@@ -73,34 +66,26 @@ def read_subjects(
 def read_subject(path: str | Path, name: str) -> Subject:
     """The result of a run, or a height map, which has its lengths in its header. Raises InputError."""
     path = Path(path)
-    lengths = dict.fromkeys(("size_mm", "relief_mm", "height_scale"))
-    return _subject(path, name, lengths, _run_in(path), None)
+    return _subject(path, name, _run_in(path))
 
 
 def _subject(
-    path: Path, name: str, lengths: Mapping[str, float | None], run: Run | None, repeats: Repeats | None
+    path: Path,
+    name: str,
+    run: FinishedRun | None,
+    lengths: Lengths | None = None,
+    repeats: Repeats | None = None,
 ) -> Subject:
-    if path.is_dir():
-        if run is None:
-            raise InputError(f"{path}: a folder without {SETTINGS}; not a run directory")
-        return _result_of(path, run, name, repeats)
+    if run is not None:
+        return _result_of(run.repeating(repeats), name)
     file = find_texture(path)
-    return Subject(name, file, _read(file, lengths, repeats), None)
+    return Subject(name, file, Relief.read(file, repeats=repeats, **(lengths or {})), None)
 
 
-def _run_in(folder: Path) -> Run | None:
-    """The settings of the run in a folder; None if there is no run."""
-    return load_settings(folder / SETTINGS) if folder.is_dir() and results.holds_run(folder) else None
+def _run_in(path: Path) -> FinishedRun | None:
+    """The run in a folder; None of a path that is no folder. Raises InputError."""
+    return FinishedRun.read(path) if path.is_dir() else None
 
 
-def _result_of(folder: Path, run: Run, name: str, repeats: Repeats | None) -> Subject:
-    file = folder / RESULT
-    if not file.is_file():
-        raise InputError(f"{file}: no such file; the run has no result yet")
-    return Subject(name, file, Relief.read(file, repeats=repeats), run)
-
-
-def _read(file: Path, lengths: Mapping[str, float | None], repeats: Repeats | None) -> Relief:
-    """The relief of a height map with these lengths. Raises InputError."""
-    size_mm, relief_mm, height_scale = (lengths[key] for key in ("size_mm", "relief_mm", "height_scale"))
-    return Relief.read(file, size_mm=size_mm, relief_mm=relief_mm, height_scale=height_scale, repeats=repeats)
+def _result_of(run: FinishedRun, name: str) -> Subject:
+    return Subject(name, result_file(run.folder), run.result, run.settings)

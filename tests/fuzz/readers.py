@@ -228,7 +228,7 @@ def read_picture(folder: Path, arguments: Sequence[Any]) -> None:
 
 
 def read_result(folder: Path, arguments: Sequence[Any]) -> None:
-    from optimize.run_directory.key import finished
+    from optimize.run_directory.finished_run import finished
     from retouch.commands.summary import summary
 
     result = finished(folder / RESULTS)

@@ -8,7 +8,7 @@ from markupsafe import Markup
 
 import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN
-from optimize.run_directory.key import read_verification
+from optimize.run_directory.finished_run import read_verification
 from optimize.verification.verification import Places
 from relief.ground.arrays import Array
 from relief.relief import Relief
@@ -42,8 +42,7 @@ def sides(folder: str) -> Sides:
     """Original and result of a run, with the maps of what differs. Raises InputError or ContactError."""
     from retouch.verbs.subjects import read_subjects
 
-    none = dict.fromkeys(("size_mm", "relief_mm", "height_scale"))
-    subjects = read_subjects(folder, None, none, None)
+    subjects = read_subjects(folder)
     reliefs = [subject.relief for subject in subjects]
     one, other = (relief.heights - relief.heights.mean() for relief in reliefs)
     change = None

@@ -4,7 +4,8 @@ from pathlib import Path
 
 from nicegui import events, ui
 
-from optimize.run_directory.key import REPORT, read_verification
+from optimize.run_directory.finished_run import read_verification
+from optimize.run_directory.key import REPORT
 from optimize.verification.verification import Verification
 from relief.ground.limits import PATCH_SIDE_MM
 from retouch.app.stages.controls import Number, Told, button, choice, section

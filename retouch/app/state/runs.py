@@ -16,7 +16,8 @@ from enum import Enum
 from pathlib import Path
 
 from optimize.descent.stop_reason import StopReason
-from optimize.run_directory.key import SETTINGS, read_verification
+from optimize.run_directory.finished_run import read_verification
+from optimize.run_directory.key import SETTINGS
 from relief.ground.errors import InputError
 from relief.ground.files import read_limited
 from relief.ground.formats import RUN_CHECKPOINT, RUN_HEIGHTS, RUN_HISTORY

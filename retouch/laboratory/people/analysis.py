@@ -1,67 +1,138 @@
-"""The answers to a set, analysed: everything that `answers.json` and the page of the answers hold."""
+"""The answers to a set, analysed: everything in `answers.json` and on the page of the answers."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from relief.ground.errors import InputError
-from retouch.laboratory.people.comparisons import QUANTITIES, Question, compared
+from retouch.laboratory.people.comparisons import QUANTITIES, PairResults, Question, compared
+from retouch.laboratory.people.own_finger import Proposal
 from retouch.laboratory.people.plan import pairs_of, planned
 from retouch.laboratory.people.plates import SetPlate, read_plates
-from retouch.laboratory.people.power import power
-from retouch.laboratory.people.ranks import judged_same, rated_plates, sorted_plates
+from retouch.laboratory.people.power import Power, power
+from retouch.laboratory.people.ranks import (
+    RatingResults,
+    SameResults,
+    SortResults,
+    judged_same,
+    rated_plates,
+    sorted_plates,
+)
 from retouch.laboratory.people.reading import COLDER, ROUGHER, SAME, Answers, read_answers
 from retouch.laboratory.people.tables import Row
-from retouch.laboratory.people.whose_finger import fingers
+from retouch.laboratory.people.whose_finger import FingerFit, fingers
 
-Entry = dict[str, Any]
 BEHIND = 3.0
 """Difference of log-likelihoods from which another finger counts as worse: 20 to 1."""
 
 
+@dataclass(frozen=True)
+class AnswersResults:
+    """What people's answers to a set say; without files of answers, what the plan can say.
+
+    Attributes:
+        folder: of the set.
+        files: of answers.
+        power: of the plan, by question; None where it has no trials.
+        rougher, colder: by the questions about pairs.
+        fingers: whose feel explains the answers best, the likeliest first.
+        same, sorts, magnitudes: by the other questions.
+        own_finger: the finger that was proposed.
+        notes: what a person should know, a line each.
+    """
+
+    folder: Path
+    files: tuple[Path, ...]
+    power: Mapping[str, Power | None]
+    rougher: PairResults | None = None
+    colder: PairResults | None = None
+    fingers: tuple[FingerFit, ...] = ()
+    same: SameResults | None = None
+    sorts: SortResults | None = None
+    magnitudes: RatingResults | None = None
+    own_finger: Proposal | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def asked(self) -> list[tuple[str, PairResults]]:
+        """The questions about pairs that people answered, and their results."""
+        results = ((ROUGHER, self.rougher), (COLDER, self.colder))
+        return [(question, one) for question, one in results if one is not None]
+
+    def as_json(self) -> dict[str, Any]:
+        """The content of `answers.json`."""
+        content: dict[str, Any] = {
+            "set": str(self.folder),
+            "files": [str(file) for file in self.files],
+            "power": {question: _plain(one) for question, one in self.power.items()},
+        }
+        if not self.files:
+            return content
+        # What is there without answers about roughness stands first.
+        content |= {"weber": None, "people": [], "fingers": [asdict(one) for one in self.fingers]}
+        content |= {"best_finger": self.fingers[0].name if self.fingers else None}
+        content |= {} if self.rougher is None else self.rougher.as_json()
+        return content | {
+            "colder": None if self.colder is None else self.colder.as_json(),
+            "same": _plain(self.same),
+            "sorts": _plain(self.sorts),
+            "magnitudes": _plain(self.magnitudes),
+            "own_finger": None if self.own_finger is None else self.own_finger.as_json(),
+            "notes": list(self.notes),
+        }
+
+
+def _plain(results: Power | SameResults | SortResults | RatingResults | None) -> dict[str, Any] | None:
+    return None if results is None else asdict(results)
+
+
 def analysed(
     folder: Path, files: Sequence[Path], partial: bool, without: Sequence[str]
-) -> tuple[Entry, Answers | None, dict[str, SetPlate]]:
-    """Everything that the answers say.
+) -> tuple[AnswersResults, Answers | None, dict[str, SetPlate]]:
+    """Everything that the answers say, but for the finger of one's own.
 
     Args:
         folder: of the set.
-        files: of answers; none tells what the plan can tell.
+        files: of answers; without any, the plan alone is analysed.
         partial: whether people may have left trials of the plan out.
         without: people to leave out.
 
     Returns:
-        The content of `answers.json`, the answers, and the plates of the set.
+        The results, the answers, and the plates of the set.
 
     Raises:
         InputError: the folder is no finished set, or the answers are not to it.
     """
     plates = read_plates(folder, fingers=bool(files))
     plans = planned(folder)
-    content: Entry = {"set": str(folder), "files": [str(file) for file in files]}
-    content |= {"power": _power(plans, plates)}
+    plan_power = _power(plans, plates)
     if not files:
-        if not any(content["power"].values()):
+        if not any(plan_power.values()):
             raise InputError(f"{folder}: has no plan; retouch stimuli --redraw -o {folder} writes one")
-        return content, None, plates
+        return AnswersResults(folder, (), plan_power), None, plates
     answers = read_answers(files, plates, plans, partial, without)
     pairs = {name: Question.of(name, answers.pairs[name]) for name in QUANTITIES if answers.pairs.get(name)}
-    content |= {"weber": None, "people": [], "fingers": [], "best_finger": None}
-    if ROUGHER in pairs:
-        content |= compared(pairs[ROUGHER], plates) | fingers(pairs[ROUGHER], plates)
-    content["colder"] = compared(pairs[COLDER], plates) if COLDER in pairs else None
-    content["same"] = judged_same(answers.pairs[SAME], plates) if answers.pairs.get(SAME) else None
-    content["sorts"] = sorted_plates(answers.sorts, plates) if answers.sorts else None
-    content["magnitudes"] = rated_plates(answers.magnitudes, plates) if answers.magnitudes else None
-    content["own_finger"] = None
-    content["notes"] = [*answers.notes, *_notes(content)]
-    return content, answers, plates
+    results = AnswersResults(
+        folder,
+        tuple(files),
+        plan_power,
+        rougher=compared(pairs[ROUGHER], plates) if ROUGHER in pairs else None,
+        fingers=fingers(pairs[ROUGHER], plates) if ROUGHER in pairs else (),
+        colder=compared(pairs[COLDER], plates) if COLDER in pairs else None,
+        same=judged_same(answers.pairs[SAME], plates) if answers.pairs.get(SAME) else None,
+        sorts=sorted_plates(answers.sorts, plates) if answers.sorts else None,
+        magnitudes=rated_plates(answers.magnitudes, plates) if answers.magnitudes else None,
+    )
+    return replace(results, notes=(*answers.notes, *_notes(results))), answers, plates
 
 
-def _power(plans: Mapping[str, Mapping[tuple[str, int], Row]], plates: Mapping[str, SetPlate]) -> Entry:
-    """What the plan can tell, by question."""
-    found: Entry = {}
+def _power(
+    plans: Mapping[str, Mapping[tuple[str, int], Row]], plates: Mapping[str, SetPlate]
+) -> dict[str, Power | None]:
+    """What the plan can say, by question."""
+    found: dict[str, Power | None] = {}
     for question, (quantity, ratio) in QUANTITIES.items():
         trials = plans.get(question)
         if not trials:
@@ -79,23 +150,24 @@ def _power(plans: Mapping[str, Mapping[tuple[str, int], Row]], plates: Mapping[s
     return found
 
 
-def _notes(content: Entry) -> list[str]:
+def _notes(results: AnswersResults) -> Iterator[str]:
     """What a person should know of the results, a line each."""
-    notes = []
-    if (people := len(content["people"])) == 1:
-        notes.append("one person's answers say nothing of other people")
-    if content["weber"] is not None and content["weber_high"] is not None:
-        half = 50.0 * (content["weber_high"] - content["weber_low"]) / content["weber"]
-        predicted = content["predicted"]["weber"]
-        verdict = "holds" if content["weber_low"] <= predicted <= content["weber_high"] else "excludes"
-        notes.append(
-            f"the JND of {people} people is known to about ±{half:.0f} %; its interval {verdict} the "
-            f"predicted {100.0 * predicted:.0f} %"
-        )
-    elif people:
-        notes.append("the answers give no JND, but a bound of it")
-    if felt := content["fingers"]:
-        near = [one["name"] for one in felt[1:] if one["behind"] < BEHIND]
-        said = f"{felt[0]['name']} explains the answers best"
-        notes.append(f"{said}; not told from it: {', '.join(near)}" if near else said)
-    return notes
+    if (found := results.rougher) is not None:
+        people, one = len(found.people), found.fractions
+        if people == 1:
+            yield "one person's answers say nothing of other people"
+        if one.weber is not None and one.weber_high is not None:
+            half = 50.0 * (one.weber_high - one.weber_low) / one.weber
+            predicted = found.predicted_weber
+            verdict = "holds" if one.weber_low <= predicted <= one.weber_high else "excludes"
+            yield (
+                f"the JND of {people} people is known to about ±{half:.0f} %; its interval {verdict} the "
+                f"predicted {100.0 * predicted:.0f} %"
+            )
+        else:
+            yield "the answers give no JND, but a bound of it"
+    if results.fingers:
+        best, *others = results.fingers
+        near = [other.name for other in others if other.behind < BEHIND]
+        said = f"{best.name} explains the answers best"
+        yield f"{said}; not told from it: {', '.join(near)}" if near else said

@@ -2,9 +2,9 @@
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Self
 
 import numpy as np
 from scipy import stats
@@ -18,8 +18,6 @@ from retouch.laboratory.people.reading import COLDER, ROUGHER, Pair
 from retouch.laboratory.stimulus_sets.prediction import CONTACT_JND
 from tactile.jnd import ROUGHNESS_JND
 
-Entry = dict[str, Any]
-
 QUANTITIES: dict[str, tuple[str, float]] = {
     ROUGHER: ("roughness", ROUGHNESS_JND),
     COLDER: ("contact_area_mm2", CONTACT_JND),
@@ -29,6 +27,142 @@ FEW_ANSWERS = 20
 """Answers of a person below which the JND is known within a factor of about three at best."""
 MOST_POINTS = 21
 """Most points of the psychometric function on the page."""
+
+
+@dataclass(frozen=True)
+class Fractions:
+    """A just-noticeable difference and what else answers to pairs say, with the ends of 95 % intervals.
+
+    Attributes:
+        weber: Weber fraction.
+        pse: ratio of the plates' values at which both are told equally often.
+        lapse_rate, guess_rate: of answers that go by nothing felt, and half of it.
+    """
+
+    weber: float | None
+    weber_low: float
+    weber_high: float | None
+    pse: float | None
+    pse_low: float | None
+    pse_high: float | None
+    lapse_rate: float | None
+    lapse_rate_low: float | None
+    lapse_rate_high: float | None
+    guess_rate: float | None
+
+    @classmethod
+    def of(cls, one: Fitted) -> Self:
+        """Weber fraction, point of equality and lapse rate of a fit."""
+        fraction, noise, lapses = weber(one.noise), one.noise.value, one.lapses
+        equality = Estimate(None, None, None)
+        if noise is not None:
+            equality = one.preference.mapped(lambda jnd: math.exp(jnd * math.exp(noise)))
+        return cls(
+            fraction.value,
+            # A fraction cannot lie below 0; without errors nothing bounds it from below.
+            fraction.low or 0.0,
+            fraction.high,
+            *(equality.value, equality.low, equality.high),
+            *(lapses.value, lapses.low, lapses.high),
+            None if lapses.value is None else 0.5 * lapses.value,
+        )
+
+
+@dataclass(frozen=True)
+class PersonResult:
+    """What one person's answers say; `note` is what they cannot say."""
+
+    person: str
+    answers: int
+    fractions: Fractions
+    note: str | None
+
+    def as_json(self) -> dict[str, Any]:
+        """The person as `answers.json` has it."""
+        return {"person": self.person, "answers": self.answers, **asdict(self.fractions), "note": self.note}
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of the psychometric function: share of answers for the second plate, %, at a difference."""
+
+    jnd: float
+    answers: int
+    second_percent: float
+    low_percent: float
+    high_percent: float
+    predicted_percent: float
+
+
+@dataclass(frozen=True)
+class Preference:
+    """How often a plate was told above another one of its texture, %."""
+
+    texture: str
+    above: str
+    below: str
+    answers: int
+    told_percent: float
+    low_percent: float
+    high_percent: float
+    predicted_percent: float
+
+
+@dataclass(frozen=True)
+class RankCorrelation:
+    """Rank correlations of a quantity with scores of the plates of a texture."""
+
+    texture: str
+    plates: int
+    spearman: float
+    kendall: float
+
+
+@dataclass(frozen=True)
+class PairResults:
+    """All that the answers to a question about pairs say.
+
+    Attributes:
+        answers: their number.
+        fractions: of everybody.
+        people: each alone.
+        told_right_percent, predicted_right_percent: pairs told as predicted, and expected so; None if all
+            plates are equal.
+        predicted_weber: Weber fraction of the prediction.
+        points: of the psychometric function.
+        matrix: every two plates of a texture.
+        order: rank correlations, by texture.
+    """
+
+    answers: int
+    fractions: Fractions
+    people: tuple[PersonResult, ...]
+    told_right_percent: float | None
+    predicted_right_percent: float | None
+    predicted_weber: float
+    points: tuple[Point, ...]
+    matrix: tuple[Preference, ...]
+    order: tuple[RankCorrelation, ...]
+
+    @property
+    def rows(self) -> list[tuple[str, int, Fractions, str]]:
+        """Name, number of answers, fractions and note of everybody together and of each person."""
+        each = [(one.person, one.answers, one.fractions, one.note or "") for one in self.people]
+        return [("everybody", self.answers, self.fractions, ""), *each]
+
+    def as_json(self) -> dict[str, Any]:
+        """The results as `answers.json` has them."""
+        return {
+            "answers": self.answers,
+            **asdict(self.fractions),
+            "people": [one.as_json() for one in self.people],
+            "told_right_percent": self.told_right_percent,
+            "predicted_right_percent": self.predicted_right_percent,
+            "predicted": {"weber": self.predicted_weber, "pse": 1.0},
+            "points": [asdict(one) for one in self.points],
+            "matrix": [asdict(one) for one in self.matrix],
+            "order": [asdict(one) for one in self.order],
+        }
 
 
 @dataclass(frozen=True)
@@ -64,8 +198,8 @@ class Question:
         ]
 
 
-def compared(question: Question, plates: Mapping[str, SetPlate]) -> Entry:
-    """All that the answers to a question about pairs say, as `answers.json` has it.
+def compared(question: Question, plates: Mapping[str, SetPlate]) -> PairResults:
+    """All that the answers to a question about pairs say.
 
     Args:
         question: the answers.
@@ -75,39 +209,21 @@ def compared(question: Question, plates: Mapping[str, SetPlate]) -> Entry:
     answers = question.answers(lambda label: float(getattr(plates[label], quantity)))
     with stage("fitting what people told"):
         fitted = fit(answers)
-    entry: Entry = {"answers": sum(map(len, answers))} | fractions(fitted.middle)
-    entry["people"] = [
-        {"person": name, "answers": len(each)} | fractions(one) | {"note": _note(one, len(each))}
-        for name, each, one in zip(question.people, answers, fitted.each, strict=True)
-    ]
-    entry |= _told_right(answers, ratio)
-    entry["predicted"] = {"weber": ratio - 1.0, "pse": 1.0}
-    entry["points"] = points(answers, ratio)
-    entry["matrix"] = _matrix(question, plates, quantity, ratio)
-    entry["order"] = order(question, plates, quantity)
-    return entry
-
-
-def fractions(one: Fitted) -> Entry:
-    """Weber fraction, point of equality and lapse rate with their intervals."""
-    fraction = weber(one.noise)
-    noise = one.noise.value
-    equality = Estimate(None, None, None)
-    if noise is not None:
-        equality = one.preference.mapped(lambda jnd: math.exp(jnd * math.exp(noise)))
-    return {
-        "weber": fraction.value,
-        # A fraction cannot lie below 0; without errors nothing bounds it from below.
-        "weber_low": fraction.low or 0.0,
-        "weber_high": fraction.high,
-        **_ends("pse", equality),
-        **_ends("lapse_rate", one.lapses),
-        "guess_rate": None if one.lapses.value is None else 0.5 * one.lapses.value,
-    }
-
-
-def _ends(name: str, estimate: Estimate) -> Entry:
-    return {name: estimate.value, f"{name}_low": estimate.low, f"{name}_high": estimate.high}
+    right, expected = _told_right(answers, ratio)
+    return PairResults(
+        answers=sum(map(len, answers)),
+        fractions=Fractions.of(fitted.middle),
+        people=tuple(
+            PersonResult(name, len(each), Fractions.of(one), _note(one, len(each)))
+            for name, each, one in zip(question.people, answers, fitted.each, strict=True)
+        ),
+        told_right_percent=right,
+        predicted_right_percent=expected,
+        predicted_weber=ratio - 1.0,
+        points=tuple(points(answers, ratio)),
+        matrix=tuple(_matrix(question, plates, quantity, ratio)),
+        order=order(question, plates, quantity),
+    )
 
 
 def _note(one: Fitted, answers: int) -> str | None:
@@ -121,20 +237,19 @@ def _note(one: Fitted, answers: int) -> str | None:
     return None
 
 
-def _told_right(answers: Sequence[PairAnswers], ratio: float) -> Entry:
-    """How many pairs are told as the prediction has them, and how many it expects; equal plates left out."""
+def _told_right(answers: Sequence[PairAnswers], ratio: float) -> tuple[float | None, float | None]:
+    """Percentage of pairs told as the prediction has them, and expected so; equal plates are left out."""
     differences = np.concatenate([one.differences for one in answers])
     second = np.concatenate([one.second for one in answers])
     some = differences != 0.0
+    if not some.any():
+        return None, None
     expected = ndtr(np.abs(differences[some]) / math.log(ratio))
     right = second[some] == (differences[some] > 0.0)
-    return {
-        "told_right_percent": 100.0 * float(right.mean()) if some.any() else None,
-        "predicted_right_percent": 100.0 * float(expected.mean()) if some.any() else None,
-    }
+    return 100.0 * float(right.mean()), 100.0 * float(expected.mean())
 
 
-def points(answers: Sequence[PairAnswers], ratio: float) -> list[Entry]:
+def points(answers: Sequence[PairAnswers], ratio: float) -> Iterator[Point]:
     """Share of answers for the second plate over the predicted difference, JND."""
     jnd = np.concatenate([one.differences for one in answers]) / math.log(ratio)
     second = np.concatenate([one.second for one in answers])
@@ -142,24 +257,13 @@ def points(answers: Sequence[PairAnswers], ratio: float) -> list[Entry]:
     if len(edges) > MOST_POINTS:
         edges = np.unique(np.quantile(jnd, np.linspace(0.0, 1.0, MOST_POINTS)))
     nearest = np.abs(jnd[:, None] - edges).argmin(axis=1)
-    found = []
     for number in range(len(edges)):
         some = nearest == number
-        if not some.any():
-            continue
-        at = float(jnd[some].mean())
-        low, high = wilson(int(second[some].sum()), int(some.sum()))
-        found.append(
-            {
-                "jnd": at,
-                "answers": int(some.sum()),
-                "second_percent": 100.0 * float(second[some].mean()),
-                "low_percent": 100.0 * low,
-                "high_percent": 100.0 * high,
-                "predicted_percent": 100.0 * float(ndtr(at)),
-            }
-        )
-    return found
+        if some.any():
+            at = float(jnd[some].mean())
+            low, high = wilson(int(second[some].sum()), int(some.sum()))
+            share, expected = float(second[some].mean()), float(ndtr(at))
+            yield Point(at, int(some.sum()), *(100.0 * each for each in (share, low, high, expected)))
 
 
 def wilson(right: int, count: int) -> tuple[float, float]:
@@ -168,7 +272,9 @@ def wilson(right: int, count: int) -> tuple[float, float]:
     return float(ends.low), float(ends.high)
 
 
-def _matrix(question: Question, plates: Mapping[str, SetPlate], quantity: str, ratio: float) -> list[Entry]:
+def _matrix(
+    question: Question, plates: Mapping[str, SetPlate], quantity: str, ratio: float
+) -> list[Preference]:
     """How often each plate was told above each other of its texture, and should be: the paper's figure 25."""
     counts: dict[tuple[str, str], list[int]] = {}
     for pair in itertools.chain(*question.pairs):
@@ -181,22 +287,12 @@ def _matrix(question: Question, plates: Mapping[str, SetPlate], quantity: str, r
     for (upper, lower), told in counts.items():
         jnd = math.log(getattr(plates[upper], quantity) / getattr(plates[lower], quantity)) / math.log(ratio)
         low, high = wilson(sum(told), len(told))
-        rows.append(
-            {
-                "texture": plates[upper].texture,
-                "above": upper,
-                "below": lower,
-                "answers": len(told),
-                "told_percent": 100.0 * sum(told) / len(told),
-                "low_percent": 100.0 * low,
-                "high_percent": 100.0 * high,
-                "predicted_percent": 100.0 * float(ndtr(jnd)),
-            }
-        )
-    return sorted(rows, key=lambda row: (row["texture"], row["above"], row["below"]))
+        shares = (100.0 * sum(told) / len(told), 100.0 * low, 100.0 * high, 100.0 * float(ndtr(jnd)))
+        rows.append(Preference(plates[upper].texture, upper, lower, len(told), *shares))
+    return sorted(rows, key=lambda row: (row.texture, row.above, row.below))
 
 
-def order(question: Question, plates: Mapping[str, SetPlate], quantity: str) -> list[Entry]:
+def order(question: Question, plates: Mapping[str, SetPlate], quantity: str) -> tuple[RankCorrelation, ...]:
     """Rank correlation of the quantity with how often plates were told above others, by texture."""
     above: dict[str, list[bool]] = {}
     for pair in itertools.chain(*question.pairs):
@@ -209,7 +305,7 @@ def order(question: Question, plates: Mapping[str, SetPlate], quantity: str) -> 
 
 def correlations(
     scores: Mapping[str, float], plates: Mapping[str, SetPlate], quantity: str = "roughness"
-) -> list[Entry]:
+) -> tuple[RankCorrelation, ...]:
     """Rank correlations, Spearman's and Kendall's, of scores of plates with a quantity, by texture."""
     by_texture: dict[str, list[str]] = {}
     for label in scores:
@@ -220,12 +316,7 @@ def correlations(
         values = [float(getattr(plates[label], quantity)) for label in labels]
         if len(labels) < 3 or len(set(told)) < 2 or len(set(values)) < 2:
             continue
-        found.append(
-            {
-                "texture": texture,
-                "plates": len(labels),
-                "spearman": float(stats.spearmanr(told, values).statistic),
-                "kendall": float(stats.kendalltau(told, values).statistic),
-            }
-        )
-    return found
+        spearman, kendall = stats.spearmanr(told, values), stats.kendalltau(told, values)
+        each = float(spearman.statistic), float(kendall.statistic)
+        found.append(RankCorrelation(texture, len(labels), *each))
+    return tuple(found)

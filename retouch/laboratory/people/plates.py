@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from optimize.run_directory.key import read_verification
+from optimize.run_directory.finished_run import read_verification
 from relief.ground.errors import InputError
 from retouch.laboratory.people.tables import Row, read_table
 from retouch.laboratory.stimulus_sets.document import PLATES

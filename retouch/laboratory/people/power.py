@@ -8,7 +8,7 @@ gives, at the predicted JND; over people who differ by `SPREAD`, the middle of a
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
@@ -48,31 +48,55 @@ def half_width(information_of_one: float, noise: float, people: int, trials: int
     return SIGMAS * math.sqrt(variance) * noise * math.exp(noise) / math.expm1(noise)
 
 
-def power(differences: Sequence[float], ratio: float, people: int) -> dict[str, Any]:
-    """What a plan can tell of the JND, before anybody has answered.
+@dataclass(frozen=True)
+class PeopleNeeded:
+    """How many people a precision takes, by trials each."""
+
+    trials_each: int
+    people: int
+
+
+@dataclass(frozen=True)
+class Power:
+    """What a plan can say of the JND, before anybody has answered.
+
+    Attributes:
+        people, trials_each: of the plan.
+        half_width_percent, half_width_of_a_person_percent: half of the interval in % of the Weber fraction,
+            of all people and of one person.
+        answers_for_10_percent: of people who are alike.
+        people_for_10_percent: of people who differ by `spread_assumed`.
+    """
+
+    people: int
+    trials_each: int
+    half_width_percent: float
+    half_width_of_a_person_percent: float
+    answers_for_10_percent: int
+    people_for_10_percent: tuple[PeopleNeeded, ...]
+    spread_assumed: float
+
+
+def power(differences: Sequence[float], ratio: float, people: int) -> Power:
+    """What a plan can say of the JND.
 
     Args:
         differences: logarithms of the ratios of the values of all planned pairs.
         ratio: of values one JND apart, as predicted.
         people: of the plan.
-
-    Returns:
-        `half_width_percent` of all people and of one person, `answers_for_10_percent` of people who are
-        alike, and in `people_for_10_percent` how many people who differ by `SPREAD` it takes by trials each.
     """
     noise = math.log(ratio)
     of_one = information(np.array(differences), noise)
     trials = round(len(differences) / people)
     factor = (SIGMAS * noise * math.exp(noise) / math.expm1(noise) / PRECISION) ** 2
-    return {
-        "people": people,
-        "trials_each": trials,
-        "half_width_percent": 100.0 * half_width(of_one, noise, people, trials, SPREAD),
-        "half_width_of_a_person_percent": 100.0 * half_width(of_one, noise, 1, trials, 0.0),
-        "answers_for_10_percent": math.ceil(factor / of_one),
-        "people_for_10_percent": [
-            {"trials_each": each, "people": math.ceil(factor * (SPREAD**2 + 1.0 / (of_one * each)))}
-            for each in TRIALS
-        ],
-        "spread_assumed": SPREAD,
-    }
+    return Power(
+        people=people,
+        trials_each=trials,
+        half_width_percent=100.0 * half_width(of_one, noise, people, trials, SPREAD),
+        half_width_of_a_person_percent=100.0 * half_width(of_one, noise, 1, trials, 0.0),
+        answers_for_10_percent=math.ceil(factor / of_one),
+        people_for_10_percent=tuple(
+            PeopleNeeded(each, math.ceil(factor * (SPREAD**2 + 1.0 / (of_one * each)))) for each in TRIALS
+        ),
+        spread_assumed=SPREAD,
+    )

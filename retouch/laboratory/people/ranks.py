@@ -2,23 +2,94 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from statistics import fmean, stdev
-from typing import Any
 
 import numpy as np
 from scipy import stats
 
-from retouch.laboratory.people.comparisons import correlations, wilson
+from retouch.laboratory.people.comparisons import RankCorrelation, correlations, wilson
 from retouch.laboratory.people.plates import SetPlate
 from retouch.laboratory.people.reading import YES, Magnitude, Pair, Sort
 from retouch.laboratory.stimulus_sets import prediction
 from retouch.laboratory.stimulus_sets.levels import ROUGHNESS
 from tactile.jnd import jnd_apart
 
-Entry = dict[str, Any]
 SAME_HALF = 0.5
 """Share of answers from which on a plate passes for its texture, as section 5.3 of the paper counts."""
+
+
+@dataclass(frozen=True)
+class SortResults:
+    """How often people sorted by V, and should: neighbours, whole sets, plates two or more steps apart."""
+
+    sorts: int
+    people: int
+    neighbours_percent: float
+    neighbours_low: float | None
+    neighbours_high: float | None
+    neighbours_std: float | None
+    sorted_percent: float
+    far_discrepancies: int
+    predicted_neighbours_percent: float
+    predicted_sorted_percent: float
+    predicted_far_discrepancies: float
+    order: tuple[RankCorrelation, ...]
+
+
+@dataclass(frozen=True)
+class RatedPlate:
+    """Geometric mean of the numbers that people gave a plate, relative to their own means."""
+
+    plate: str
+    relative_magnitude: float
+    ratings: int
+
+
+@dataclass(frozen=True)
+class RatingResults:
+    """How the numbers that people gave go by V: the exponent of a power law, and rank correlations."""
+
+    ratings: int
+    people: int
+    exponent: float | None
+    exponent_low: float | None
+    exponent_high: float | None
+    plates: tuple[RatedPlate, ...]
+    order: tuple[RankCorrelation, ...]
+
+
+@dataclass(frozen=True)
+class JudgedPlate:
+    """How often a plate passed for its texture by sight, %."""
+
+    plate: str
+    kind: str
+    answers: int
+    same_percent: float
+    low_percent: float
+    high_percent: float
+    picture_change_percent: float | None
+
+
+@dataclass(frozen=True)
+class JudgedKind:
+    """The plates of a kind: how many, how often the same, and how many passed."""
+
+    plates: int
+    same_percent: float
+    passed: int
+
+
+@dataclass(frozen=True)
+class SameResults:
+    """How often plates pass for their texture, by kind and one by one."""
+
+    answers: int
+    kinds: Mapping[str, JudgedKind]
+    plates: tuple[JudgedPlate, ...]
 
 
 def mean_with_interval(values: Sequence[float]) -> tuple[float, float | None, float | None]:
@@ -30,11 +101,11 @@ def mean_with_interval(values: Sequence[float]) -> tuple[float, float | None, fl
     return mean, mean - half, mean + half
 
 
-def sorted_plates(sorts: Sequence[Sort], plates: Mapping[str, SetPlate]) -> Entry:
+def sorted_plates(sorts: Sequence[Sort], plates: Mapping[str, SetPlate]) -> SortResults:
     """How often neighbours, whole sets and plates two or more steps apart are sorted by V, and should be."""
     by_person: dict[str, list[float]] = {}
     right, whole, far = [], [], []
-    expected: dict[str, list[float]] = {"neighbours": [], "sorted": [], "far": []}
+    expected = []
     places: dict[str, list[int]] = {}
     for sort in sorts:
         rank = {label: k for k, label in enumerate(sort.labels)}
@@ -47,43 +118,39 @@ def sorted_plates(sorts: Sequence[Sort], plates: Mapping[str, SetPlate]) -> Entr
         far.append(any(ranks[i] > ranks[j] for i in range(len(ranks)) for j in range(i + 2, len(ranks))))
         for label, place in rank.items():
             places.setdefault(label, []).append(place)
-        _expect(expected, tuple(order), plates)
+        lowest = plates[order[0]].roughness
+        expected.append(_expected(tuple(jnd_apart(plates[label].roughness, lowest) for label in order)))
     each = [100.0 * fmean(told) for told in by_person.values()]
     mean, low, high = mean_with_interval(each)
     scores = {label: fmean(told) for label, told in places.items()}
-    return {
-        "sorts": len(sorts),
-        "people": len(by_person),
-        "neighbours_percent": mean,
-        "neighbours_low": low,
-        "neighbours_high": None if high is None else min(100.0, high),
-        "neighbours_std": stdev(each) if len(each) > 1 else None,
-        "sorted_percent": 100.0 * fmean(whole),
-        "far_discrepancies": sum(far),
-        "predicted_neighbours_percent": 100.0 * fmean(expected["neighbours"]),
-        "predicted_sorted_percent": 100.0 * fmean(expected["sorted"]),
-        "predicted_far_discrepancies": math.fsum(expected["far"]),
-        "order": correlations(scores, plates),
-    }
+    of_neighbours, of_whole, of_far = zip(*expected, strict=True)
+    return SortResults(
+        sorts=len(sorts),
+        people=len(by_person),
+        neighbours_percent=mean,
+        neighbours_low=low,
+        neighbours_high=None if high is None else min(100.0, high),
+        neighbours_std=stdev(each) if len(each) > 1 else None,
+        sorted_percent=100.0 * fmean(whole),
+        far_discrepancies=sum(far),
+        predicted_neighbours_percent=100.0 * fmean(of_neighbours),
+        predicted_sorted_percent=100.0 * fmean(of_whole),
+        predicted_far_discrepancies=math.fsum(of_far),
+        order=correlations(scores, plates),
+    )
 
 
-_PREDICTED: dict[tuple[float, ...], tuple[float, float, float]] = {}
-"""Predictions by JND: an experiment has many sorts of few sets."""
+@cache
+def _expected(jnds: tuple[float, ...]) -> tuple[float, float, float]:
+    """Predictions for levels by their JND; an experiment has many sorts of few sets."""
+    return (
+        prediction.neighbours_right(jnds),
+        prediction.sorted_right(jnds),
+        prediction.far_discrepancy(jnds),
+    )
 
 
-def _expect(expected: dict[str, list[float]], order: tuple[str, ...], plates: Mapping[str, SetPlate]) -> None:
-    jnds = tuple(jnd_apart(plates[label].roughness, plates[order[0]].roughness) for label in order)
-    if jnds not in _PREDICTED:
-        _PREDICTED[jnds] = (
-            prediction.neighbours_right(jnds),
-            prediction.sorted_right(jnds),
-            prediction.far_discrepancy(jnds),
-        )
-    for name, value in zip(("neighbours", "sorted", "far"), _PREDICTED[jnds], strict=True):
-        expected[name].append(value)
-
-
-def rated_plates(magnitudes: Sequence[Magnitude], plates: Mapping[str, SetPlate]) -> Entry:
+def rated_plates(magnitudes: Sequence[Magnitude], plates: Mapping[str, SetPlate]) -> RatingResults:
     """How the numbers that people gave go by V: exponent of a power law, and rank correlations.
 
     Each person's numbers are taken relative to their geometric mean, as everybody has a scale of their own.
@@ -101,21 +168,18 @@ def rated_plates(magnitudes: Sequence[Magnitude], plates: Mapping[str, SetPlate]
             told.setdefault(one.plate, []).append(float(log))
     scores = {label: fmean(logs) for label, logs in told.items()}
     mean, low, high = mean_with_interval(exponents) if exponents else (None, None, None)
-    return {
-        "ratings": len(magnitudes),
-        "people": len(by_person),
-        "exponent": mean,
-        "exponent_low": low,
-        "exponent_high": high,
-        "plates": [
-            {"plate": label, "relative_magnitude": math.exp(log), "ratings": len(told[label])}
-            for label, log in scores.items()
-        ],
-        "order": correlations(scores, plates),
-    }
+    return RatingResults(
+        ratings=len(magnitudes),
+        people=len(by_person),
+        exponent=mean,
+        exponent_low=low,
+        exponent_high=high,
+        plates=tuple(RatedPlate(label, math.exp(log), len(told[label])) for label, log in scores.items()),
+        order=correlations(scores, plates),
+    )
 
 
-def judged_same(pairs: Sequence[Pair], plates: Mapping[str, SetPlate]) -> Entry:
+def judged_same(pairs: Sequence[Pair], plates: Mapping[str, SetPlate]) -> SameResults:
     """How often plates pass for their texture by sight (section 5.3 of the paper).
 
     Of a pair the texture as found is the reference, and the other plate is judged.
@@ -125,32 +189,25 @@ def judged_same(pairs: Sequence[Pair], plates: Mapping[str, SetPlate]) -> Entry:
         first = plates[pair.first]
         is_texture = first.kind == ROUGHNESS and first.level == 0.0
         told.setdefault(pair.second if is_texture else pair.first, []).append(pair.told == YES)
-    entries: list[Entry] = []
+    judged = []
     for label, same in told.items():
         low, high = wilson(sum(same), len(same))
-        entries.append(
-            {
-                "plate": label,
-                "kind": plates[label].kind,
-                "answers": len(same),
-                "same_percent": 100.0 * fmean(same),
-                "low_percent": 100.0 * low,
-                "high_percent": 100.0 * high,
-                "picture_change_percent": plates[label].picture_change_percent,
-            }
+        judged.append(
+            JudgedPlate(
+                plate=label,
+                kind=plates[label].kind,
+                answers=len(same),
+                same_percent=100.0 * fmean(same),
+                low_percent=100.0 * low,
+                high_percent=100.0 * high,
+                picture_change_percent=plates[label].picture_change_percent,
+            )
         )
-    kinds: dict[str, list[Entry]] = {}
-    for entry in entries:
-        kinds.setdefault(entry["kind"], []).append(entry)
-    return {
-        "answers": len(pairs),
-        "kinds": {
-            kind: {
-                "plates": len(each),
-                "same_percent": fmean(entry["same_percent"] for entry in each),
-                "passed": sum(entry["same_percent"] >= 100.0 * SAME_HALF for entry in each),
-            }
-            for kind, each in kinds.items()
-        },
-        "plates": entries,
+    by_kind: dict[str, list[float]] = {}
+    for plate in judged:
+        by_kind.setdefault(plate.kind, []).append(plate.same_percent)
+    kinds = {
+        kind: JudgedKind(len(each), fmean(each), sum(one >= 100.0 * SAME_HALF for one in each))
+        for kind, each in by_kind.items()
     }
+    return SameResults(len(pairs), kinds, tuple(judged))

@@ -2,34 +2,54 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
 from relief.ground.arrays import Array
 from relief.ground.progress import stage
-from retouch.laboratory.people.comparisons import Question, fractions
+from retouch.laboratory.people.comparisons import Fractions, Question
 from retouch.laboratory.people.plates import SetPlate
 from retouch.laboratory.people.population import Population, fit
 
-Entry = dict[str, Any]
 RESAMPLES, SEED = 2000, 0
 """Resampled groups of people by which fingers are compared, and their seed."""
 LEAST_PEOPLE = 3
 """People from which on resampling them says how sure the best finger is."""
 
 
-def fingers(question: Question, plates: Mapping[str, SetPlate]) -> Entry:
+@dataclass(frozen=True)
+class FingerFit:
+    """How well answers go by what a finger feels, with a JND of its own.
+
+    Attributes:
+        name: of the finger.
+        log_likelihood: of the answers.
+        behind: by how much it is less than that of the likeliest finger.
+        best_of_resampled_percent: of groups of people; None for too few people.
+        weber: Weber fraction, with the ends of its interval.
+    """
+
+    name: str
+    log_likelihood: float
+    behind: float
+    best_of_resampled_percent: float | None
+    weber: float | None
+    weber_low: float
+    weber_high: float | None
+
+
+def fingers(question: Question, plates: Mapping[str, SetPlate]) -> tuple[FingerFit, ...]:
     """How well the answers go by what each finger feels, each with a JND of its own.
 
     Returns:
-        `fingers`, the likeliest first, and `best_finger`; none where the runs of the set are not there.
+        The likeliest first; none where the runs of the set are not there.
     """
     labels = {label for pair in itertools.chain(*question.pairs) for label in (pair.first, pair.second)}
     names = dict.fromkeys(name for label in labels for name in plates[label].by_finger)
     whole = [name for name in names if all(name in plates[label].by_finger for label in labels)]
     if not whole:
-        return {"fingers": [], "best_finger": None}
+        return ()
     with stage("comparing fingers", total=len(whole)) as advance:
         fits = []
         for name in whole:
@@ -38,20 +58,21 @@ def fingers(question: Question, plates: Mapping[str, SetPlate]) -> Entry:
             advance()
     wins = _wins(fits)
     best = max(one.log_likelihood for one in fits)
-    entries: list[Entry] = []
+    found = []
     for number, (name, one) in enumerate(zip(whole, fits, strict=True)):
-        fraction = fractions(one.middle)
-        entries.append(
-            {
-                "name": name,
-                "log_likelihood": one.log_likelihood,
-                "behind": best - one.log_likelihood,
-                "best_of_resampled_percent": None if wins is None else 100.0 * float(wins[number]),
-                **{key: fraction[key] for key in ("weber", "weber_low", "weber_high")},
-            }
+        fraction = Fractions.of(one.middle)
+        found.append(
+            FingerFit(
+                name=name,
+                log_likelihood=one.log_likelihood,
+                behind=best - one.log_likelihood,
+                best_of_resampled_percent=None if wins is None else 100.0 * float(wins[number]),
+                weber=fraction.weber,
+                weber_low=fraction.weber_low,
+                weber_high=fraction.weber_high,
+            )
         )
-    entries.sort(key=lambda entry: float(entry["behind"]))
-    return {"fingers": entries, "best_finger": entries[0]["name"]}
+    return tuple(sorted(found, key=lambda one: one.behind))
 
 
 def _wins(fits: Sequence[Population]) -> Array | None:

@@ -2,15 +2,16 @@
 
 import json
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from optimize.run_directory.finished_run import read_result
 from relief.ground.files import write_atomically
+from relief.ground.formatting import duration
 from relief.ground.locks import only_writer
 from relief.ground.progress import say, stage
-from relief.relief import Relief
 from retouch.laboratory.stimulus_sets import document as documents
 from retouch.laboratory.stimulus_sets.controls import check_sources, make_controls
 from retouch.laboratory.stimulus_sets.levels import plate_rows, write_study_file
@@ -22,6 +23,7 @@ from retouch.laboratory.studies.document import document, document_bytes, spread
 from retouch.laboratory.studies.page import page as study_page
 from retouch.laboratory.studies.rows import expand
 from retouch.laboratory.workers.jobs import Runner, Work
+from retouch.pages.sentences import TextTable
 
 PAGE, STUDY_PAGE = "index.html", "study.html"
 """The page of a set, and that of its study."""
@@ -35,14 +37,14 @@ class StimulusPlates:
 
     Attributes:
         folder: of the set.
-        content: of `stimuli.json`.
+        numbers: of the set.
         files: to print.
         missing: number of plates that are neither done nor failed.
         experiment: page that shows the trials and takes answers; None where no two plates can be compared.
     """
 
     folder: Path
-    content: dict[str, Any]
+    numbers: documents.SetNumbers
     files: tuple[Path, ...]
     missing: int
     experiment: Path | None = None
@@ -52,11 +54,50 @@ class StimulusPlates:
         """The page."""
         return self.folder / PAGE
 
+    @property
+    def content(self) -> dict[str, Any]:
+        """The content of `stimuli.json`, with all digits."""
+        return asdict(self.numbers)
+
     def as_json(self) -> dict[str, Any]:
         """What `retouch stimuli --json` prints."""
         files = [*map(str, (self.page, *self.files))]
         experiment = None if self.experiment is None else str(self.experiment)
         return {"folder": str(self.folder), **self.content, "files": files, "experiment": experiment}
+
+    def lines(self, seconds: float | None = None) -> Iterator[str | TextTable]:
+        """Lines and the table of the plates for a person; `seconds` that the set took, if it was computed."""
+        headings = ("plate", "kind", "felt, JND", "over places", "contact, mm²", "pictures, %", "JOD")
+        rows = [_cells(plate) for plate in self.numbers.plates]
+        yield TextTable([(heading, "") for heading in headings], rows, gap=1)
+        summary = self.numbers.summary
+        if summary.neighbours_percent is not None:
+            yield (
+                f"neighbouring levels should be told right in {summary.neighbours_percent:.0f} % of tries "
+                f"(the paper's participants: {summary.paper_neighbours_percent:.0f} %), whole sets in "
+                f"{summary.sorted_percent:.0f} %"
+            )
+        yield from self.numbers.failures
+        if self.experiment is not None:
+            yield f"trials and answers: {self.experiment}"
+        missing = f"; {self.missing} plates not computed yet" if self.missing else ""
+        took = "" if seconds is None else f", {duration(seconds)}"
+        yield f"{self.page}: {summary.plates} plates{missing}{took}"
+        for file in self.files:
+            yield f"to print: {file}"
+
+
+def _cells(plate: documents.PlateNumbers) -> list[str]:
+    """Cells of a plate; what it lacks is empty."""
+    ends = (plate.jnd_least, plate.jnd_most)
+    cells = (
+        (plate.jnd, "+.2f"),
+        (None if None in ends else " to ".join(f"{end:+.2f}" for end in ends), "s"),
+        (plate.contact_area_mm2, ".3g"),
+        (plate.picture_change_percent, ".2g"),
+        (plate.jod, ".2f"),
+    )
+    return [plate.label, plate.kind, *("" if value is None else format(value, form) for value, form in cells)]
 
 
 def make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> StimulusPlates:
@@ -99,28 +140,28 @@ def _make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None, began
     textures, files = [], list[Path]()
     for name in stimuli.names:
         own = [plate for plate in done if plate.of.texture == name]
-        tiles = {plate.of.label: Relief.read(plate.folder / "heights.exr", repeats=False) for plate in own}
+        tiles = {plate.of.label: read_result(plate.folder, repeats=False) for plate in own}
         printed = write_plates(out, name, tiles, stimuli.print, stimuli.printer) if tiles else []
         files += printed
         with stage(f"pairs of {name}"):
             paths = [path.relative_to(out).as_posix() for path in printed]
-            textures.append(documents.texture_entry(name, own, paths))
+            textures.append(documents.texture_numbers(name, own, paths))
     if stimuli.label_advice is not None:
         say(stimuli.label_advice)
     for old in set((out / FOLDER).glob("*.3mf")) - set(files):
         old.unlink()
-    content = {
-        "textures": textures,
-        "summary": documents.summary_of(textures),
-        "failures": [*expanded.faults, *(f"{key[:12]}: {why}" for key, why in rows.failures.items())],
-        "wall_s": _wall_s(out, time.monotonic() - began, bool(before), make_runner is None),
-    }
-    write_atomically(out / documents.DOCUMENT, documents.document_bytes(content))
-    for part, file in (("plates", documents.PLATES), ("pairs", documents.PAIRS)):
-        write_atomically(out / file, documents.spreadsheet(content, part))
-    write_atomically(out / PAGE, page(content, stimuli, out))
+    numbers = documents.SetNumbers(
+        textures=textures,
+        summary=documents.summary_of(textures),
+        failures=[*expanded.faults, *(f"{key[:12]}: {why}" for key, why in rows.failures.items())],
+        wall_s=_wall_s(out, time.monotonic() - began, bool(before), make_runner is None),
+    )
+    write_atomically(out / documents.DOCUMENT, documents.document_bytes(numbers))
+    for file, spread in documents.spreadsheets(numbers).items():
+        write_atomically(out / file, spread)
+    write_atomically(out / PAGE, page(numbers, stimuli, out))
     missing = len(expanded.rows) - len(rows.records) - len(rows.failures)
-    return StimulusPlates(out, content, tuple(files), missing)
+    return StimulusPlates(out, numbers, tuple(files), missing)
 
 
 def _wall_s(out: Path, took_s: float, continued: bool, redrawn: bool) -> float | None:

@@ -4,15 +4,15 @@ import base64
 import io
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 from PIL import Image
 
+from optimize.run_directory.finished_run import read_result
 from optimize.run_directory.key import REPORT
 from relief.relief import Relief
-from retouch.laboratory.stimulus_sets.document import RENDERS
+from retouch.laboratory.stimulus_sets.document import RENDERS, PlateNumbers, SetNumbers
 from retouch.laboratory.stimulus_sets.levels import CONTACT, CONTROLS, ROUGHNESS, SCALED
 from retouch.laboratory.stimulus_sets.plates import cut_square
 from retouch.laboratory.stimulus_sets.stimulus_set import StimulusSet
@@ -33,29 +33,31 @@ KINDS = {
 PNG_AFTER = "-after.png"
 
 
-def page(content: dict[str, Any], stimuli: StimulusSet, out: Path) -> bytes:
+def page(numbers: SetNumbers, stimuli: StimulusSet, out: Path) -> bytes:
     """The page.
 
     Args:
-        content: the document of the set.
+        numbers: of the set.
         stimuli: the set.
         out: its folder.
     """
     textures = []
-    for texture in content["textures"]:
+    for texture in numbers.textures:
         kinds = [
-            (heading, [_shown(plate, stimuli, out) for plate in texture["plates"] if plate["kind"] == kind])
+            (heading, [_shown(plate, stimuli, out) for plate in texture.plates if plate.kind == kind])
             for kind, heading in KINDS.items()
         ]
-        textures.append({**texture, "kinds": [(heading, plates) for heading, plates in kinds if plates]})
+        textures.append(
+            {**vars(texture), "kinds": [(heading, plates) for heading, plates in kinds if plates]}
+        )
     return render_page(
         "stimuli.html.j2",
         scripts=("pairs.js",),
         plates=True,
         pair={"title": f"Stimuli: {', '.join(stimuli.names)}"},
-        content=content,
+        content=numbers,
         textures=textures,
-        summary=content["summary"],
+        summary=numbers.summary,
         settings=stimuli.print,
         printer=stimuli.printer,
         shade=_shade,
@@ -63,10 +65,10 @@ def page(content: dict[str, Any], stimuli: StimulusSet, out: Path) -> bytes:
     )
 
 
-def _shown(plate: dict[str, Any], stimuli: StimulusSet, out: Path) -> dict[str, Any]:
-    folder = out / plate["folder"]
-    report = f"{plate['folder']}/{REPORT}" if (folder / REPORT).is_file() else None
-    return {**plate, "spot": _spot(folder, plate["label"], stimuli.print.plate_mm), "report": report}
+def _shown(plate: PlateNumbers, stimuli: StimulusSet, out: Path) -> dict[str, object]:
+    folder = out / plate.folder
+    report = f"{plate.folder}/{REPORT}" if (folder / REPORT).is_file() else None
+    return {**vars(plate), "spot": _spot(folder, plate.label, stimuli.print.plate_mm), "report": report}
 
 
 def _spot(folder: Path, label: str, plate_mm: float) -> Markup | None:
@@ -77,7 +79,7 @@ def _spot(folder: Path, label: str, plate_mm: float) -> Markup | None:
     first = next(iter(sorted((folder / RENDERS).glob(f"*{PNG_AFTER}"))), None)
     if first is None:
         return None
-    tile = Relief.read(folder / "heights.exr", repeats=False)
+    tile = read_result(folder, repeats=False)
     whole = Image.fromarray(
         cut_square(np.asarray(Image.open(first).convert("L")), tile.width_mm, plate_mm)[0]
     )

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Self
 
 from optimize.estimates.forecast import FOLDER_MIB, PIXEL_MIB, SAMPLE_MIB
-from optimize.run_directory.results import holds_run
+from optimize.run_directory.finished_run import holds_run
 from optimize.runs.checks import faults_of
 from relief.ground.errors import InputError
 from relief.ground.files import partial_folders, remove_partial

@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from optimize.run_directory.checkpoint import FILE as CHECKPOINT
-from optimize.run_directory.key import finished, read_verification
-from optimize.run_directory.results import holds_run
+from optimize.run_directory.finished_run import FinishedRun, finished, holds_run, read_verification
 from optimize.settings.run_file import Run
 from optimize.verification.verification import Verification
 from relief.ground.errors import InputError
 from relief.ground.files import remove_partial, write_atomically
-from relief.ground.formats import RUN_HEIGHTS as HEIGHTS
+from relief.ground.formats import RUN_HEIGHTS
 from retouch.laboratory.studies.measuring.measures import MEASURES
 from retouch.laboratory.studies.records import (
     FAILURE,
@@ -109,9 +108,10 @@ def _computed(job: RowJob) -> Record:
     elif earlier is not None:
         cpu_s = earlier.columns.get("cpu_s")
     measures = {} if earlier is None else dict(earlier.measures)
+    run = FinishedRun(job.folder, job.settings)
     for name in outdated(earlier, job.measures):
         measure = MEASURES[name]
-        values = dict(measure.function(job.folder, job.settings, result))
+        values = dict(measure.function(run))
         measures[name] = Measured(version=measure.version, values=values)
     return Record(key=job.key, columns=columns_of(result) | {"cpu_s": cpu_s}, measures=measures)
 
@@ -122,7 +122,7 @@ def _done(job: RowJob, record: Record | None) -> Verification | None:
     A record says that the run is done, even if the settings in the folder lack those that are new, or name
     files by places where they no longer lie.
     """
-    if record is not None and (job.folder / HEIGHTS).is_file():
+    if record is not None and (job.folder / RUN_HEIGHTS).is_file():
         return read_verification(job.folder)
     with suppress(InputError):  # settings that no version wrote, or whose files are gone: computed anew
         return finished(job.folder) if holds_run(job.folder) else None

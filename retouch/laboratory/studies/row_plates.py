@@ -2,14 +2,11 @@
 
 import math
 from collections.abc import Mapping
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from optimize.run_directory.key import SETTINGS
-from optimize.settings.run_file import Run, load_settings
+from optimize.run_directory.finished_run import FinishedRun
 from relief.ground.errors import InputError
-from relief.ground.formats import RUN_HEIGHTS
 from relief.relief import Relief
 from retouch.pages.plate_viewer.appearance import STUDIO
 from retouch.pages.plate_viewer.figure import SPOT_SAMPLES, packed_plates, samples_note
@@ -61,23 +58,10 @@ def _samples(rows: int) -> int:
 def _pair(folder: Path) -> tuple[Relief, Relief] | None:
     """The original and the result of a run; None if one cannot be shown."""
     try:
-        run = load_settings(folder / SETTINGS)
-        if run.print.described is not None:
+        run = FinishedRun.read(folder)
+        if run.settings.print.described is not None:
             return None
-        before, after = _original(*_lengths(run)), Relief.read(folder / RUN_HEIGHTS, repeats=run.repeats)
+        before, after = run.original, run.result
     except (InputError, OSError):
         return None
     return (before, after) if before.surface.size_mm == after.surface.size_mm else None
-
-
-def _lengths(run: Run) -> tuple[Any, ...]:
-    return run.texture, run.size_mm, run.relief_mm, run.height_scale, run.repeats
-
-
-@lru_cache(maxsize=32)
-def _original(
-    texture: Path, size_mm: float | None, relief_mm: float | None, height_scale: float | None, repeats: Any
-) -> Relief:
-    return Relief.read(
-        texture, size_mm=size_mm, relief_mm=relief_mm, height_scale=height_scale, repeats=repeats
-    )

@@ -91,11 +91,12 @@ def with_steered(
             raise InputError(f"region: a change of {jnd:+g} JND is 0, or more than {LARGEST_JND:g}")
         if folder.exists():
             raise InputError(f"{folder}: exists already; remove it, or write to another file (-o)")
-    made = {number: _steered(file, mesh, *of, options) for number, of in wanted.items()}
-    tiles = [
-        (mask, made[number].run if number in made else tile) for number, (mask, tile) in enumerate(regions, 1)
+    tiles = {number: _steered(file, mesh, *region, options) for number, region in wanted.items()}
+    replaced = [
+        (mask, tiles[number].run if number in tiles else tile)
+        for number, (mask, tile) in enumerate(regions, 1)
     ]
-    return replace(options, regions=tiles), list(made.values())
+    return replace(options, regions=replaced), list(tiles.values())
 
 
 def _file_of(texture: Source) -> Path:
@@ -129,5 +130,5 @@ def _steered(
     from retouch.verbs.runs import optimize
 
     result = optimize(run_from_scene(find_file(DEFAULT_SCENE, ".xml"), file, changes), folder)
-    reached = result.verification.as_json()["touch"]["jnd_from_original"]
+    reached = result.verification.touch.jnd_from_original
     return Steered(mask, jnd, reached, folder, radii["curved_x_mm"], radii["curved_y_mm"])

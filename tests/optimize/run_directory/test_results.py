@@ -18,8 +18,8 @@ from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from optimize.run_directory import results
 from optimize.run_directory.clock import Moment
+from optimize.run_directory.finished_run import read_verification
 from optimize.run_directory.history import HISTORY, History
-from optimize.run_directory.key import read_verification
 from optimize.runs.job import Finished
 from optimize.runs.preparation import Prepared
 from optimize.settings.run_file import Run, run_from_scene
@@ -186,6 +186,7 @@ def outcome(problem: Problem, verified: bool) -> Outcome:
     iterations = (OuterIteration(goals, best.means, felt.means, 0.2, 7),)
     return Outcome(
         descent=DescentResult(best, iterate(7, lower), StopReason.STEP_LIMIT),
+        relief=replace(problem.relief, heights=lower),
         steering_values=first.values,
         touch=FeltPlaces(problem.patches.places, first, felt),
         between=None,

@@ -1,11 +1,13 @@
 """JOD falls with the difference of two pictures; a missing package is told in one line."""
 
+import json
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from optimize.run_directory.finished_run import FinishedRun
 from optimize.settings.run_file import run_from_scene
 from optimize.verification import jod as module
 from optimize.verification.jod import jod, jod_obstacle
@@ -42,12 +44,13 @@ def test_a_run_tells_jod_and_the_measure_finds_the_same_in_its_files(tmp_path: P
     without = done.verification.model_copy(
         update={"look": done.verification.look.model_copy(update={"jod": None})}
     )
-    again = run_from_scene(path, tmp_path / "heights.npy", settings)
-    assert run_jod(tmp_path / "out", again, without) == pytest.approx(told, abs=1e-3)
+    (tmp_path / "out" / "result.json").write_text(json.dumps(without.as_json()))
+    again = FinishedRun.read(tmp_path / "out")
+    assert run_jod(again) == pytest.approx(told, abs=1e-3)
     for picture in (tmp_path / "out" / "renders").glob("*-after.exr"):
         picture.unlink()
     with pytest.raises(InputError, match=r"-after\.exr: no such file$"):
-        run_jod(tmp_path / "out", again, without)
+        run_jod(again)
 
 
 def test_without_the_package_jod_is_refused_and_its_measure_left_out(

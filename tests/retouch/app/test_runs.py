@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from optimize.run_directory.key import RESULT, read_verification
+from optimize.run_directory.finished_run import read_verification
+from optimize.run_directory.key import RESULT
 from relief.ground.formats import RUN_CHECKPOINT, RUN_HISTORY
 from relief.ground.locks import locked
 from retouch.app.state import runs

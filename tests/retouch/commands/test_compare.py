@@ -16,6 +16,7 @@ from optimize.verification.picture_metrics import pixels_per_degree
 from relief.ground.errors import InputError
 from relief.ground.formatting import OBEYED
 from relief.heightmap import save_heights_exr
+from relief.relief import Relief
 from retouch.commands.main import main
 from tests.retouch.pages.outline import Outline
 from tests.visual.scenes import sun, write_scene
@@ -139,7 +140,7 @@ def finished(folder: Path) -> Path:
     )
     folder.mkdir()
     results.write_settings(folder, settings)
-    results.write_relief(folder, relief(32, 0.9), 10.0, None)
+    results.write_relief(folder, Relief(relief(32, 0.9), 10.0))
     return folder
 
 

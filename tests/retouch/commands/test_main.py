@@ -18,7 +18,7 @@ from PIL import Image
 
 import tactile
 from optimize.descent.stop_reason import StopReason
-from optimize.run_directory import key
+from optimize.run_directory import finished_run
 from optimize.run_directory.results import write_relief
 from optimize.runs import job
 from optimize.settings import run_file as config
@@ -242,7 +242,7 @@ def test_size_and_relief_come_along_with_the_heights_of_a_run(
 
     monkeypatch.setattr("retouch.verbs.evaluation.measure_touch", measured)
     heights = load_heights(waves)
-    write_relief(Path("run"), heights, 20.0, None)
+    write_relief(Path("run"), Relief(heights, 20.0))
     files = ("run/heights.png", "run/heights.exr", "waves.exr")
     # The finger presses on 10 mm of a plate, however wide it is.
     assert "10 N on 10 x 10 mm.\n" in output(capsys, "evaluate", *files)
@@ -438,16 +438,16 @@ def test_optimize_tells_everything_on_one_screen(waves: Path, capsys: pytest.Cap
     assert "this run has ended" in printed.err
     settings = Path("runs/waves/run.toml")
     settings.write_text(settings.read_text().replace("samples = 4", "samples = 5"))
-    assert key.finished(Path("runs/waves")) is None
+    assert finished_run.finished(Path("runs/waves")) is None
     settings.write_text(settings.read_text().replace("samples = 5", "samples = 4"))
     for reason in ("interrupted", "\x1b[2J"):
         damaged = result | {"stop": result["stop"] | {"reason": reason}}
         Path("runs/waves/result.json").write_text(json.dumps(damaged))
-        assert key.finished(Path("runs/waves")) is None
+        assert finished_run.finished(Path("runs/waves")) is None
     for bad in (float("nan"), float("inf"), 10**400):
         damaged = result | {"look": result["look"] | {"change_percent": bad}}
         Path("runs/waves/result.json").write_text(json.dumps(damaged))
-        assert key.finished(Path("runs/waves")) is None
+        assert finished_run.finished(Path("runs/waves")) is None
 
 
 FEW = 3

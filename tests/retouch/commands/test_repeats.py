@@ -120,8 +120,7 @@ def test_two_files_are_compared_as_tiles_if_both_are(
     pair: tuple[str, str], stated: bool | None, ends: tuple[bool, bool]
 ) -> None:
     save_heights_exr("marked.exr", hills(), 10.0, repeats=True)
-    lengths = dict.fromkeys(("size_mm", "relief_mm", "height_scale"))
-    assert [one.relief.repeats for one in read_subjects(*pair, lengths, stated)] == [ends, ends]
+    assert [one.relief.repeats for one in read_subjects(*pair, repeats=stated)] == [ends, ends]
 
 
 @pytest.mark.slow

@@ -11,8 +11,9 @@ import pytest
 from benchmarks.docs.pages import WIDTHS, faults
 from benchmarks.shared.browser import Browser, chromium
 from relief.relief import Relief
+from retouch.pages.compared import Compared
 from retouch.pages.comparison import write_comparison
-from retouch.pages.content import Compared, Comparison, Pair, Report
+from retouch.pages.content import Comparison, Pair, Report
 from retouch.pages.page import write_report
 from tests.retouch.pages.plausible import FINGERS, noisy, verified
 

@@ -25,6 +25,7 @@ from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from retouch.laboratory.people.comparisons import Question
+from retouch.laboratory.people.own_finger import FittedKey, HeldOut, Proposal
 from retouch.laboratory.people.plates import SetPlate
 from retouch.laboratory.people.population import DROP, Estimate
 from retouch.laboratory.people.reading import ROUGHER, Answers
@@ -49,7 +50,6 @@ FINE = 161
 NOISES = np.exp(np.linspace(math.log(0.02), math.log(2.0), 81))
 LAPSES = 0.02
 """Noises s and the lapse rate by which answers to textures that were left out are predicted."""
-Entry = dict[str, Any]
 
 
 def propose(
@@ -58,7 +58,7 @@ def propose(
     plates: Mapping[str, SetPlate],
     press: str | os.PathLike[str] | None = None,
     skin: str | os.PathLike[str] | None = None,
-) -> tuple[Entry, bytes]:
+) -> tuple[Proposal, bytes]:
     """Propose a finger.
 
     Args:
@@ -83,13 +83,23 @@ def propose(
     felt = felt_by(base, question, plates, not stimuli.whole)
     logs = fitted_logs(question, felt)
     pressed = _pressed(measured, felt) if measured else np.zeros(len(STIFFNESS))
-    entry = proposal(logs + pressed[:, None], base)
-    entry |= {"answers": sum(map(len, question.pairs)), "people": len(question.people)}
-    entry |= {"measurements": len(measured), "from": Path(skin).stem if skin else _name(stimuli)}
-    entry["held_out"] = held_out(question, felt, plates)
-    _say_sources(entry, bool(measured))
-    entry["summary"] = _summary(entry)
-    return entry, _file(entry)
+    fitted, own_skin = fitted_skin(logs + pressed[:, None], base)
+    if measured:
+        # Measurements say nothing of the receptors.
+        fitted = tuple(
+            replace(one, source="answers and measurements") if one.key == "young_modulus_mpa" else one
+            for one in fitted
+        )
+    proposal = Proposal(
+        fitted,
+        own_skin.described(),
+        answers=sum(map(len, question.pairs)),
+        people=len(question.people),
+        measurements=len(measured),
+        start=Path(skin).stem if skin else _name(stimuli),
+        held_out=held_out(question, felt, plates),
+    )
+    return proposal, _file(proposal)
 
 
 def _name(stimuli: StimulusSet) -> str:
@@ -117,7 +127,7 @@ def _pressed(measured: Sequence[Measurement], felt: Felt) -> Array:
     return found
 
 
-def proposal(logs: Array, base: tactile.Skin) -> Entry:
+def fitted_skin(logs: Array, base: tactile.Skin) -> tuple[tuple[FittedKey, ...], tactile.Skin]:
     """The likeliest stiffness and depth with their intervals, from logarithms (stiffness, depths)."""
     fine = [np.linspace(values[0], values[-1], FINE) for values in (np.log(STIFFNESS), DEPTHS)]
     surface = RectBivariateSpline(np.log(STIFFNESS), DEPTHS, logs)(*fine)
@@ -126,13 +136,7 @@ def proposal(logs: Array, base: tactile.Skin) -> Entry:
     moduli = _profile(fine[0], surface.max(axis=1)).mapped(lambda log: math.exp(log) * base.young_modulus_mpa)
     depths = _profile(fine[1], surface.max(axis=0)).mapped(lambda factor: factor * base.depth_mm)
     values = {"young_modulus_mpa": (skin.young_modulus_mpa, moduli), "depth_mm": (skin.depth_mm, depths)}
-    return {
-        "fitted": [
-            {"key": key, "value": value, "low": one.low, "high": one.high}
-            for key, (value, one) in values.items()
-        ],
-        "skin": skin.described(),
-    }
+    return tuple(FittedKey(key, value, one.low, one.high) for key, (value, one) in values.items()), skin
 
 
 def _profile(values: Array, logs: Array) -> Estimate:
@@ -143,13 +147,8 @@ def _profile(values: Array, logs: Array) -> Estimate:
     return Estimate(float(values[logs.argmax()]), low, high)
 
 
-def held_out(question: Question, felt: Felt, plates: Mapping[str, SetPlate]) -> Entry | None:
-    """How well a finger that is fitted to all textures but one predicts the answers to that one.
-
-    Returns:
-        Mean logarithm of the likelihood of such an answer by these fingers, and by the finger they start from
-        with its JND fitted likewise; None for one texture.
-    """
+def held_out(question: Question, felt: Felt, plates: Mapping[str, SetPlate]) -> HeldOut | None:
+    """How well a finger that is fitted to all textures but one predicts that one; None for one texture."""
     by_texture: dict[str, list[tuple[int, int, bool]]] = {}
     place = {label: number for number, label in enumerate(felt.labels)}
     for each in question.pairs:
@@ -167,7 +166,7 @@ def held_out(question: Question, felt: Felt, plates: Mapping[str, SetPlate]) -> 
         rest = tables.sum(axis=0) - table
         own += float(table[np.unravel_index(rest.argmax(), rest.shape)])
         usual += float(table[start][rest[start].argmax()])
-    return {"own": own / count, "start": usual / count, "textures": len(by_texture)}
+    return HeldOut(own / count, usual / count, len(by_texture))
 
 
 def _by_noise(logs: Array, answers: Sequence[tuple[int, int, bool]]) -> Array:
@@ -180,45 +179,18 @@ def _by_noise(logs: Array, answers: Sequence[tuple[int, int, bool]]) -> Array:
     return np.stack(found, axis=-1)
 
 
-def _say_sources(entry: Entry, measured: bool) -> None:
-    for one in entry["fitted"]:
-        both = measured and one["key"] == "young_modulus_mpa"
-        one["from"] = "answers and measurements" if both else "answers"
-
-
-def _summary(entry: Entry) -> str:
-    """The proposal in words."""
-    said = []
-    for one in entry["fitted"]:
-        unit = "MPa" if one["key"].endswith("_mpa") else "mm"
-        low = "?" if one["low"] is None else f"{one['low']:.3g}"
-        high = "?" if one["high"] is None else f"{one['high']:.3g}"
-        said.append(f"{one['key']} {one['value']:.3g} {unit} ({low} to {high})")
-    text = f"a finger of {entry['answers']} answers, from {entry['from']}: {', '.join(said)}"
-    if any(one["low"] is None or one["high"] is None for one in entry["fitted"]):
-        text += "; a question mark is an end that these answers do not tell"
-    if (held := entry["held_out"]) is not None:
-        better = "better" if held["own"] > held["start"] else "no better"
-        text += (
-            f"; textures left out of the fit are predicted {better} than by {entry['from']} (log-likelihood "
-            f"of an answer {held['own']:.3f}, {held['start']:.3f})"
-        )
-    else:
-        text += "; one texture is fitted and not predicted"
-    return text
-
-
-def _file(entry: Entry) -> bytes:
+def _file(proposal: Proposal) -> bytes:
     """The skin file, whose comments say what was fitted to what."""
-    keys = {key: value for key, value in entry["skin"].items() if key in SKIN_KEYS and value is not None}
+    keys = {key: value for key, value in proposal.skin.items() if key in SKIN_KEYS and value is not None}
     # Read back as any skin file is, so that nothing is written that would be refused.
     values = SkinKeys.model_validate(_short(keys)).model_dump(mode="json", exclude_none=True)
     comments = [
-        f"# Proposed by retouch answers from {entry['answers']} answers of {entry['people']} people and "
-        f"{entry['measurements']} measurements, starting from {entry['from']}.",
+        f"# Proposed by retouch answers from {proposal.answers} answers of {proposal.people} people and "
+        f"{proposal.measurements} measurements, starting from {proposal.start}.",
         *(
-            f"# {one['key']}: {_interval(one)}, from {one['from']}; fitted, not predicted."
-            for one in entry["fitted"]
+            f"# {one.key}: 95 % from {' to '.join(one.ends('unknown'))}, from {one.source}; "
+            "fitted, not predicted."
+            for one in proposal.fitted
         ),
         "# All other keys are those of the skin it starts from.",
     ]
@@ -232,8 +204,3 @@ def _short(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_short(part) for part in value]
     return float(f"{value:.4g}") if isinstance(value, float) else value
-
-
-def _interval(one: Entry) -> str:
-    ends = [f"{one[end]:.3g}" if one[end] is not None else "unknown" for end in ("low", "high")]
-    return f"95 % from {ends[0]} to {ends[1]}"

@@ -10,6 +10,7 @@ import tactile
 from optimize.verification.other_fingers import in_the_middle
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
+from relief.ground.formats import RUN_HEIGHTS
 from relief.ground.progress import stage
 from relief.relief import Relief
 from retouch.laboratory.people.comparisons import Question
@@ -25,8 +26,6 @@ DEPTHS = np.linspace(0.5, 1.6, 6)
 USUAL_SHARE = math.log(0.5)
 """Logarithm of the noise over the spread of the plates where answers give no noise: plates 1 JND apart,
 mostly."""
-HEIGHTS = "heights.exr"
-"""The relief of a result, in its run directory."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,7 @@ def felt_by(
     logs = np.empty((len(STIFFNESS), len(DEPTHS), len(labels)))
     with stage("pressing plates with fingers", total=len(labels)) as advance:
         for number, label in enumerate(labels):
-            file = plates[label].folder / HEIGHTS
+            file = plates[label].folder / RUN_HEIGHTS
             if not file.is_file():
                 raise InputError(f"{file}: no such file; a finger needs the run directories of the set")
             relief = Relief.read(file, repeats=tiles)

@@ -1,53 +1,41 @@
 """Feel of a result between the places that its descent has steered, by finite elements."""
 
-from pathlib import Path
-
 import numpy as np
 
+from optimize.run_directory.finished_run import FinishedRun
 from optimize.settings.run_file import Run
 from optimize.verification.felt_places import jnd_at, sampled
 from optimize.verification.verification import Verification
 from relief.ground.arrays import Array, Index
-from relief.heightmap import load_heights
 from relief.places import SPACING_MM, between
 from relief.relief import Relief
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
-from visual.scene import plate_size_mm
 
 
-def felt_between(run_dir: Path, run: Run, result: Verification) -> dict[str, float | None]:
+def felt_between(run: FinishedRun) -> dict[str, float | None]:
     """Just-noticeable differences from the original to the result of a run, away from the steered places.
 
     The places lie in the middle between those of the usual spacing, whatever the spacing of the run, so that
-    runs that are steered at one place compare with others.
-
-    Args:
-        run_dir: of the run.
-        run: its settings.
-        result: its verification, which holds the same presses if the run has the usual spacing.
+    runs that are steered at one place compare with others. What the run has pressed there is not pressed
+    again.
 
     Returns:
         The columns of the measure; None on a plate that has one place, and for distances from the target
         where the run has none in JND.
     """
-    relief = run.relief(plate_size_mm(run.scene, run.define))
-    at = sampled(between(relief.surface, min(run.touch.spacing_mm, SPACING_MM)))
+    at = sampled(between(run.original.surface, min(run.settings.touch.spacing_mm, SPACING_MM)))
     if not len(at):
         return dict.fromkeys(NAMES)
-    pressed = _as_verified(run, result)
+    pressed = _as_verified(run.settings, run.verification)
     if pressed is None:
-        after = load_heights(run_dir / "heights.exr")
-        pressed = (
-            _pressed(relief.heights, run, relief.width_mm, at),
-            _pressed(after, run, relief.width_mm, at),
-        )
+        pressed = _pressed(run.original, run.settings, at), _pressed(run.result, run.settings, at)
     before, after = pressed
     jnd = jnd_at(after, before)
     felt = jnd[np.isfinite(jnd)]
     if not felt.size:
         return dict.fromkeys(NAMES) | {"between_count": 0.0}
-    target = run.touch.numbers().get("jnd")
+    target = run.settings.touch.numbers().get("jnd")
     off = None if target is None else felt - target
     numbers = (
         len(felt),
@@ -73,11 +61,9 @@ def _as_verified(run: Run, result: Verification) -> tuple[Array, Array] | None:
     return np.array(initial[ROUGHNESS.name]), np.array(verified[ROUGHNESS.name])
 
 
-def _pressed(heights: Array, run: Run, size_mm: float, at: Index) -> Array:
+def _pressed(relief: Relief, run: Run, at: Index) -> Array:
     """(k,) roughness at places (k, 2), by finite elements."""
-    mesh, repeats = run.verify.resolution, run.axes_repeat
-    finger = run.touch.finger
-    touch = measure_touch(Relief(heights, size_mm, repeats), finger, "fem", mesh, (ROUGHNESS,), at=at)
+    touch = measure_touch(relief, run.touch.finger, "fem", run.verify.resolution, (ROUGHNESS,), at=at)
     return touch.values[ROUGHNESS.name]
 
 

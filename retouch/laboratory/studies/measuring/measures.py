@@ -1,4 +1,4 @@
-"""Measures of rows beyond the verification: a table of functions of a run directory.
+"""Measures of rows beyond the verification: a table of functions of a finished run.
 
 A new measure is one row of `MEASURES`. Each row of a study keeps the versions of its measures; a measure
 whose version has changed is computed again from the files of the row, without a new run.
@@ -6,12 +6,10 @@ whose version has changed is computed again from the files of the row, without a
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
-from optimize.settings.run_file import Run
+from optimize.run_directory.finished_run import FinishedRun
 from optimize.verification.jod import jod_obstacle
 from optimize.verification.surface_bands import BANDS_MM
-from optimize.verification.verification import Verification
 
 _UNSEEN = {
     f"change_{name}_{kind}percent": f"{words} of pictures {what}, % of the mean picture."
@@ -47,7 +45,7 @@ class Measure:
         name: by which study files ask for it.
         version: raised with every change of what the function returns.
         columns: what each column means, by its name.
-        function: from the run directory, its settings and the verification of its result to the columns.
+        function: from a finished run to the columns.
         obstacle: why the measure cannot be computed here, such as a missing package, in one line; else None.
         seconds: about how many a row takes, of a processor.
     """
@@ -55,45 +53,45 @@ class Measure:
     name: str
     version: int
     columns: Mapping[str, str]
-    function: Callable[[Path, Run, Verification], Columns]
+    function: Callable[[FinishedRun], Columns]
     obstacle: Callable[[], str | None] = lambda: None
     seconds: float = 0.0
 
 
-def _pace(run_dir: Path, run: Run, result: Verification) -> Columns:
-    steps, seconds = result.stop.steps, result.time_s["descent"]
-    size = sum(path.stat().st_size for path in run_dir.rglob("*") if path.is_file())
+def _pace(run: FinishedRun) -> Columns:
+    steps, seconds = run.verification.stop.steps, run.verification.time_s["descent"]
+    size = sum(path.stat().st_size for path in run.folder.rglob("*") if path.is_file())
     return {"seconds_per_step": seconds / steps if steps else None, "directory_mb": size / 1e6}
 
 
-def _unseen(run_dir: Path, run: Run, result: Verification) -> Columns:
+def _unseen(run: FinishedRun) -> Columns:
     # Imported here, where something renders: a redrawing takes no renderer.
     from retouch.laboratory.studies.measuring.unseen import unseen
 
-    return unseen(run_dir, run, result)
+    return unseen(run)
 
 
-def _in_hand(run_dir: Path, run: Run, result: Verification) -> Columns:
+def _in_hand(run: FinishedRun) -> Columns:
     from retouch.laboratory.studies.measuring.unseen import in_hand
 
-    return in_hand(run_dir, run, result)
+    return in_hand(run)
 
 
-def _jod(run_dir: Path, run: Run, result: Verification) -> Columns:
+def _jod(run: FinishedRun) -> Columns:
     from retouch.laboratory.studies.measuring.jod import run_jod
 
-    each = run_jod(run_dir, run, result)
+    each = run_jod(run)
     return {"jod": sum(each) / len(each), "jod_worst": min(each)}
 
 
-def _places(run_dir: Path, run: Run, result: Verification) -> Columns:
+def _places(run: FinishedRun) -> Columns:
     from retouch.laboratory.studies.measuring.between import felt_between
 
-    return felt_between(run_dir, run, result)
+    return felt_between(run)
 
 
-def _surface(run_dir: Path, run: Run, result: Verification) -> Columns:
-    by_least = {band.least_mm: band.as_json() for band in result.touch.surface_bands or ()}
+def _surface(run: FinishedRun) -> Columns:
+    by_least = {band.least_mm: band.as_json() for band in run.verification.touch.surface_bands or ()}
     keys = {name: name.removeprefix("band_").split("_", 1) for name in _BANDS}
     return {name: by_least.get(float(least), {}).get(key) for name, (least, key) in keys.items()}
 

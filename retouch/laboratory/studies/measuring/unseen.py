@@ -16,17 +16,15 @@ from pathlib import Path
 import numpy as np
 
 from mitsuba_scenes import find_file
-from optimize.settings.run_file import Run
+from optimize.run_directory.finished_run import FinishedRun
 from optimize.verification.jod import jod, jod_obstacle
 from optimize.verification.picture_change import change
 from optimize.verification.picture_metrics import pixel_weights, pixels_per_degree
-from optimize.verification.verification import Verification
 from relief.ground.arrays import Array
 from relief.ground.progress import stage
-from relief.heightmap import load_heights
 from relief.relief import Relief
 from visual.noise import Batches, batched
-from visual.scene import Scene, load_scene, plate_size_mm
+from visual.scene import Scene, load_scene
 
 SAMPLES = 16
 """Samples a pixel. On results at +2 and -2 JND mean changes are then within 3 % of those by 256 samples
@@ -61,39 +59,32 @@ IN_HAND = (Condition("in-hand-unseen", {}), Condition("in-hand-window", {}))
 """Scenes of the measure `hand`: sixteen pictures under lamps, four under a sky; all count alike."""
 
 
-def unseen(run_dir: Path, run: Run, result: Verification) -> dict[str, float | None]:
+def unseen(run: FinishedRun) -> dict[str, float | None]:
     """Changes of pictures from the original to the result of a run.
-
-    Args:
-        run_dir: of the run.
-        run: its settings.
-        result: its verification; not needed.
 
     Returns:
         The columns of the measure.
     """
-    before = run.relief(plate_size_mm(run.scene, run.define))
-    after = load_heights(run_dir / "heights.exr")
+    before, after, settings = run.original, run.result.heights, run.settings
     columns: dict[str, float | None] = {}
     with stage("looking under other conditions", len(UNSEEN) + 1) as advance:
         for name, conditions in UNSEEN.items():
             each = [_changes_in(condition, before, after) for condition in conditions]
             columns |= _columns(name, np.mean(each, axis=0))
             advance()
-        resolution = REFINEMENT * max(load_scene(run.scene, run.define, relief=before).resolution)
-        columns |= _columns("fine", _changes(run.scene, run.define, before, after, resolution))
+        resolution = REFINEMENT * max(load_scene(settings.scene, settings.define, relief=before).resolution)
+        columns |= _columns("fine", _changes(settings.scene, settings.define, before, after, resolution))
         advance()
     return columns
 
 
-def in_hand(run_dir: Path, run: Run, result: Verification) -> dict[str, float | None]:
-    """Changes of twenty pictures from the sides of `IN_HAND`; arguments as of `unseen`.
+def in_hand(run: FinishedRun) -> dict[str, float | None]:
+    """Changes of twenty pictures of a finished run from the sides of `IN_HAND`.
 
     Returns:
         The columns of the measure; those of JOD are empty where its package is missing.
     """
-    before = run.relief(plate_size_mm(run.scene, run.define))
-    after = load_heights(run_dir / "heights.exr")
+    before, after, settings = run.original, run.result.heights, run.settings
     changes, eyes = list[tuple[float, float, float]](), list[float]()
     with stage("looking at it as if in the hand", len(IN_HAND)) as advance:
         for condition in IN_HAND:
@@ -107,7 +98,12 @@ def in_hand(run_dir: Path, run: Run, result: Verification) -> dict[str, float | 
                 changes.append((measured.estimate, measured.square, level))
             if jod_obstacle() is None:
                 eyes += [
-                    jod(shown, changed, scene.white, pixels_per_degree(float(fine), run.verify.distance_cm))
+                    jod(
+                        shown,
+                        changed,
+                        scene.white,
+                        pixels_per_degree(float(fine), settings.verify.distance_cm),
+                    )
                     for shown, changed, fine in zip(one.mean, other.mean, scene.pixels_per_mm(), strict=True)
                 ]
             advance()

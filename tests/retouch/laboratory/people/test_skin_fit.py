@@ -18,7 +18,7 @@ from retouch.laboratory.people.skin_fit.measurements import (
     predicted,
     read_measurements,
 )
-from retouch.laboratory.people.skin_fit.proposal import held_out, proposal
+from retouch.laboratory.people.skin_fit.proposal import fitted_skin, held_out
 from retouch.laboratory.people.skin_fit.tried_fingers import DEPTHS, STIFFNESS, Felt, fitted_logs, varied
 
 PAPER, MEASURED = retouch.Skin(), retouch.load_skin("measured")
@@ -51,23 +51,23 @@ def answers(stiffness: int, depth: int, rng: np.random.Generator) -> Question:
 def test_the_finger_of_the_answers_is_found(rng: np.random.Generator) -> None:
     stiffness, depth = 6, 3
     question = answers(stiffness, depth, rng)
-    entry = proposal(fitted_logs(question, felt()), PAPER)
+    fitted, skin = fitted_skin(fitted_logs(question, felt()), PAPER)
     truth = (STIFFNESS[stiffness] * PAPER.young_modulus_mpa, DEPTHS[depth] * PAPER.depth_mm)
-    for one, true in zip(entry["fitted"], truth, strict=True):
-        assert one["low"] is None or one["low"] <= true
-        assert one["high"] is None or true <= one["high"]
-    assert entry["skin"]["depth_mm"] == entry["fitted"][1]["value"]
+    for one, true in zip(fitted, truth, strict=True):
+        assert one.low is None or one.low <= true
+        assert one.high is None or true <= one.high
+    assert skin.depth_mm == fitted[1].value
     plates = {
         label: SetPlate(label, label[0], "roughness", 0.0, 0.05, 30.0, None, Path()) for label in LABELS
     }
     held = held_out(question, felt(), plates)
-    assert held is not None and held["own"] > held["start"] and held["textures"] == len(TEXTURES)
+    assert held is not None and held.own > held.start and held.textures == len(TEXTURES)
 
 
 def test_what_answers_do_not_tell_has_open_ends() -> None:
     flat = np.zeros((len(STIFFNESS), len(DEPTHS)))
-    for one in proposal(flat, PAPER)["fitted"]:
-        assert one["low"] is None and one["high"] is None
+    for one in fitted_skin(flat, PAPER)[0]:
+        assert one.low is None and one.high is None
 
 
 def test_stiffness_varies_all_layers() -> None:

@@ -1,6 +1,7 @@
 """Plates of rows: shared originals, samples that fit the page, and none where a row has nothing to show."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -22,7 +23,7 @@ def rows(texture: Path, tmp_path: Path) -> dict[str, Path]:
         results.write_settings(
             folder, Run.model_validate({"scene": "studio.xml", "texture": texture, "touch": {"jnd": 1.0}})
         )
-        results.write_relief(folder, factor * original.heights, original.width_mm, None)
+        results.write_relief(folder, replace(original, heights=factor * original.heights))
     return folders
 
 

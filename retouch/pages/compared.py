@@ -1,0 +1,115 @@
+"""Numbers of a comparison of two reliefs, as JSON and as lines for a person."""
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any
+
+from optimize.verification.section import Keys, Section
+from optimize.verification.verification import Fingers, Measured, PictureChange, Spread, Values
+from relief.ground.formatting import number, percent
+from retouch.pages.sentences import jnd_in_words, measured_finger, other_fingers, told_apart
+from tactile.quantities import GAPS_COUNT, QUANTITIES
+
+
+class ComparedSide(Section):
+    """Numbers of one of two reliefs.
+
+    Attributes:
+        name: as the page calls it.
+        file: of the heights.
+        size_mm: side of the plate.
+        samples, rows: of the heights, along a row and along a column.
+        relief_mm: from the lowest to the highest point.
+        values: of touch, means over the places, by quantity.
+        contact_fraction: share of the plate in contact.
+    """
+
+    name: str
+    file: str
+    size_mm: float
+    samples: int
+    rows: int
+    relief_mm: float
+    values: Annotated[Values, Keys(("",), each=True)]
+    contact_fraction: float
+
+
+class Compared(Section):
+    """Numbers of a comparison, as `retouch compare --json` prints them.
+
+    Attributes:
+        jnd_apart: just-noticeable differences by which the second is rougher; None if one is smooth.
+        places: the same over the places; None if there is one, or if their numbers differ.
+        told_apart_probability: of ranking both by touch rightly.
+        look: change of the pictures; None if they are not compared.
+        no_look: why they are not compared.
+        scene: of the pictures.
+        skin: its name and its values.
+        model: of touch.
+        fingers: what other fingers feel.
+        measured: what a measured finger feels; None if the reliefs differ in size, samples or repeats.
+        page: that was written.
+    """
+
+    first: ComparedSide
+    second: ComparedSide
+    jnd_apart: float | None
+    places: Spread | None
+    told_apart_probability: float | None
+    look: PictureChange | None
+    no_look: str | None
+    scene: str | None
+    skin: Mapping[str, Any]
+    model: str
+    fingers: Fingers | None = None
+    measured: Measured | None = None
+    page: str | None = None
+
+    @property
+    def sides(self) -> tuple[ComparedSide, ComparedSide]:
+        """Numbers of both reliefs."""
+        return self.first, self.second
+
+    def lines(self, verbose: bool = False) -> Iterator[tuple[str, str]]:
+        """A word and a sentence each; `verbose` adds other measures of the pictures."""
+        for side in self.sides:
+            yield side.name, f"{side.file}, {side.size_mm:g} mm, {side.samples} x {side.rows}"
+        means = "" if self.places is None else f" (means over {self.places.count} places)"
+        for name, quantity in QUANTITIES.items():
+            values = " and ".join(number(side.values[name]) for side in self.sides)
+            yield quantity.label, f"{values} {quantity.unit}".rstrip() + means
+        shares = " and ".join(f"{100.0 * side.contact_fraction:.0f} %" for side in self.sides)
+        yield "in contact", f"{shares} of the patch; {GAPS_COUNT}"
+        yield "feel", _feel(self)
+        if (places := self.places) is not None and places.jnd_min is not None:
+            ends = f"{places.jnd_min:+.2f} to {places.jnd_max:+.2f}"
+            yield "", f"{ends} JND over {places.count} places of the finger"
+        if (fingers := self.fingers) is not None and fingers.jnd_min is not None:
+            yield "", other_fingers(fingers, self.places is not None)
+        if (measured := self.measured) is not None and measured.jnd_mean is not None:
+            yield "", measured_finger(measured)
+        if (look := self.look) is None:
+            yield "pictures", f"not compared: {self.no_look}"
+        else:
+            yield "pictures", _pictures(look, verbose)
+            for name, each in (("DSSIM", look.dssim), ("FLIP", look.flip)):
+                values = ", ".join(number(value, 2) for value in each)
+                yield name, f"{values} ({', '.join(look.conditions)})"
+        yield "page", str(self.page)
+
+
+def _feel(numbers: Compared) -> str:
+    jnd, names = numbers.jnd_apart, (numbers.first.name, numbers.second.name)
+    # "A" and "B", but "the result".
+    one, other = (f"the {name}" if name.islower() else name for name in names)
+    if jnd is None:
+        return "one of the two is smooth; ratios to it mean nothing"
+    return f"{other} is {jnd_in_words(jnd)} than {one}, {told_apart(jnd)}"
+
+
+def _pictures(look: PictureChange, verbose: bool) -> str:
+    if look.noise.certainty == "same":
+        return look.noise.message
+    about = "" if look.noise.certainty == "known" else "about "
+    apart = f"{about}{percent(look.change_percent)} of the mean picture apart"
+    of_white = f"{percent(look.change_percent_of_white)} of white"
+    return f"{apart} (rms {percent(look.change_rms_percent)}); {of_white}" if verbose else apart

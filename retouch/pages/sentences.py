@@ -1,0 +1,73 @@
+"""Clauses and tables about differences of feel, as the screen and pages show them."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from relief.ground.formatting import number
+from tactile.jnd import tries_of_100
+
+if TYPE_CHECKING:
+    from optimize.verification.verification import Fingers, Measured
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """A table between lines of text.
+
+    Attributes:
+        columns: heading and kind of each, as of `retouch.commands.options.table`.
+        rows: cells of each.
+        gap: spaces between columns.
+    """
+
+    columns: Sequence[tuple[str, str]]
+    rows: Sequence[Sequence[str]]
+    gap: int = 3
+
+
+def jnd_in_words(jnd: float) -> str:
+    """A difference such as `2.0 JND smoother`."""
+    return f"{number(abs(jnd), 2)} JND {'rougher' if jnd > 0 else 'smoother'}"
+
+
+def told_apart(jnd: float) -> str:
+    """How often a person tells a difference, in a clause."""
+    return f"told apart in {tries_of_100(jnd)} of 100 tries"
+
+
+def other_fingers(fingers: "Fingers", several: bool) -> str:
+    """How other fingers feel a change, in a clause, if none of them finds a relief smooth.
+
+    Args:
+        fingers: who press in the middle only.
+        several: whether this finger presses at several places.
+    """
+    drawn = f", drawn along with weight {fingers.weight:g}" if fingers.weight else ""
+    where = f" at {fingers.places} place{'s' * (fingers.places > 1)} in the middle" if several else ""
+    ends = f"{fingers.jnd_min:+.2f} to {fingers.jnd_max:+.2f} JND"
+    return f"{ends} to {fingers.count} fingers{where}{drawn}"
+
+
+def measured_finger(measured: "Measured") -> str:
+    """How a measured finger feels a change, in a clause; its roughness has changed."""
+    ends = f" ({measured.jnd_min:+.2f} to {measured.jnd_max:+.2f} over {measured.count} places)"
+    several = ends if measured.count > 1 else ""
+    return f"{measured.jnd_mean:+.2f} JND{several} to a measured finger at {measured.force_n:g} N"
+
+
+def interval(value: float | None, low: float | None, high: float | None, form: str) -> str:
+    """A value with the ends of its interval; ends that are None or not finite are open.
+
+    Args:
+        value: None or not finite: there is none.
+        low, high: ends of the interval.
+        form: format of each number, such as `.2f`.
+    """
+    ends = " to ".join(_formatted(end, form, "open") for end in (low, high))
+    return f"{_formatted(value, form, 'none')} ({ends})"
+
+
+def _formatted(value: float | None, form: str, missing: str) -> str:
+    return missing if value is None or not math.isfinite(value) else f"{value:{form}}"

@@ -1,0 +1,1 @@
+"""Scans of prints beside their designs, and printers measured by a coupon."""
