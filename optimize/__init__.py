@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 from relief.ground.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from optimize.runs.job import Result, resume, run
+    from optimize.runs.job import Result as Result
+    from optimize.runs.job import resume as resume
+    from optimize.runs.job import run as run
 
-__all__ = ["Result", "resume", "run"]
-
-__getattr__, __dir__ = lazy_names(sys.modules[__name__])
+__getattr__, __dir__, __all__ = lazy_names(sys.modules[__name__])

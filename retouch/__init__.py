@@ -9,110 +9,70 @@ from typing import TYPE_CHECKING
 from relief.ground.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from optimize.estimates.forecast import Forecast
-    from optimize.runs.job import Result
-    from optimize.settings.run_file import Run, load_run, run_from_scene
-    from optimize.settings.skins import load_skin
-    from relief.ground.errors import InputError
-    from relief.ground.progress import Progress, progress
-    from relief.heightmap import load_heights, save_heights_exr, save_heights_png
-    from relief.preparing.preparation import Prepared, prepare
-    from relief.relief import Relief
-    from relief.solids.export.plate import export_plate
-    from retouch.laboratory.stimulus_sets.making import StimulusPlates
-    from retouch.verbs.answering import PeoplesAnswers, answers
-    from retouch.verbs.comparison import compare
-    from retouch.verbs.evaluation import Evaluation, evaluate, read_solid
-    from retouch.verbs.exporting import Exported, export
-    from retouch.verbs.learning import DatasetMade, TrainedNet, dataset, train
-    from retouch.verbs.machine import Diagnosis, doctor
-    from retouch.verbs.objects.wrap_preview import WrapPreview, preview_wrap
-    from retouch.verbs.objects.wrapping import WrappedObject, wrap
-    from retouch.verbs.previews import save_preview
-    from retouch.verbs.rendering import Rendering, explain, render
-    from retouch.verbs.runs import forecast, optimize, resume
-    from retouch.verbs.scans.coupons import MeasuredPrinter, coupon, scan_coupon
-    from retouch.verbs.scans.scanned_print import ScannedPrint
-    from retouch.verbs.scans.scanning import scan
-    from retouch.verbs.stimulus_plates import redraw_stimuli, stimuli
-    from retouch.verbs.studying import StudyTables, list_studies, study
-    from surrogate.data.field_set import open_fieldset
-    from tactile.area import contact_area
-    from tactile.contact import ContactError
-    from tactile.jnd import discrimination_probability, jnd_apart, jnd_scaled
-    from tactile.model import press
-    from tactile.pair_variation import roughness
-    from tactile.skin import Skin
-    from tactile.touch import Touch
-    from visual.scene import Scene, load_scene
-    from visual.scene_file.fitting import scene_relief
+    from optimize.estimates.forecast import Forecast as Forecast
+    from optimize.runs.job import Result as Result
+    from optimize.settings.run_file import Run as Run
+    from optimize.settings.run_file import load_run as load_run
+    from optimize.settings.run_file import run_from_scene as run_from_scene
+    from optimize.settings.skins import load_skin as load_skin
+    from relief.ground.errors import InputError as InputError
+    from relief.ground.progress import Progress as Progress
+    from relief.ground.progress import progress as progress
+    from relief.heightmap import load_heights as load_heights
+    from relief.heightmap import save_heights_exr as save_heights_exr
+    from relief.heightmap import save_heights_png as save_heights_png
+    from relief.preparing.preparation import Prepared as Prepared
+    from relief.preparing.preparation import prepare as prepare
+    from relief.relief import Relief as Relief
+    from relief.solids.export.plate import export_plate as export_plate
+    from retouch.laboratory.stimulus_sets.making import StimulusPlates as StimulusPlates
+    from retouch.verbs.answering import PeoplesAnswers as PeoplesAnswers
+    from retouch.verbs.answering import answers as answers
+    from retouch.verbs.comparison import compare as compare
+    from retouch.verbs.evaluation import Evaluation as Evaluation
+    from retouch.verbs.evaluation import evaluate as evaluate
+    from retouch.verbs.evaluation import read_solid as read_solid
+    from retouch.verbs.exporting import Exported as Exported
+    from retouch.verbs.exporting import export as export
+    from retouch.verbs.learning import DatasetMade as DatasetMade
+    from retouch.verbs.learning import TrainedNet as TrainedNet
+    from retouch.verbs.learning import dataset as dataset
+    from retouch.verbs.learning import train as train
+    from retouch.verbs.machine import Diagnosis as Diagnosis
+    from retouch.verbs.machine import doctor as doctor
+    from retouch.verbs.objects.wrap_preview import WrapPreview as WrapPreview
+    from retouch.verbs.objects.wrap_preview import preview_wrap as preview_wrap
+    from retouch.verbs.objects.wrapping import WrappedObject as WrappedObject
+    from retouch.verbs.objects.wrapping import wrap as wrap
+    from retouch.verbs.previews import save_preview as save_preview
+    from retouch.verbs.rendering import Rendering as Rendering
+    from retouch.verbs.rendering import explain as explain
+    from retouch.verbs.rendering import render as render
+    from retouch.verbs.runs import forecast as forecast
+    from retouch.verbs.runs import optimize as optimize
+    from retouch.verbs.runs import resume as resume
+    from retouch.verbs.scans.coupons import MeasuredPrinter as MeasuredPrinter
+    from retouch.verbs.scans.coupons import coupon as coupon
+    from retouch.verbs.scans.coupons import scan_coupon as scan_coupon
+    from retouch.verbs.scans.scanned_print import ScannedPrint as ScannedPrint
+    from retouch.verbs.scans.scanning import scan as scan
+    from retouch.verbs.stimulus_plates import redraw_stimuli as redraw_stimuli
+    from retouch.verbs.stimulus_plates import stimuli as stimuli
+    from retouch.verbs.studying import StudyTables as StudyTables
+    from retouch.verbs.studying import list_studies as list_studies
+    from retouch.verbs.studying import study as study
+    from surrogate.data.field_set import open_fieldset as open_fieldset
+    from tactile.area import contact_area as contact_area
+    from tactile.contact import ContactError as ContactError
+    from tactile.jnd import discrimination_probability as discrimination_probability
+    from tactile.jnd import jnd_apart as jnd_apart
+    from tactile.jnd import jnd_scaled as jnd_scaled
+    from tactile.model import press as press
+    from tactile.pair_variation import roughness as roughness
+    from tactile.skin import Skin as Skin
+    from tactile.touch import Touch as Touch
+    from visual.scene import Scene as Scene
+    from visual.scene import load_scene as load_scene
+    from visual.scene_file.fitting import scene_relief as scene_relief
 
-__all__ = [
-    "ContactError",
-    "DatasetMade",
-    "Diagnosis",
-    "Evaluation",
-    "Exported",
-    "Forecast",
-    "InputError",
-    "MeasuredPrinter",
-    "PeoplesAnswers",
-    "Prepared",
-    "Progress",
-    "Relief",
-    "Rendering",
-    "Result",
-    "Run",
-    "ScannedPrint",
-    "Scene",
-    "Skin",
-    "StimulusPlates",
-    "StudyTables",
-    "Touch",
-    "TrainedNet",
-    "WrapPreview",
-    "WrappedObject",
-    "answers",
-    "compare",
-    "contact_area",
-    "coupon",
-    "dataset",
-    "discrimination_probability",
-    "doctor",
-    "evaluate",
-    "explain",
-    "export",
-    "export_plate",
-    "forecast",
-    "jnd_apart",
-    "jnd_scaled",
-    "list_studies",
-    "load_heights",
-    "load_run",
-    "load_scene",
-    "load_skin",
-    "open_fieldset",
-    "optimize",
-    "prepare",
-    "press",
-    "preview_wrap",
-    "progress",
-    "read_solid",
-    "redraw_stimuli",
-    "render",
-    "resume",
-    "roughness",
-    "run_from_scene",
-    "save_heights_exr",
-    "save_heights_png",
-    "save_preview",
-    "scan",
-    "scan_coupon",
-    "scene_relief",
-    "stimuli",
-    "study",
-    "train",
-    "wrap",
-]
-
-__getattr__, __dir__ = lazy_names(sys.modules[__name__])
+__getattr__, __dir__, __all__ = lazy_names(sys.modules[__name__])

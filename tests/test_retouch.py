@@ -93,7 +93,7 @@ def test_cycles_are_not_collected_while_names_load(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(lazy, "resolve_name", lambda name: (name, gc.isenabled()))
     package = ModuleType("package")
     package.__file__, package.__all__ = retouch.__file__, ["optimize"]  # type: ignore[attr-defined]
-    load, _ = lazy.lazy_names(package)
+    load, *_ = lazy.lazy_names(package)
     try:
         for enabled in (False, True):
             (gc.enable if enabled else gc.disable)()

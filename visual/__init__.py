@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING
 from relief.ground.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from relief.ground.errors import InputError
-    from relief.heightmap import load_heights
-    from visual.scene import Scene, load_scene
+    from relief.ground.errors import InputError as InputError
+    from relief.heightmap import load_heights as load_heights
+    from visual.scene import Scene as Scene
+    from visual.scene import load_scene as load_scene
 
-__all__ = ["InputError", "Scene", "load_heights", "load_scene"]
-
-__getattr__, __dir__ = lazy_names(sys.modules[__name__])
+__getattr__, __dir__, __all__ = lazy_names(sys.modules[__name__])

@@ -22,30 +22,32 @@ def _no_collection() -> Iterator[None]:
             gc.enable()
 
 
-def lazy_names(package: ModuleType) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """The functions `__getattr__` and `__dir__` of a package (PEP 562).
+def lazy_names(package: ModuleType) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """`__getattr__`, `__dir__` and `__all__` of a package (PEP 562).
 
-    The package imports its public names for type checkers alone, under ``if TYPE_CHECKING``. These statements
-    are read here, so that where a name comes from is written once. A public name must not be that of a module
-    of the package: importing the module would hide the name.
+    The package imports its public names under ``if TYPE_CHECKING``, for type checkers alone, each `as` itself.
+    These statements are read here, so that a name and where the name comes from are written once. A public
+    name must not be that of a module of the package: importing the module would hide the name.
 
     Args:
-        package: with `__all__`, to which the names are added as they are used.
+        package: to which the names are added as they are used.
     """
     statements = ast.walk(ast.parse(Path(str(package.__file__)).read_text(encoding="utf-8")))
     sources = {
-        alias.asname or alias.name: f"{node.module}:{alias.name}"
+        alias.name: f"{node.module}:{alias.name}"
         for node in statements
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
+        if alias.asname == alias.name
     }
+    public = sorted(sources)
 
     def getattribute(name: str) -> Any:
-        if name not in package.__all__:
+        if name not in sources:
             raise AttributeError(f"module {package.__name__!r} has no attribute {name!r}")
         with _no_collection():
             value = resolve_name(sources[name])
         setattr(package, name, value)
         return value
 
-    return getattribute, lambda: sorted(package.__all__)
+    return getattribute, lambda: list(public), public

@@ -8,6 +8,7 @@ a verb that renders nothing never loads Mitsuba.
 import argparse
 import difflib
 import errno
+import importlib
 import importlib.metadata
 import itertools
 import os
@@ -21,24 +22,6 @@ from typing import Any, NoReturn
 
 from optimize.runs.interrupts import INTERRUPTED, interruptible, leave_interrupted
 from relief.ground.errors import InputError
-from retouch.commands import (
-    answers,
-    app,
-    compare,
-    dataset,
-    doctor,
-    evaluate,
-    export,
-    optimize,
-    prepare,
-    render,
-    resume,
-    scan,
-    stimuli,
-    study,
-    train,
-    wrap,
-)
 from retouch.commands.options import telling
 from retouch.commands.streams import standard_streams
 from retouch.verbs.progress_display import shown
@@ -61,26 +44,13 @@ USERS_OWN = frozenset(
 """Error numbers of files and folders that the user can mend; any other is the program's."""
 
 VERBS = {
-    verb.__name__.rpartition(".")[2]: verb
-    for verb in (
-        app,
-        prepare,
-        optimize,
-        resume,
-        evaluate,
-        compare,
-        render,
-        export,
-        wrap,
-        study,
-        stimuli,
-        answers,
-        scan,
-        dataset,
-        train,
-        doctor,
+    name: importlib.import_module(f"retouch.commands.{name}")
+    for name in (
+        *("app", "prepare", "optimize", "resume", "evaluate", "compare", "render", "export", "wrap"),
+        *("study", "stimuli", "answers", "scan", "dataset", "train", "doctor"),
     )
 }
+"""Modules of the verbs by name, in the order of the help."""
 
 DESCRIPTION = "Changes how a surface texture feels while it keeps its look, and writes it for a 3-D printer."
 
