@@ -25,7 +25,7 @@ def _no_collection() -> Iterator[None]:
 def lazy_names(package: ModuleType) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """`__getattr__`, `__dir__` and `__all__` of a package (PEP 562).
 
-    The package imports its public names under ``if TYPE_CHECKING``, for type checkers alone, each `as` itself.
+    The package imports its public names under ``if TYPE_CHECKING``, for type checkers, each `as` itself.
     These statements are read here, so that a name and where the name comes from are written once. A public
     name must not be that of a module of the package: importing the module would hide the name.
 
