@@ -4,16 +4,17 @@ The process writes the same run directory as a command in a terminal, and its wo
 The app only looks at these files: if the app dies, the run goes on, and the next app finds it there.
 """
 
-import json
 import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
+
+from pydantic import BaseModel, ValidationError
 
 from optimize.descent.stop_reason import StopReason
 from optimize.run_directory.key import SETTINGS, read_verification
@@ -21,7 +22,7 @@ from relief.ground.errors import InputError
 from relief.ground.files import read_limited
 from relief.ground.formats import RUN_CHECKPOINT, RUN_HEIGHTS, RUN_HISTORY
 from relief.ground.locks import locked
-from retouch.app.values.document import Feel, command_line
+from retouch.app.values.document import Feel
 from retouch.app.values.folders import RUNS_FOLDER, is_run
 
 COMMAND = (sys.executable, "-m", "retouch")
@@ -51,24 +52,22 @@ class State(Enum):
         return self in (State.RUNNING, State.STOPPING)
 
 
-@dataclass(frozen=True)
-class Step:
-    """A step of a run, of its history.
+class Step(BaseModel, frozen=True):
+    """A step of a run: what the app shows of a row of its history, under the keys of the row.
 
     Attributes:
         step: number.
-        roughness, contact_area_mm2: means over the places.
-        picture_percent: change of the pictures, % of the mean picture.
+        roughness: mean over the places.
+        picture_mean_percent: change of the pictures, % of the mean picture.
         seconds: since the run began.
-        target: roughness to be reached; None if it is no target.
+        target_roughness: roughness to be reached; None if it is no target.
     """
 
     step: int
     roughness: float
-    contact_area_mm2: float
-    picture_percent: float
+    picture_mean_percent: float
     seconds: float
-    target: float | None
+    target_roughness: float | None = None
 
 
 @dataclass
@@ -103,11 +102,6 @@ class Job:
     def log(self) -> Path:
         """What the command has said."""
         return self.folder.with_name(f"{self.folder.name}.log")
-
-    @property
-    def command(self) -> str:
-        """The line that does the same in a terminal."""
-        return command_line(self.words)
 
     @property
     def state(self) -> State:
@@ -173,7 +167,12 @@ def state_of(folder: Path) -> State:
 
 def steps(folder: Path) -> list[Step]:
     """The steps of a run so far."""
-    return list(_read_steps(_read(folder / RUN_HISTORY).splitlines(keepends=True)))
+    made = []
+    for line in _read(folder / RUN_HISTORY).splitlines():
+        # The last line may be half written.
+        with suppress(ValidationError):
+            made.append(Step.model_validate_json(line))
+    return made
 
 
 def _read(file: Path) -> bytes:
@@ -182,20 +181,6 @@ def _read(file: Path) -> bytes:
         return read_limited(file, LARGEST_FILE) if file.is_file() else b""
     except InputError:
         return b""
-
-
-def _read_steps(lines: list[bytes]) -> Iterator[Step]:
-    keys = ("roughness", "contact_area_mm2", "picture_mean_percent", "seconds")
-    for line in lines:
-        try:
-            row = dict(json.loads(line))
-            target = row.get("target_roughness")
-            roughness, area, change, seconds = (float(row[key]) for key in keys)
-            goal = None if target is None else float(target)
-            yield Step(int(row["step"]), roughness, area, change, seconds, goal)
-        except (ValueError, TypeError, LookupError, RecursionError, OverflowError):
-            # The last line may be half written.
-            continue
 
 
 def earlier_runs() -> list[Path]:

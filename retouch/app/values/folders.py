@@ -27,7 +27,7 @@ LONGEST_NUMBER = 10
 UNUSUAL = re.compile(r"[^\w.-]+")
 """What is replaced in names: all but letters, digits, dot, dash and underscore."""
 BUNDLED_OBJECTS = ("starfish", "bracelet", "slider", "frog", "curved", "ball", "cylinder")
-"""Names of the objects that come with Retouch; `relief.solids.objects.table`, which makes them, is slow to load."""
+"""Names of the bundled objects, as in `relief.solids.objects.table`, which is slow to load."""
 TILES = "-tile"
 """End of the names of bundled tiles."""
 

@@ -51,11 +51,11 @@ def test_the_height_map_is_that_of_the_command(picture: Picture) -> None:
     "feel",
     [
         Feel(),
-        Feel(jnd=-1.5, fast=False),
-        Feel(goal="contact_area_scale", contact_area_scale=0.7, skin="exploring"),
+        Feel(numbers={"jnd": -1.5}, fast=False),
+        Feel("contact_area_scale", {"contact_area_scale": 0.7}, skin="exploring"),
         Feel(goal="feel_of", feel_of="brick", printer="mask-50"),
         Feel(goal="feel_of", feel_of="runs/other-1"),
-        Feel(jnd=1.0, region="mask.png", settings=("descent.steps=5",)),
+        Feel(numbers={"jnd": 1.0}, region="mask.png", settings=("descent.steps=5",)),
     ],
 )
 def test_the_run_that_is_forecast_is_that_of_the_command(heights: str, feel: Feel) -> None:

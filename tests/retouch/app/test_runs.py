@@ -130,7 +130,7 @@ def test_steps_are_read_while_they_are_written() -> None:
     endless = json.dumps(ROW | {"step": float("inf")})
     lines = [row, "[]", endless, json.dumps(ROW), '{"step": 2, "rough']
     (folder / RUN_HISTORY).write_text("\n".join(lines))
-    assert [step.target for step in steps(folder)] == [0.06, None]
+    assert [step.target_roughness for step in steps(folder)] == [0.06, None]
 
 
 def test_what_is_no_file_is_not_waited_for() -> None:

@@ -11,8 +11,8 @@ from nicegui.page import page
 
 from retouch.app.stages.printing import PrintStage
 from retouch.app.stages.window import Window
+from retouch.app.state.addresses import Addresses
 from retouch.app.state.session import Session
-from retouch.app.state.shapes import Shapes
 from retouch.app.values.findings import Written
 
 
@@ -23,7 +23,7 @@ def test_a_file_for_a_printer_is_not_shown_as_that_of_the_next_run(
     session = Session()
 
     with Client(page("")) as client:
-        stage = PrintStage(Window(session, Shapes(), lambda _: None))
+        stage = PrintStage(Window(session, Addresses(), lambda _: None))
         stage.build()
 
         def shown() -> bool:
