@@ -29,18 +29,12 @@ def warm(file: str, picture: Picture | None) -> None:
         file: of a picture that is to be chosen.
         picture: one that was chosen already, in its place; None for none.
     """
-    prepare(picture or chosen(file))
-
-
-def chosen(file: str) -> Picture:
-    """A picture, or a bundled texture by its name, with the lengths of its header. Raises InputError."""
-    found = source(file)
-    return Picture(file, relief_mm=found.relief_mm, size_mm=found.size_mm)
+    prepare(picture or source(file).picture)
 
 
 @lru_cache(maxsize=2)
 def source(file: str) -> Source:
-    """Open a picture. Raises InputError."""
+    """Open a picture, or a bundled texture by its name. Raises InputError."""
     # Here, as only pictures need them.
     from relief.preparing.pictures import open_picture
     from relief.preparing.preview import small_picture
@@ -58,6 +52,7 @@ def source(file: str) -> Source:
         span = float(np.ptp(picture.values((0, 0, picture.width, picture.height), "luminance")))
         relief_mm = span if 0.01 <= span <= 20.0 else USUAL_RELIEF_MM
     return Source(
+        file,
         picture.width,
         picture.height,
         relief_mm,

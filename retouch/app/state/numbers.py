@@ -23,13 +23,14 @@ class Numbers:
     """What is known of the picture.
 
     Attributes:
-        source, prepared: the picture as it was found, and its relief; None until known.
+        opened: the picture that was opened last, as it was found.
+        prepared: the relief of the picture; None until known.
         felt_here, felt: values of the quantities at one place of the finger and all over; None until known.
         scale: roughness of the bundled textures, by name.
     """
 
     def __init__(self, history: History, activity: Activity, live: Worker, idle: Worker) -> None:
-        self.source: Source | None = None
+        self.opened: Source | None = None
         self.prepared: Prepared | None = None
         self.felt_here: Values | None = None
         self.felt: Values | None = None
@@ -42,6 +43,13 @@ class Numbers:
         )
         self._scales: dict[str, dict[str, float]] = {}
         history.follow(self._changed)
+
+    @property
+    def source(self) -> Source | None:
+        """The picture as it was found; None until known."""
+        picture = self._history.document.picture
+        known = self.opened is not None and picture is not None and self.opened.file == picture.file
+        return self.opened if known else None
 
     @property
     def relief(self) -> Relief | None:
@@ -59,10 +67,7 @@ class Numbers:
         return self._pressed is not None and self._pressed == self._pressing.key
 
     def _changed(self, before: Document, after: Document) -> None:
-        one, other = before.picture, after.picture
-        if other is not None and (one is None or one.file != other.file):
-            self.source = None
-        if one != other or before.feel.skin != after.feel.skin:
+        if (before.picture, before.feel.skin) != (after.picture, after.feel.skin):
             self.follow()
 
     def follow(self, anew: bool = False) -> None:
@@ -83,7 +88,7 @@ class Numbers:
         if self.source is None:
             source = await self._live(pictures.source, picture.file)
             self._pressing.check()
-            self.source = source
+            self.opened = source
         self.prepared = await self._live(pictures.prepare, picture)
         self._activity.notify()
         relief = self.prepared.relief

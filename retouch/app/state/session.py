@@ -95,11 +95,12 @@ class Session:
         await self._choosing.finished()
 
     async def _choose(self, key: tuple[str, int]) -> None:
-        picture = await self._live(pictures.chosen, key[0])
+        source = await self._live(pictures.source, key[0])
         self._choosing.check()
+        self.numbers.opened = source
         feel = replace(self.document.feel, region=None)
         first = self.document.picture is None
-        self.history.change(replace(self.document, picture=picture, feel=feel), undoable=not first)
+        self.history.change(replace(self.document, picture=source.picture, feel=feel), undoable=not first)
         if self.numbers.relief is None:
             # The picture of the last start, chosen again.
             self.numbers.follow(anew=True)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from relief.relief import Relief
+from retouch.app.values.document import Picture
 
 CONTACT = "contact_fraction"
 """Name of the share of the patch under pressure, among the values of the quantities that are felt."""
@@ -15,18 +16,25 @@ class Source:
     """A picture as it was found.
 
     Attributes:
+        file: its path, or the name of a bundled texture.
         width, height: pixels.
         relief_mm, size_mm: of its header; the usual ones where there is none.
         notes: what the picture is, in words.
         thumbnail: PNG.
     """
 
+    file: str
     width: int
     height: int
     relief_mm: float
     size_mm: float
     notes: str
     thumbnail: bytes
+
+    @property
+    def picture(self) -> Picture:
+        """The choice of this picture, with its lengths."""
+        return Picture(self.file, relief_mm=self.relief_mm, size_mm=self.size_mm)
 
 
 @dataclass(frozen=True, eq=False)
