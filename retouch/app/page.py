@@ -17,7 +17,7 @@ from retouch.app.stages.objects import ObjectStage
 from retouch.app.stages.picture import PictureStage
 from retouch.app.stages.printing import PrintStage
 from retouch.app.stages.run import RunStage
-from retouch.app.stages.window import PageStage, Window
+from retouch.app.stages.window import AppWindow, PageStage
 from retouch.app.state.addresses import Addresses
 from retouch.app.state.session import Session
 from retouch.app.values.document import command_line
@@ -32,7 +32,7 @@ HEAD = f"""
 """
 
 
-class Page:
+class AppPage:
     """One window's page.
 
     Attributes:
@@ -41,7 +41,7 @@ class Page:
 
     def __init__(self, session: Session, addresses: Addresses) -> None:
         self.session = session
-        window = Window(session, addresses, self.show)
+        window = AppWindow(session, addresses, self.show)
         self._stages: list[PageStage] = [stage(window) for stage in STAGES]
 
     def build(self) -> None:

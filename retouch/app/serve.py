@@ -16,7 +16,7 @@ from nicegui import ui
 
 from relief.ground.errors import InputError
 from retouch.app.guard import Guard, new_token
-from retouch.app.page import Page
+from retouch.app.page import AppPage
 from retouch.app.routes import add_routes
 from retouch.app.state.addresses import Addresses
 from retouch.app.state.session import FIRST_TEXTURE, Session
@@ -79,7 +79,7 @@ def _application(session: Session, addresses: Addresses) -> FastAPI:
 
     @ui.page("/")
     def index() -> None:
-        Page(session, addresses).build()
+        AppPage(session, addresses).build()
 
     ui.run_with(
         application,

@@ -12,8 +12,8 @@ from relief.ground.errors import InputError
 from relief.ground.files import write_atomically
 from relief.ground.limits import LARGEST_SIDE, PATCH_SIDE_MM
 from retouch.app.computing.warnings_kept import kept_warnings
-from retouch.app.values.document import USUAL_RELIEF_MM, Picture
-from retouch.app.values.findings import Lines, Prepared, Source
+from retouch.app.values.document import USUAL_RELIEF_MM, PictureChoice
+from retouch.app.values.findings import Lines, PreparedPicture, Source
 from retouch.app.values.folders import picture_file
 
 MASK_MODES = ("1", "L", "LA", "P", "RGB", "RGBA")
@@ -22,7 +22,7 @@ THUMBNAIL = 720
 """Longer side of the picture that is shown for cropping, pixels."""
 
 
-def warm(file: str, picture: Picture | None) -> None:
+def warm(file: str, picture: PictureChoice | None) -> None:
     """Prepare a picture before anybody asks for it.
 
     Args:
@@ -63,13 +63,13 @@ def source(file: str) -> Source:
 
 
 @lru_cache(maxsize=8)
-def _prepared(picture: Picture) -> tuple[Any, Lines]:
+def _prepared(picture: PictureChoice) -> tuple[Any, Lines]:
     with kept_warnings() as warnings:
         prepared = retouch.prepare(picture_file(picture.file), **picture.arguments())
     return prepared, warnings.lines
 
 
-def prepare(picture: Picture) -> Prepared:
+def prepare(picture: PictureChoice) -> PreparedPicture:
     """The relief of a picture. Raises InputError."""
     # Heights grow with the relief, so that one preparation does for every position of its slider.
     relief_mm = picture.relief_mm or USUAL_RELIEF_MM
@@ -77,10 +77,10 @@ def prepare(picture: Picture) -> Prepared:
     lines = {**prepared.done, "relief": f"{relief_mm:.3g} mm"}
     left, upper, right, _ = prepared.square
     relief = replace(prepared.relief, heights=relief_mm * prepared.heights)
-    return Prepared(relief, (*lines.items(), *warnings), (left, upper, right - left))
+    return PreparedPicture(relief, (*lines.items(), *warnings), (left, upper, right - left))
 
 
-def save(picture: Picture, out: str) -> None:
+def save(picture: PictureChoice, out: str) -> None:
     """Write the height map of a picture, as `retouch prepare` would. Raises InputError or OSError."""
     retouch.prepare(picture_file(picture.file), **picture.arguments()).save(out)
 

@@ -16,7 +16,7 @@ from relief.ground.arrays import Array
 from relief.relief import Relief
 from retouch.app.computing.touch import MODEL, middle, touch
 from retouch.app.computing.warnings_kept import kept_warnings
-from retouch.app.values.document import Part
+from retouch.app.values.document import ObjectChoice
 from retouch.app.values.findings import Lines, Map, Sides, Written
 from retouch.app.values.folders import RUNS_FOLDER
 from retouch.pages.colour_maps import PURPLE_ORANGE, VIRIDIS, Table, bar_uri, map_uri
@@ -95,7 +95,7 @@ def export(run: str, out: str, base_mm: float | None, repeat: int, printer: str 
     return Written(str(made.file), (*lines, _file_size(made.file), *warnings.lines))
 
 
-def preview_object(run: str, part: Part, page: str) -> Written:
+def preview_object(run: str, part: ObjectChoice, page: str) -> Written:
     """Write a page that shows the result of a run on an object. Raises InputError."""
     made = retouch.preview_wrap(run, part.mesh, page, **part.options())
     preview = made.preview
@@ -104,7 +104,7 @@ def preview_object(run: str, part: Part, page: str) -> Written:
     return Written(page, lines + _warning_lines(made.warnings))
 
 
-def wrap_object(run: str, part: Part, out: str) -> Written:
+def wrap_object(run: str, part: ObjectChoice, out: str) -> Written:
     """Lay the result of a run over an object, and write the solid. Raises InputError or OSError."""
     made = retouch.wrap(run, part.mesh, out, **part.options())
     triangles = f"{len(made.wrapped.body.faces):,}"

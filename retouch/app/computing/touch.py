@@ -14,7 +14,7 @@ from relief.ground.errors import InputError
 from relief.places import places
 from relief.relief import Relief
 from retouch.app.computing.warnings_kept import kept_warnings
-from retouch.app.values.document import Feel
+from retouch.app.values.document import FeelChoice
 from retouch.app.values.findings import CONTACT, Lines
 from retouch.app.values.folders import picture_file
 from tactile.quantities import QUANTITIES, Quantity, Values
@@ -58,7 +58,7 @@ def reach(relief: Relief, skin: str) -> Reach:
     return reach_of(retouch.load_scene(DEFAULT_SCENE, relief=relief), retouch.load_skin(skin))
 
 
-def forecast(heights: str, feel: Feel, out: str) -> Lines:
+def forecast(heights: str, feel: FeelChoice, out: str) -> Lines:
     """What `retouch optimize --dry-run` reports of a run: a word and a sentence each, and its warnings.
 
     Raises:

@@ -9,7 +9,7 @@ from optimize.verification.verification import Verification
 from relief.ground.limits import PATCH_SIDE_MM
 from retouch.app.stages.controls import LineTable, Number, button, choice, fault_label, section, select
 from retouch.app.stages.elements import ReliefView
-from retouch.app.stages.window import PageStage, Window
+from retouch.app.stages.window import AppWindow, PageStage
 from retouch.app.state.runs import earlier_runs, state_of
 from retouch.app.values.findings import Lines, Map, Sides
 from tactile.quantities import QUANTITIES
@@ -57,7 +57,7 @@ class CompareStage(PageStage):
 
     name = "Compare"
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: AppWindow) -> None:
         super().__init__(window)
         self._way = WAYS[0]
 

@@ -24,7 +24,7 @@ from retouch.app.stages.controls import (
     select,
 )
 from retouch.app.stages.elements import Brush, JndSlider, Range
-from retouch.app.stages.window import PageStage, Window
+from retouch.app.stages.window import AppWindow, PageStage
 from retouch.app.state.runs import finished_runs
 from retouch.app.values.document import FEEL_OF, JND, MOST_JND, goals
 from tactile.quantities import Quantity
@@ -68,7 +68,7 @@ class FeelStage(PageStage):
 
     name = "Feel"
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: AppWindow) -> None:
         super().__init__(window)
         self._painting = False
         self._percent = STRENGTHS[1]

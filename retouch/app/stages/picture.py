@@ -20,9 +20,9 @@ from retouch.app.stages.controls import (
     select,
 )
 from retouch.app.stages.elements import CropBox, DropZone, Range, TextureScale
-from retouch.app.stages.window import PageStage, Window
-from retouch.app.values.document import Picture
-from retouch.app.values.findings import CONTACT, Prepared
+from retouch.app.stages.window import AppWindow, PageStage
+from retouch.app.values.document import PictureChoice
+from retouch.app.values.findings import CONTACT, PreparedPicture
 from retouch.app.values.folders import PICTURES_FOLDER, SUFFIXES
 from tactile.quantities import QUANTITIES, ROUGHNESS, Values
 
@@ -46,7 +46,7 @@ class PictureStage(PageStage):
 
     name = "Picture"
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: AppWindow) -> None:
         super().__init__(window)
         self._thumbnail: tuple[int, str] = (0, "")
 
@@ -115,7 +115,7 @@ class PictureStage(PageStage):
             self._show_picture(picture)
             self._show_shape(picture, numbers.prepared)
 
-    def _show_picture(self, picture: Picture) -> None:
+    def _show_picture(self, picture: PictureChoice) -> None:
         source, prepared = self.session.numbers.source, self.session.numbers.prepared
         if source is None:
             return
@@ -128,7 +128,7 @@ class PictureStage(PageStage):
         name = "" if picture.file in self._textures.names else f"{picture.file}: "
         self._notes.set_text(name + source.notes)
 
-    def _show_shape(self, picture: Picture, prepared: Prepared | None) -> None:
+    def _show_shape(self, picture: PictureChoice, prepared: PreparedPicture | None) -> None:
         self._invert.set_value(picture.invert)
         already = picture.tile is None and prepared is not None and prepared.relief.repeats == (True, True)
         # Before its value, which a person could not have set then.

@@ -15,7 +15,7 @@ from retouch.app.stages.controls import (
     printer_select,
     section,
 )
-from retouch.app.stages.window import PageStage, Window
+from retouch.app.stages.window import AppWindow, PageStage
 
 BASE_ENDS_MM = (0.2, 50.0)
 MOST_REPEATS = 20
@@ -26,7 +26,7 @@ class PrintStage(PageStage):
 
     name = "Print"
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: AppWindow) -> None:
         super().__init__(window)
         self._suffix, self._repeat = ".3mf", 1
         self._printer: str | None = None

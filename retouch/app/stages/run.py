@@ -6,8 +6,8 @@ from nicegui import ui
 
 from retouch.app.stages.controls import LineTable, button, details, fault_label, section
 from retouch.app.stages.elements import StepChart
-from retouch.app.stages.window import PageStage, Window
-from retouch.app.state.runs import Job, State, steps
+from retouch.app.stages.window import AppWindow, PageStage
+from retouch.app.state.runs import QueuedRun, State, steps
 
 LINES = 12
 """Last lines of the command that are shown."""
@@ -18,7 +18,7 @@ class RunStage(PageStage):
 
     name = "Run"
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: AppWindow) -> None:
         super().__init__(window)
         self._listed: list[tuple[str, State, bool]] = []
 
@@ -69,7 +69,7 @@ class RunStage(PageStage):
         self._show_job(job)
         self._show_queue(job)
 
-    def _show_job(self, job: Job | None) -> None:
+    def _show_job(self, job: QueuedRun | None) -> None:
         for element in (self._chart, self._table.element, self._said):
             element.set_visibility(job is not None)
         self._stop.set_visibility(job is not None and job.state.busy)
@@ -97,7 +97,7 @@ class RunStage(PageStage):
         self._table.show(shown)
         self._log.set_text("\n".join(said[-LINES:]))
 
-    def _show_queue(self, shown: Job | None) -> None:
+    def _show_queue(self, shown: QueuedRun | None) -> None:
         jobs = self.session.running.queue.jobs
         now = [(job.folder.name, job.state, job is shown) for job in jobs]
         self._empty.set_visibility(not now)
@@ -109,7 +109,7 @@ class RunStage(PageStage):
             for job in reversed(jobs):
                 self._entry(job, job is shown)
 
-    def _entry(self, job: Job, shown: bool) -> None:
+    def _entry(self, job: QueuedRun, shown: bool) -> None:
         with ui.element("li").classes("shown" if shown else ""):
             button(job.folder.name, partial(self.session.history.look_at, str(job.folder)), "quiet")
             ui.label(job.state.value).classes("hint")

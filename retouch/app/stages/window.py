@@ -13,7 +13,7 @@ from retouch.app.state.addresses import Addresses
 from retouch.app.state.session import Session
 
 
-class Window:
+class AppWindow:
     """One window.
 
     Attributes:
@@ -66,7 +66,7 @@ class PageStage(ABC):
 
     name: ClassVar[str]
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: AppWindow) -> None:
         self.window, self.session = window, window.session
 
     def build(self) -> None:

@@ -8,10 +8,10 @@ from relief.relief import Relief
 from retouch.app.computing import pictures, touch
 from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity
-from retouch.app.state.history import History
+from retouch.app.state.history import UndoHistory
 from retouch.app.state.latest import Latest
-from retouch.app.values.document import Document, Picture
-from retouch.app.values.findings import Prepared, Source
+from retouch.app.values.document import AppDocument, PictureChoice
+from retouch.app.values.findings import PreparedPicture, Source
 from retouch.app.values.folders import textures
 from tactile.quantities import Values
 
@@ -29,15 +29,15 @@ class Numbers:
         scale: roughness of the bundled textures, by name.
     """
 
-    def __init__(self, history: History, activity: Activity, live: Worker, idle: Worker) -> None:
+    def __init__(self, history: UndoHistory, activity: Activity, live: Worker, idle: Worker) -> None:
         self.opened: Source | None = None
-        self.prepared: Prepared | None = None
+        self.prepared: PreparedPicture | None = None
         self.felt_here: Values | None = None
         self.felt: Values | None = None
         self.scale: dict[str, float] = {}
         self._history, self._activity, self._live = history, activity, live
         self._pressing = Latest(activity, "numbers", self._press)
-        self._pressed: tuple[Picture, str] | None = None
+        self._pressed: tuple[PictureChoice, str] | None = None
         self._reaching: Latest[tuple[Relief, str], Reach] = Latest(
             activity, "reach", lambda key: idle(touch.reach, *key), stop=idle.close
         )
@@ -66,7 +66,7 @@ class Numbers:
         """Whether `felt` is of the picture as it is now; while it is not, `felt` may be of the one before."""
         return self._pressed is not None and self._pressed == self._pressing.key
 
-    def _changed(self, before: Document, after: Document) -> None:
+    def _changed(self, before: AppDocument, after: AppDocument) -> None:
         if (before.picture, before.feel.skin) != (after.picture, after.feel.skin):
             self.follow()
 
@@ -83,7 +83,7 @@ class Numbers:
         if picture is not None:
             self._pressing.want((picture, skin), "pressing", topic=picture.file)
 
-    async def _press(self, key: tuple[Picture, str]) -> None:
+    async def _press(self, key: tuple[PictureChoice, str]) -> None:
         picture, skin = key
         if self.source is None:
             source = await self._live(pictures.source, picture.file)

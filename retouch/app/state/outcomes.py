@@ -11,9 +11,9 @@ from relief.ground.formats import RUN_HEIGHTS
 from retouch.app.computing import results
 from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity
-from retouch.app.state.history import History
+from retouch.app.state.history import UndoHistory
 from retouch.app.state.latest import Latest
-from retouch.app.values.document import Document, Part
+from retouch.app.values.document import AppDocument, ObjectChoice
 from retouch.app.values.findings import Sides, Written
 
 
@@ -27,11 +27,11 @@ class Outcomes:
         address: of the page, another one each time the page is written; empty for none.
     """
 
-    def __init__(self, history: History, activity: Activity, live: Worker, slow: Worker) -> None:
+    def __init__(self, history: UndoHistory, activity: Activity, live: Worker, slow: Worker) -> None:
         self.written: Written | None = None
         self.wrapped: Written | None = None
         self.page: Written | None = None
-        self.shown_part: Part | None = None
+        self.shown_part: ObjectChoice | None = None
         self.address = ""
         self._history, self._activity, self._slow = history, activity, slow
         self._reading: Latest[tuple[str, tuple[int, ...]], Sides] = Latest(
@@ -44,7 +44,7 @@ class Outcomes:
         """Original and result; None until there is a result."""
         return self._reading.answer
 
-    def _changed(self, before: Document, after: Document) -> None:
+    def _changed(self, before: AppDocument, after: AppDocument) -> None:
         if before.run != after.run:
             self.written = self.page = self.shown_part = None
             self.address = ""
@@ -114,7 +114,7 @@ class Outcomes:
         if self.wrapped is wrapped:
             self._show(page, part)
 
-    def _show(self, page: Written, part: Part) -> None:
+    def _show(self, page: Written, part: ObjectChoice) -> None:
         self.page, self.shown_part = page, part
         # The time, so that a page of the same name is loaded again.
         self.address = f"/app/page/{Path(page.file).name}?{time.time_ns()}"

@@ -12,10 +12,10 @@ from relief.relief import Relief
 from retouch.app.computing import pictures, results, touch
 from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity
-from retouch.app.state.history import History
+from retouch.app.state.history import UndoHistory
 from retouch.app.state.latest import Latest
-from retouch.app.state.runs import Job, Queue, State
-from retouch.app.values.document import Document, KeptFeel, Picture
+from retouch.app.state.runs import Queue, QueuedRun, State
+from retouch.app.values.document import AppDocument, KeptFeel, PictureChoice
 from retouch.app.values.findings import Lines
 from retouch.app.values.folders import RUNS_FOLDER, is_run, next_run
 
@@ -28,7 +28,7 @@ class Running:
         forecast: what the next one would take.
     """
 
-    def __init__(self, history: History, activity: Activity, live: Worker, slow: Worker) -> None:
+    def __init__(self, history: UndoHistory, activity: Activity, live: Worker, slow: Worker) -> None:
         self.queue = Queue()
         self.forecast: Lines = ()
         self._history, self._activity, self._live, self._slow = history, activity, live, slow
@@ -42,7 +42,7 @@ class Running:
         """Original and best relief so far of the run under way; None until known."""
         return self._reading.answer
 
-    def _changed(self, before: Document, after: Document) -> None:
+    def _changed(self, before: AppDocument, after: AppDocument) -> None:
         if before.run != after.run:
             self._reading.want(None)
         if (before.picture, before.feel) != (after.picture, after.feel):
@@ -83,28 +83,28 @@ class Running:
         feel = self._history.document.feel
         await self._heights_of(picture, folder)
         self.forecast = ()
-        self.queue.add(Job(folder, feel))
+        self.queue.add(QueuedRun(folder, feel))
         self._history.look_at(str(folder))
 
-    def _chosen(self) -> Picture:
+    def _chosen(self) -> PictureChoice:
         picture = self._history.document.picture
         if picture is None:
             raise InputError("no picture is chosen yet")
         return picture
 
-    async def _heights_of(self, picture: Picture, folder: Path) -> str:
+    async def _heights_of(self, picture: PictureChoice, folder: Path) -> str:
         RUNS_FOLDER.mkdir(exist_ok=True)
         heights = f"{folder}.png"
         await self._live(pictures.save, picture, heights)
         return heights
 
-    def shown(self) -> Job | None:
+    def shown(self) -> QueuedRun | None:
         """The run that is shown as under way: the one that runs, or else the last one looked at."""
         busy = next((job for job in self.queue.jobs if job.state.busy), None)
         run = self._history.document.run
         return busy or next((job for job in self.queue.jobs if str(job.folder) == run), None)
 
-    def go_on(self, job: Job) -> None:
+    def go_on(self, job: QueuedRun) -> None:
         """Go on with a run that was stopped."""
         try:
             if self.queue.under_way():
@@ -159,5 +159,5 @@ def read_queue(entries: Any) -> Queue:
         folder, feel = Path(entry["folder"]), TypeAdapter(KeptFeel).validate_python(entry["feel"])
         if not is_run(folder):
             raise ValueError(f"{folder}: not a run of the app")
-        queue.jobs.append(Job(folder, feel))
+        queue.jobs.append(QueuedRun(folder, feel))
     return queue

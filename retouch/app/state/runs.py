@@ -22,7 +22,7 @@ from relief.ground.errors import InputError
 from relief.ground.files import read_limited
 from relief.ground.formats import RUN_CHECKPOINT, RUN_HEIGHTS, RUN_HISTORY
 from relief.ground.locks import locked
-from retouch.app.values.document import Feel
+from retouch.app.values.document import FeelChoice
 from retouch.app.values.folders import RUNS_FOLDER, is_run
 
 COMMAND = (sys.executable, "-m", "retouch")
@@ -71,7 +71,7 @@ class Step(BaseModel, frozen=True):
 
 
 @dataclass
-class Job:
+class QueuedRun:
     """A run of the queue.
 
     Attributes:
@@ -83,7 +83,7 @@ class Job:
     """
 
     folder: Path
-    feel: Feel
+    feel: FeelChoice
     process: subprocess.Popen[bytes] | None = field(default=None, repr=False)
     asked_to_stop: bool = False
     refused: bool = False
@@ -200,14 +200,14 @@ class Queue:
     """Runs that are to be made, one after another, as two would take the cores from one another."""
 
     def __init__(self) -> None:
-        self.jobs: list[Job] = []
+        self.jobs: list[QueuedRun] = []
 
-    def add(self, job: Job) -> None:
+    def add(self, job: QueuedRun) -> None:
         """Put a run at the end."""
         self.jobs.append(job)
         self.advance()
 
-    def under_way(self) -> list[Job]:
+    def under_way(self) -> list[QueuedRun]:
         """The runs that this app has started and that have not ended."""
         return [job for job in self.jobs if job.process is not None and job.state.busy]
 
@@ -229,12 +229,12 @@ class Queue:
             raise
         return True
 
-    def remove(self, job: Job) -> None:
+    def remove(self, job: QueuedRun) -> None:
         """Take a run from the queue that is not under way; its files stay."""
         if not job.state.busy:
             self.jobs.remove(job)
 
-    def stop_all(self, patience_s: float) -> list[Job]:
+    def stop_all(self, patience_s: float) -> list[QueuedRun]:
         """Ask the runs under way to stop, and wait for them; returns those that were under way.
 
         A run that takes longer goes on by itself, as it needs no app.

@@ -21,13 +21,13 @@ from relief.ground.files import read_limited, write_atomically
 from retouch.app.computing import pictures
 from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity
-from retouch.app.state.history import History
+from retouch.app.state.history import UndoHistory
 from retouch.app.state.latest import Latest
 from retouch.app.state.numbers import Numbers
 from retouch.app.state.outcomes import Outcomes
 from retouch.app.state.running import Running, read_queue
-from retouch.app.state.runs import Job
-from retouch.app.values.document import Document
+from retouch.app.state.runs import QueuedRun
+from retouch.app.values.document import AppDocument
 from retouch.app.values.folders import PICTURES_FOLDER, RUNS_FOLDER, is_run
 
 _log = logging.getLogger(__name__)
@@ -58,7 +58,7 @@ class Session:
     def __init__(self) -> None:
         # What follows the hand, what a person waits for, and what nobody waits for.
         self._live, self._slow, self._idle = Worker(), Worker(), Worker()
-        self.activity, self.history = Activity(), History()
+        self.activity, self.history = Activity(), UndoHistory()
         self.numbers = Numbers(self.history, self.activity, self._live, self._idle)
         self.running = Running(self.history, self.activity, self._live, self._slow)
         self.outcomes = Outcomes(self.history, self.activity, self._live, self._slow)
@@ -69,11 +69,11 @@ class Session:
         self.history.follow(self._changed)
 
     @property
-    def document(self) -> Document:
+    def document(self) -> AppDocument:
         """What is chosen."""
         return self.history.document
 
-    def _changed(self, before: Document, after: Document) -> None:
+    def _changed(self, before: AppDocument, after: AppDocument) -> None:
         self._keep()
         if before.run != after.run:
             self.outcomes.want_sides()
@@ -121,12 +121,12 @@ class Session:
         self.numbers.forget_reach()
         await self.running.start()
 
-    def go_on(self, job: Job) -> None:
+    def go_on(self, job: QueuedRun) -> None:
         """Go on with a run that was stopped."""
         self.numbers.forget_reach()
         self.running.go_on(job)
 
-    def drop(self, job: Job) -> None:
+    def drop(self, job: QueuedRun) -> None:
         """Take a run from the list; its files stay."""
         self.running.queue.remove(job)
         self._keep()
@@ -178,7 +178,7 @@ class Session:
             return
         try:
             content = json.loads(read_limited(KEPT, LARGEST_KEPT))
-            document = TypeAdapter(Document).validate_python(content["document"])
+            document = TypeAdapter(AppDocument).validate_python(content["document"])
             self.running.queue = read_queue(content["queue"])
             known = document.run is None or is_run(document.run)
             self.history.document = document if known else replace(document, run=None)

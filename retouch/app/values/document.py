@@ -47,7 +47,7 @@ def usual_numbers() -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class Picture:
+class PictureChoice:
     """A picture, and how it becomes heights; fields are arguments of `retouch.prepare`.
 
     Attributes:
@@ -91,7 +91,7 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Feel:
+class FeelChoice:
     """The feel to reach, and how it is made.
 
     Attributes:
@@ -184,19 +184,19 @@ def _gathered(content: Any) -> Any:
     return {**content, "numbers": numbers}
 
 
-def _checked(feel: Feel) -> Feel:
+def _checked(feel: FeelChoice) -> FeelChoice:
     """A feel whose goal can be chosen. Raises ValueError."""
     if feel.goal != FEEL_OF and feel.goal not in goals():
         raise ValueError(f"{feel.goal}: no goal")
     return feel
 
 
-KeptFeel = Annotated[Feel, BeforeValidator(_gathered), AfterValidator(_checked)]
+KeptFeel = Annotated[FeelChoice, BeforeValidator(_gathered), AfterValidator(_checked)]
 """A feel as it is kept in a file."""
 
 
 @dataclass(frozen=True)
-class Part:
+class ObjectChoice:
     """An object, and how a texture lies on it; fields are options of `retouch wrap`.
 
     Attributes:
@@ -227,7 +227,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Document:
+class AppDocument:
     """All that a person has chosen.
 
     Attributes:
@@ -236,9 +236,9 @@ class Document:
         run: folder of the run that is looked at; None until there is one.
     """
 
-    picture: Picture | None = None
-    feel: KeptFeel = field(default_factory=Feel)
-    part: Part = field(default_factory=Part)
+    picture: PictureChoice | None = None
+    feel: KeptFeel = field(default_factory=FeelChoice)
+    part: ObjectChoice = field(default_factory=ObjectChoice)
     run: str | None = None
 
     def as_json(self) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from relief.relief import Relief
-from retouch.app.values.document import Picture
+from retouch.app.values.document import PictureChoice
 
 CONTACT = "contact_fraction"
 """Name of the share of the patch under pressure, among the values of the quantities that are felt."""
@@ -32,13 +32,13 @@ class Source:
     thumbnail: bytes
 
     @property
-    def picture(self) -> Picture:
+    def picture(self) -> PictureChoice:
         """The choice of this picture, with its lengths."""
-        return Picture(self.file, relief_mm=self.relief_mm, size_mm=self.size_mm)
+        return PictureChoice(self.file, relief_mm=self.relief_mm, size_mm=self.size_mm)
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
+class PreparedPicture:
     """The relief that was made of a picture.
 
     Attributes:

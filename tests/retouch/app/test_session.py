@@ -20,7 +20,7 @@ from retouch.app.computing import results, touch
 from retouch.app.state import numbers, running, session
 from retouch.app.state.runs import State
 from retouch.app.state.session import KEPT, Session
-from retouch.app.values.document import Document, Feel, Picture, usual_numbers
+from retouch.app.values.document import AppDocument, FeelChoice, PictureChoice, usual_numbers
 from retouch.app.values.findings import Map, Sides, Written
 
 
@@ -70,7 +70,7 @@ async def chosen(one: Session) -> None:
 
 def test_a_chosen_picture_is_felt() -> None:
     one = settled(chosen)
-    assert one.document.picture == Picture("stone.png", relief_mm=0.8, size_mm=10.0)
+    assert one.document.picture == PictureChoice("stone.png", relief_mm=0.8, size_mm=10.0)
     assert one.numbers.relief is not None and one.numbers.relief.heights.shape == (32, 32)
     assert np.isclose(np.ptp(one.numbers.relief.heights), 0.8)
     assert one.numbers.felt is not None and 0.0 < one.numbers.felt["roughness"][0] < 0.5
@@ -111,7 +111,7 @@ def test_the_last_step_is_undone() -> None:
         one.history.undo()
 
     one = settled(undone)
-    assert one.document == Document(Picture("stone.png", relief_mm=0.8, size_mm=10.0))
+    assert one.document == AppDocument(PictureChoice("stone.png", relief_mm=0.8, size_mm=10.0))
     assert one.numbers.relief is not None and np.isclose(np.ptp(one.numbers.relief.heights), 0.8)
 
 
@@ -191,7 +191,7 @@ def test_a_hostile_file_of_the_last_start_is_not_believed(content: str) -> None:
     KEPT.write_text(content)
     one = Session()
     one.restore()
-    assert one.document == Document() and one.running.queue.jobs == []
+    assert one.document == AppDocument() and one.running.queue.jobs == []
 
 
 def test_a_full_disk_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -217,7 +217,7 @@ def test_a_run_waits_in_the_queue_and_is_there_at_the_next_start(monkeypatch: py
     one, other = settled(queued), Session()
     other.restore()
     assert [str(job.folder) for job in other.running.queue.jobs] == ["runs/stone-1", "runs/stone-2"]
-    assert [job.feel for job in other.running.queue.jobs] == [Feel(numbers=jnds(1.0))] * 2
+    assert [job.feel for job in other.running.queue.jobs] == [FeelChoice(numbers=jnds(1.0))] * 2
     assert other.running.queue.jobs[0].state is State.WAITING
     assert Path("runs/stone-1.png").is_file()
     assert json.loads(KEPT.read_text())["document"]["run"] == one.document.run == "runs/stone-2"
@@ -256,12 +256,12 @@ def test_a_moved_slider_is_one_step_and_each_stroke_another() -> None:
     while one.history.can_undo:
         one.history.undo()
         undone.append((one.document.feel.region, one.document.feel.numbers["jnd"]))
-    assert undone == [("pictures/mask-a.png", 3.0), (None, 3.0), (None, Feel().numbers["jnd"])]
+    assert undone == [("pictures/mask-a.png", 3.0), (None, 3.0), (None, FeelChoice().numbers["jnd"])]
 
 
 def test_a_slider_that_came_back_leaves_nothing_to_undo() -> None:
     one = Session()
-    for jnd in (3.0, Feel().numbers["jnd"]):
+    for jnd in (3.0, FeelChoice().numbers["jnd"]):
         one.history.change_feel(slid="jnd", numbers=jnds(jnd))
     assert not one.history.can_undo
 
@@ -330,7 +330,7 @@ def test_an_undone_change_leaves_the_run_that_is_looked_at() -> None:
     one.history.change_feel(numbers=jnds(1.0))
     one.history.look_at("runs/stone-1")
     one.history.undo()
-    assert one.document == Document(run="runs/stone-1")
+    assert one.document == AppDocument(run="runs/stone-1")
 
 
 def test_a_result_is_read_again_once_its_numbers_are_there(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,10 +12,10 @@ from nicegui.page import page
 from retouch.app.stages.feel import FeelStage
 from retouch.app.stages.picture import PictureStage
 from retouch.app.stages.printing import PrintStage
-from retouch.app.stages.window import Window
+from retouch.app.stages.window import AppWindow
 from retouch.app.state.addresses import Addresses
 from retouch.app.state.session import Session
-from retouch.app.values.document import Document, Picture
+from retouch.app.values.document import AppDocument, PictureChoice
 from retouch.app.values.findings import Written
 from tactile.quantities import QUANTITIES, GoalKey, Quantity
 
@@ -27,7 +27,7 @@ def test_a_file_for_a_printer_is_not_shown_as_that_of_the_next_run(
     session = Session()
 
     with Client(page("")) as client:
-        stage = PrintStage(Window(session, Addresses(), lambda _: None))
+        stage = PrintStage(AppWindow(session, Addresses(), lambda _: None))
         stage.build()
 
         def shown() -> bool:
@@ -61,9 +61,9 @@ def test_a_new_quantity_is_a_goal_and_a_number_of_the_page(
     )
     monkeypatch.setitem(QUANTITIES, "softness", softness)
     session = Session()
-    session.history.document = Document(Picture("gravel"))
+    session.history.document = AppDocument(PictureChoice("gravel"))
     with Client(page("")) as client:
-        window = Window(session, Addresses(), lambda _: None)
+        window = AppWindow(session, Addresses(), lambda _: None)
         feel, picture = FeelStage(window), PictureStage(window)
         for stage in (feel, picture):
             stage.build()
