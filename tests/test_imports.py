@@ -85,17 +85,18 @@ _ALLOWED = {
     ),
     "retouch.app.computing": (
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.settings optimize.verification "
-        "relief relief.ground relief.preparing retouch retouch.app.values retouch.pages retouch.verbs "
-        "tactile"
+        "relief relief.ground relief.preparing relief.solids.wrapping retouch retouch.app.values "
+        "retouch.pages retouch.verbs tactile"
     ),
     "retouch.app.stages": (
         "mitsuba_scenes optimize.run_directory optimize.verification relief relief.ground relief.solids "
-        "retouch.app.state retouch.app.values"
+        "retouch.app.state retouch.app.values tactile"
     ),
     "retouch.app.state": (
-        "optimize.descent optimize.run_directory relief.ground retouch.app.computing retouch.app.values"
+        "optimize.descent optimize.estimates optimize.run_directory relief relief.ground "
+        "retouch.app.computing retouch.app.values tactile"
     ),
-    "retouch.app.values": "mitsuba_scenes optimize.settings relief.ground",
+    "retouch.app.values": "mitsuba_scenes optimize.settings relief relief.ground tactile",
     "retouch.commands": (
         "mitsuba_scenes optimize.descent optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification relief relief.ground relief.preparing relief.solids retouch retouch.app "

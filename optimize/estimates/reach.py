@@ -1,14 +1,13 @@
 """Reach of a texture: how much rougher and smoother it can be made before its pictures visibly change.
 
 Two short descents each way, to 2 and to 4 just-noticeable differences, by the fast models where these can
-show the scene. Beyond, the change of the pictures is extrapolated: by a jnd + b jnd³ through both ends toward
-rougher, in proportion toward smoother. docs/evidence/descent.md compares with whole runs.
+show the scene. Beyond, the change of the pictures is extrapolated (`optimize.estimates.change_curves`).
+docs/evidence/descent.md compares with whole runs.
 """
 
 import logging
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,13 +16,14 @@ from optimize.descent.driver import descend
 from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
+from optimize.estimates.change_curves import ChangeCurve, Reach, crossing
 from optimize.verification.picture_change import crossed_magnitude
 from optimize.verification.picture_metrics import pixel_weights
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.progress import Stage, stage
 from tactile.model import ModelName
-from tactile.quantities import LARGEST_JND, LIMIT_PERCENT, ROUGHNESS
+from tactile.quantities import LIMIT_PERCENT, ROUGHNESS
 from tactile.skin import Skin
 from visual.looks import EXACT, FAST, look_model
 from visual.noise import batched
@@ -40,56 +40,6 @@ TOLERANCE = 0.01
 """Relative error of the roughness at which a short descent has arrived, as in a run."""
 SAMPLES = 64
 """Samples a pixel of rendered pictures. The noise of their change is far below the limit: on gravel 0.1 %."""
-
-
-@dataclass(frozen=True)
-class ChangeCurve:
-    """The picture-change curve in one sense, rougher or smoother, and where it passes the limit.
-
-    Attributes:
-        jnd: just-noticeable differences from the original, positive; `LARGEST_JND` at most, as a run.
-        arrived: whether the short descents arrived at all their ends; else the relief gives no more, or only
-            in many steps, and `jnd` is not more than what was reached.
-        ends: of the short descents, each as its JND and the mean change of the pictures in % of white.
-    """
-
-    jnd: float
-    arrived: bool
-    ends: tuple[tuple[float, float], ...]
-
-
-@dataclass(frozen=True)
-class Reach:
-    """The reach both ways, with the models that estimated it.
-
-    Attributes:
-        mean_percent_of_white: mean radiance of the original's pictures over the plate, % of white.
-    """
-
-    rougher: ChangeCurve
-    smoother: ChangeCurve
-    touch: ModelName
-    look: str
-    mean_percent_of_white: float
-
-    @property
-    def limit_percent_of_mean(self) -> float:
-        """The limit in % of the mean picture, the unit of the changes that runs tell."""
-        return 100.0 * LIMIT_PERCENT / self.mean_percent_of_white
-
-    def change_percent(self, jnd: float) -> float:
-        """About how much the pictures change, % of white, if the feel changes by so many JND."""
-        rougher = jnd > 0.0
-        slope, bend = _fitted((self.rougher if rougher else self.smoother).ends, rougher)
-        return slope * abs(jnd) + bend * abs(jnd) ** 3
-
-    def as_json(self) -> dict[str, Any]:
-        """Everything, for `retouch evaluate --reach --json`."""
-        limits = {
-            "limit_percent_of_white": LIMIT_PERCENT,
-            "limit_percent_of_mean": self.limit_percent_of_mean,
-        }
-        return asdict(self) | limits
 
 
 def reach(scene: Scene, skin: Skin) -> Reach:
@@ -143,33 +93,6 @@ def _curve(
         # Trust in longer steps is that of a new descent; the pressure is still a good start.
         heights, memory = reached.heights, {"pressure": reached.memory["pressure"]}
     return ChangeCurve(crossing(ends, sense > 0.0), True, tuple(ends))
-
-
-def crossing(ends: Sequence[tuple[float, float]], bends: bool) -> float:
-    """JND at which the change passes the limit, `LARGEST_JND` at most; arguments as of `_fitted`."""
-    slope, bend = _fitted(ends, bends)
-    if bend > 0.0:
-        roots = np.roots([bend, 0.0, slope, -LIMIT_PERCENT])
-        return min(LARGEST_JND, *(float(root.real) for root in roots if root.imag == 0.0 < root.real))
-    return float(min(LIMIT_PERCENT / max(slope, 1e-9), LARGEST_JND))
-
-
-def _fitted(ends: Sequence[tuple[float, float]], bends: bool) -> tuple[float, float]:
-    """a and b of the change a jnd + b jnd³, % of white.
-
-    Args:
-        ends: JND and change of the pictures in % of white, each positive.
-        bends: whether the curve goes through the last two ends, if there are two and b > 0; else b is 0, and
-            the curve is the line from 0 to the last end.
-    """
-    jnd, change = ends[-1]
-    rate = change / jnd
-    if bends and len(ends) > 1:
-        before, change_before = ends[-2]
-        bend = (rate - change_before / before) / (jnd**2 - before**2)
-        if bend > 0.0:
-            return rate - bend * jnd**2, bend
-    return rate, 0.0
 
 
 def _change(scene: Scene, look: str) -> tuple[Callable[[Array], float], float]:

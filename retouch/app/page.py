@@ -7,7 +7,6 @@ its lamp stands. `refresh` brings everything to the state of the session, and ma
 from __future__ import annotations
 
 from functools import partial
-from typing import Protocol
 
 from nicegui import Client, events, ui
 
@@ -18,9 +17,9 @@ from retouch.app.stages.objects import ObjectStage
 from retouch.app.stages.picture import PictureStage
 from retouch.app.stages.printing import PrintStage
 from retouch.app.stages.run import RunStage
-from retouch.app.stages.window import Window
+from retouch.app.stages.window import AppWindow, PageStage
+from retouch.app.state.addresses import Addresses
 from retouch.app.state.session import Session
-from retouch.app.state.shapes import Shapes
 from retouch.app.values.document import command_line
 from retouch.pages.plate_viewer import SCRIPTS
 
@@ -33,32 +32,17 @@ HEAD = f"""
 """
 
 
-class Stage(Protocol):
-    """A stage of the page."""
-
-    name: str
-
-    def build(self) -> None:
-        """Put its elements into the present slot."""
-
-    def commands(self) -> list[list[str]]:
-        """The commands that do the same in a terminal, without `retouch`."""
-
-    def refresh(self) -> None:
-        """Bring its elements to the state of the session."""
-
-
-class Page:
+class AppPage:
     """One window's page.
 
     Attributes:
         session: that all windows show.
     """
 
-    def __init__(self, session: Session, shapes: Shapes) -> None:
+    def __init__(self, session: Session, addresses: Addresses) -> None:
         self.session = session
-        window = Window(session, shapes, self.show)
-        self._stages: list[Stage] = [stage(window) for stage in STAGES]
+        window = AppWindow(session, addresses, self.show)
+        self._stages: list[PageStage] = [stage(window) for stage in STAGES]
 
     def build(self) -> None:
         """Build the page of a window, and keep it up to date as long as the window is there."""
@@ -76,7 +60,7 @@ class Page:
         ui.keyboard(self._key, ignore=["input", "select", "textarea"])
         self.refresh()
         client = ui.context.client
-        client.on_delete(self.session.activity.listen(lambda: self._told(client)))
+        client.on_delete(self.session.activity.listen(lambda: self._refresh(client)))
 
     def show(self, name: str) -> None:
         """Turn to a stage."""
@@ -99,7 +83,7 @@ class Page:
         self._undo.set_enabled(session.history.can_undo)
         self._command.set_text(self._line())
 
-    def _told(self, client: Client) -> None:
+    def _refresh(self, client: Client) -> None:
         with client:
             self.refresh()
 

@@ -18,8 +18,8 @@ from optimize.run_directory.key import REPORT
 from relief.ground.errors import InputError
 from relief.ground.formats import FORMATS
 from relief.ground.formatting import plain
+from retouch.app.state.addresses import PREFIX, Addresses
 from retouch.app.state.runs import free_mib
-from retouch.app.state.shapes import PREFIX, Shapes
 from retouch.app.values.folders import PARTS_FOLDER, PICTURES_FOLDER, RUNS_FOLDER, keep, safe_name
 from retouch.pages import plate_viewer
 
@@ -35,7 +35,7 @@ SPARE_MIB = 64.0
 """Room that a picture leaves on the disk, MiB: a run needs some."""
 
 
-def add_routes(app: FastAPI, shapes: Shapes) -> None:
+def add_routes(app: FastAPI, addresses: Addresses) -> None:
     """Add the routes to an application."""
     app.mount("/app/textures", StaticFiles(directory=FOLDER / "textures"))
     app.mount("/app/scripts", StaticFiles(directory=Path(plate_viewer.__file__).parent))
@@ -43,13 +43,13 @@ def add_routes(app: FastAPI, shapes: Shapes) -> None:
 
     @app.get(PREFIX + "/{key}")
     def heights(key: str) -> Response:
-        shape = shapes.get(key)
-        if shape is None:
+        relief = addresses.get(key)
+        if relief is None:
             return PlainTextResponse("these heights are no longer kept", 404)
-        rows, cols = shape.heights.shape
-        form = {"rows": rows, "cols": cols, "size_mm": shape.size_mm, "repeats": list(shape.repeats)}
+        rows, cols = relief.heights.shape
+        form = {"rows": rows, "cols": cols, "size_mm": relief.width_mm, "repeats": list(relief.repeats)}
         headers = {"x-form": json.dumps(form), "cache-control": "no-store"}
-        content = shape.heights.astype("<f4").tobytes()
+        content = relief.heights.astype("<f4").tobytes()
         return Response(content, media_type="application/octet-stream", headers=headers)
 
     @app.get("/app/mask/{name}")

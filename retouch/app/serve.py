@@ -16,10 +16,10 @@ from nicegui import ui
 
 from relief.ground.errors import InputError
 from retouch.app.guard import Guard, new_token
-from retouch.app.page import Page
+from retouch.app.page import AppPage
 from retouch.app.routes import add_routes
+from retouch.app.state.addresses import Addresses
 from retouch.app.state.session import FIRST_TEXTURE, Session
-from retouch.app.state.shapes import Shapes
 
 HOST = "127.0.0.1"
 PATIENCE_S = 60.0
@@ -44,7 +44,7 @@ def serve(session: Session, picture: str | None, port: int, browser: bool) -> No
     """
     with bound(port) as listening:
         port, token = listening.getsockname()[1], new_token()
-        application = _application(session, Shapes())
+        application = _application(session, Addresses())
         config = uvicorn.Config(
             Guard(application, port, token),
             log_level="error",
@@ -64,7 +64,7 @@ def bound(port: int) -> Iterator[socket.socket]:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listening.bind((HOST, port))
-            # Before the address is told, at which somebody may ask at once.
+            # Before the address is printed, at which somebody may ask at once.
             listening.listen()
         except OSError as error:
             raise InputError(
@@ -73,13 +73,13 @@ def bound(port: int) -> Iterator[socket.socket]:
         yield listening
 
 
-def _application(session: Session, shapes: Shapes) -> FastAPI:
+def _application(session: Session, addresses: Addresses) -> FastAPI:
     application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-    add_routes(application, shapes)
+    add_routes(application, addresses)
 
     @ui.page("/")
     def index() -> None:
-        Page(session, shapes).build()
+        AppPage(session, addresses).build()
 
     ui.run_with(
         application,
@@ -127,7 +127,7 @@ async def _serving(
 
 
 async def _look_after(session: Session) -> None:
-    """Start the runs of the queue one after another, and tell the windows how far they are."""
+    """Start the runs of the queue one after another, and notify the windows how far they are."""
     while True:
         await asyncio.sleep(LOOK_S)
         try:

@@ -10,7 +10,7 @@ import numpy as np
 
 from mitsuba_scenes import find_file
 from mitsuba_scenes.fingers import DEFAULT_SKIN
-from optimize.estimates.reach import Reach
+from optimize.estimates.change_curves import Reach
 from optimize.estimates.reach import reach as reach_of
 from optimize.settings.skins import OWN, described_skin, load_skin
 from optimize.verification.solids.mesh_feel import MeshFeel, feel_of

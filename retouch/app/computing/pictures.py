@@ -11,10 +11,9 @@ import retouch
 from relief.ground.errors import InputError
 from relief.ground.files import write_atomically
 from relief.ground.limits import LARGEST_SIDE, PATCH_SIDE_MM
-from relief.relief import Relief
 from retouch.app.computing.warnings_kept import kept_warnings
-from retouch.app.values.document import USUAL_RELIEF_MM, Picture
-from retouch.app.values.findings import Lines, Shape, Source
+from retouch.app.values.document import USUAL_RELIEF_MM, PictureChoice
+from retouch.app.values.findings import Lines, PreparedPicture, Source
 from retouch.app.values.folders import picture_file
 
 MASK_MODES = ("1", "L", "LA", "P", "RGB", "RGBA")
@@ -23,24 +22,24 @@ THUMBNAIL = 720
 """Longer side of the picture that is shown for cropping, pixels."""
 
 
-def warm(file: str, picture: Picture | None) -> None:
+def warm(file: str, picture: PictureChoice | None) -> None:
     """Prepare a picture before anybody asks for it.
 
     Args:
         file: of a picture that is to be chosen.
         picture: one that was chosen already, in its place; None for none.
     """
-    if picture is None:
-        lengths = source(file)
-        picture = Picture(file, relief_mm=lengths.relief_mm, size_mm=lengths.size_mm)
-    shape(picture)
+    prepare(picture or source(file).picture)
 
 
+@lru_cache(maxsize=2)
 def source(file: str) -> Source:
-    """Open a picture. Raises InputError."""
-    picture = _opened(file)
-    from relief.preparing.preview import small_picture  # Here, as only pictures need it.
+    """Open a picture, or a bundled texture by its name. Raises InputError."""
+    # Here, as only pictures need them.
+    from relief.preparing.pictures import open_picture
+    from relief.preparing.preview import small_picture
 
+    picture = open_picture(picture_file(file))
     longest = min(THUMBNAIL, max(picture.width, picture.height))
     thumbnail = io.BytesIO()
     small_picture(picture, longest).save(thumbnail, "png")
@@ -53,48 +52,35 @@ def source(file: str) -> Source:
         span = float(np.ptp(picture.values((0, 0, picture.width, picture.height), "luminance")))
         relief_mm = span if 0.01 <= span <= 20.0 else USUAL_RELIEF_MM
     return Source(
+        file,
         picture.width,
         picture.height,
         relief_mm,
         lengths.get("size_mm", PATCH_SIDE_MM),
-        picture.tile,
         notes,
         thumbnail.getvalue(),
     )
 
 
-@lru_cache(maxsize=2)
-def _opened(file: str) -> Any:
-    from relief.preparing.pictures import open_picture
-
-    return open_picture(picture_file(file))
-
-
 @lru_cache(maxsize=8)
-def _prepared(picture: Picture) -> tuple[Any, Lines]:
+def _prepared(picture: PictureChoice) -> tuple[Any, Lines]:
     with kept_warnings() as warnings:
         prepared = retouch.prepare(picture_file(picture.file), **picture.arguments())
     return prepared, warnings.lines
 
 
-def shape(picture: Picture) -> Shape:
-    """The heights of a picture. Raises InputError."""
+def prepare(picture: PictureChoice) -> PreparedPicture:
+    """The relief of a picture. Raises InputError."""
     # Heights grow with the relief, so that one preparation does for every position of its slider.
     relief_mm = picture.relief_mm or USUAL_RELIEF_MM
     prepared, warnings = _prepared(replace(picture, relief_mm=1.0))
     lines = {**prepared.done, "relief": f"{relief_mm:.3g} mm"}
     left, upper, right, _ = prepared.square
-    tile = prepared.repeats
-    return Shape(
-        (relief_mm * prepared.heights).astype(np.float32),
-        prepared.size_mm or PATCH_SIDE_MM,
-        (tile, tile),
-        (*lines.items(), *warnings),
-        (left, upper, right - left),
-    )
+    relief = replace(prepared.relief, heights=relief_mm * prepared.heights)
+    return PreparedPicture(relief, (*lines.items(), *warnings), (left, upper, right - left))
 
 
-def save(picture: Picture, out: str) -> None:
+def save(picture: PictureChoice, out: str) -> None:
     """Write the height map of a picture, as `retouch prepare` would. Raises InputError or OSError."""
     retouch.prepare(picture_file(picture.file), **picture.arguments()).save(out)
 
@@ -123,13 +109,3 @@ def save_mask(content: bytes, out: str) -> bool:
     Image.fromarray(greys).save(picture, "png")
     write_atomically(out, picture.getvalue())
     return True
-
-
-def relief_of(shape: Shape) -> Relief:
-    """Heights as the models take them."""
-    return Relief(shape.heights.astype(np.float64), shape.size_mm, shape.repeats)
-
-
-def shape_of(relief: Relief) -> Shape:
-    """Heights as the page takes them."""
-    return Shape(relief.heights.astype(np.float32), relief.width_mm, relief.repeats)

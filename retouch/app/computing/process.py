@@ -1,4 +1,4 @@
-"""The worker process: it ends with the app, and tells what it is doing."""
+"""The worker process: it ends with the app, and reports what it is doing."""
 
 import multiprocessing
 import os
@@ -10,7 +10,7 @@ from multiprocessing.connection import Connection
 
 from relief.ground.progress import Progress, progress
 
-TOLD_EVERY_S = 0.25
+REPORTED_EVERY_S = 0.25
 """Least time between two lines about what is under way, s."""
 NICE = 5
 """Niceness of the worker processes: on few cores the page and the browser come first."""
@@ -18,18 +18,18 @@ NICE = 5
 _open = ExitStack()
 
 
-def start(told: Connection) -> None:
+def start(reports: Connection) -> None:
     """Prepare the worker process.
 
     Args:
-        told: takes lines about what is under way, an empty one where nothing is.
+        reports: takes lines about what is under way, an empty one where nothing is.
     """
     # The terminal's Ctrl-C is for the app, which ends its workers itself.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(NICE)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     # Left by no one: the process listens to its own work as long as it lives.
-    _open.enter_context(progress(_Teller(told)))
+    _open.enter_context(progress(_Reporter(reports)))
 
 
 def _end_with_parent() -> None:
@@ -40,17 +40,17 @@ def _end_with_parent() -> None:
         os._exit(0)
 
 
-class _Teller:
+class _Reporter:
     """Sends what is under way, the outermost stage first, a few times a second."""
 
-    def __init__(self, told: Connection) -> None:
-        self._told, self._stages, self._next = told, list[Progress](), 0.0
+    def __init__(self, reports: Connection) -> None:
+        self._reports, self._stages, self._next = reports, list[Progress](), 0.0
 
     def __call__(self, now: Progress) -> None:
         self._stages = self._stages[: now.level] + ([] if now.ended else [now])
         if time.monotonic() >= self._next or not self._stages:
-            self._next = time.monotonic() + TOLD_EVERY_S
-            self._told.send(": ".join(map(_sentence, self._stages)))
+            self._next = time.monotonic() + REPORTED_EVERY_S
+            self._reports.send(": ".join(map(_sentence, self._stages)))
 
 
 def _sentence(stage: Progress) -> str:

@@ -1,7 +1,9 @@
 """What a run has made: its relief so far, maps of what differs, files for printers, and objects."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
@@ -12,30 +14,31 @@ from optimize.run_directory.finished_run import read_verification
 from optimize.verification.verification import Places
 from relief.ground.arrays import Array
 from relief.relief import Relief
-from retouch.app.computing.pictures import shape_of
 from retouch.app.computing.touch import MODEL, middle, touch
 from retouch.app.computing.warnings_kept import kept_warnings
-from retouch.app.values.document import Part
-from retouch.app.values.findings import Lines, Map, Shape, Sides, Written
+from retouch.app.values.document import ObjectChoice
+from retouch.app.values.findings import Lines, Map, Sides, Written
 from retouch.app.values.folders import RUNS_FOLDER
 from retouch.pages.colour_maps import PURPLE_ORANGE, VIRIDIS, Table, bar_uri, map_uri
 from retouch.pages.place_figures import place_figures
 
+if TYPE_CHECKING:
+    from relief.solids.wrapping.wrap import Wrapped
+
 DEFINED = '<svg width="0" height="0" class="defined" aria-hidden="true"><defs>{}</defs></svg>'
 """What the maps of places refer to: the relief below their discs."""
 MOST_PLACES = 1000
-"""Most places of the finger whose discs are drawn: more would be too small to tell apart."""
+"""Most places of the finger whose discs are drawn: more would be too small to distinguish."""
 MAP_SIDE = 512
 """Most pixels a side of a map."""
 
 
-def best_so_far(folder: str, heights: str) -> tuple[Shape, Shape]:
+def best_so_far(folder: str) -> tuple[Relief, Relief]:
     """Original and best relief of a run under way, of its checkpoint. Raises InputError."""
     from optimize.run_directory.checkpoint import load_checkpoint
 
-    original = shape_of(Relief.read(heights))
-    best = load_checkpoint(Path(folder)).best.heights
-    return original, replace(original, heights=best.astype(np.float32))
+    original = Relief.read(f"{folder}.png")
+    return original, replace(original, heights=load_checkpoint(Path(folder)).best.heights)
 
 
 def sides(folder: str) -> Sides:
@@ -57,9 +60,7 @@ def sides(folder: str) -> Sides:
     before, after = (_map(strain, 0.0, most, VIRIDIS, "strain") for strain in strains)
     verification = read_verification(Path(folder))
     felt = None if verification is None else verification.touch.places
-    return Sides(
-        shape_of(reliefs[0]), shape_of(reliefs[1]), change, (before, after), _places(felt, reliefs[1])
-    )
+    return Sides(reliefs[0], reliefs[1], change, (before, after), _places(felt, reliefs[1]))
 
 
 def _places(felt: Places | None, result: Relief) -> str:
@@ -87,41 +88,48 @@ def export(run: str, out: str, base_mm: float | None, repeat: int, printer: str 
     lines = [("file", str(made.file)), ("size", f"{made.width_mm:.4g} × {made.height_mm:.4g} mm")]
     if made.thickness_mm is not None:
         lines.append(("highest point", f"{made.thickness_mm:.3g} mm"))
-    if made.printer is not None and made.thickness_mm is not None:
-        layers = round(made.thickness_mm / made.printer.layer_mm)
-        lines.append(("layers", f"{layers} of {made.printer.layer_um:g} µm"))
-    lines.append(("file size", f"{made.file.stat().st_size / 2**20:.1f} MiB"))
-    return Written(str(made.file), (*lines, *warnings.lines))
+        if made.printer is not None:
+            layers = round(made.thickness_mm / made.printer.layer_mm)
+            lines.append(("layers", f"{layers} of {made.printer.layer_um:g} µm"))
+    return Written(str(made.file), (*lines, _file_size(made.file), *warnings.lines))
 
 
-def preview_object(run: str, part: Part, page: str) -> Lines:
+def preview_object(run: str, part: ObjectChoice, page: str) -> Written:
     """Write a page that shows the result of a run on an object. Raises InputError."""
-    made = retouch.preview_wrap(run, part.mesh, page, **part.options()).as_json()
-    sides = " × ".join(f"{side:.3g}" for side in made["size_mm"])
-    return (
-        ("size", f"{sides} mm"),
-        ("triangles", f"about {made['faces']:,} in the file, {made['shown_faces']:,} shown"),
-        ("time", f"about {made['seconds']:.0f} s"),
-        *(("warning", line) for line in made["warnings"]),
-    )
+    made = retouch.preview_wrap(run, part.mesh, page, **part.options())
+    preview = made.preview
+    triangles = f"about {preview.faces:,} in the file, {len(preview.shown.body.faces):,} shown"
+    lines = (_sides(preview.shown), ("triangles", triangles), ("time", f"about {preview.seconds:.0f} s"))
+    return Written(page, lines + _warning_lines(made.warnings))
 
 
-def wrap_object(run: str, part: Part, out: str) -> Written:
+def wrap_object(run: str, part: ObjectChoice, out: str) -> Written:
     """Lay the result of a run over an object, and write the solid. Raises InputError or OSError."""
-    made = retouch.wrap(run, part.mesh, out, **part.options()).as_json()
-    sides = " × ".join(f"{side:.3g}" for side in made["size_mm"])
-    lines = [("file", made["file"]), ("size", f"{sides} mm"), ("triangles", f"{made['faces']:,}")]
-    lines += [("file size", f"{made['bytes'] / 2**20:.1f} MiB")]
-    return Written(made["file"], (*lines, *(("warning", line) for line in made["warnings"])))
+    made = retouch.wrap(run, part.mesh, out, **part.options())
+    triangles = f"{len(made.wrapped.body.faces):,}"
+    lines = (("file", out), _sides(made.wrapped), ("triangles", triangles), _file_size(made.file))
+    return Written(out, lines + _warning_lines(made.warnings))
 
 
-def feel_object(file: str, mesh: str, skin: str) -> tuple[str, Lines]:
-    """Write a page that shows the roughness of a wrapped object in colours; returns the page and its lines.
+def feel_object(file: str, mesh: str, skin: str) -> Written:
+    """Write a page that shows the roughness of a wrapped object in colours.
 
     Raises:
         InputError, ContactError: as of `retouch.evaluate`.
     """
     felt = retouch.evaluate(file, without_texture=mesh, skin=skin, model=MODEL, colours=RUNS_FOLDER)
     page = next(str(one) for one in felt.files if one.suffix == ".html")
-    places = f"mean over {felt.places.count} places"
-    return page, (("roughness V", f"{felt.roughness:.4f}, {places}"),)
+    return Written(page, (("roughness V", f"{felt.roughness:.4f}, mean over {felt.places.count} places"),))
+
+
+def _sides(wrapped: "Wrapped") -> tuple[str, str]:
+    sides_mm = np.ptp(wrapped.body.vertices, axis=0)
+    return "size", " × ".join(f"{side:.3g}" for side in sides_mm) + " mm"
+
+
+def _file_size(file: Path) -> tuple[str, str]:
+    return "file size", f"{file.stat().st_size / 2**20:.1f} MiB"
+
+
+def _warning_lines(warnings: Iterable[str]) -> Lines:
+    return tuple(("warning", line) for line in warnings)

@@ -7,17 +7,17 @@ import numpy as np
 
 import retouch
 from mitsuba_scenes import DEFAULT_SCENE
+from optimize.estimates.change_curves import Reach
 from optimize.settings.fast_models import FAST_MODELS
 from relief.ground.arrays import Index
 from relief.ground.errors import InputError
 from relief.places import places
 from relief.relief import Relief
-from retouch.app.computing.pictures import relief_of
 from retouch.app.computing.warnings_kept import kept_warnings
-from retouch.app.values.document import MOST_JND, Feel
-from retouch.app.values.findings import FeltPlaces, Lines, Reachable, Shape
+from retouch.app.values.document import FeelChoice
+from retouch.app.values.findings import CONTACT, Lines
 from retouch.app.values.folders import picture_file
-from tactile.quantities import QUANTITIES
+from tactile.quantities import QUANTITIES, Quantity, Values
 
 if TYPE_CHECKING:
     from tactile.model import ModelName
@@ -29,27 +29,20 @@ MODEL: "ModelName" = "quick"
 QUICK = tuple(replace(one, value=one.step_value or one.value) for one in QUANTITIES.values())
 """The quantities as steps of a descent take them: V by the thinned sum, within 0.02 % of the full one in a
 quarter of its time at one place."""
-COSTS = 49
-"""Changes of the feel whose cost for the look is told."""
+MEASURED = (*QUICK, Quantity(CONTACT, CONTACT, "", "", 2, lambda touch: touch.contact_fraction))
+"""What is measured at each place."""
 
 
-def count_places(shape: Shape) -> int:
-    """Number of places of the finger on heights."""
-    return len(places(relief_of(shape).surface))
+def felt(relief: Relief, skin: str, at: Index) -> Values:
+    """What a finger feels at places (k, 2) of a relief: (k,) of each quantity by name, and of `CONTACT`.
 
-
-def felt(shape: Shape, skin: str, part: slice | None = None) -> FeltPlaces:
-    """How heights feel at a part of the places of the finger; None: at the place nearest to the middle.
+    Only these numbers go through the pipe: the `TouchMeasures` that they come from hold maps of the skin,
+    many MB for a large tile, and the class loads torch, for 4 s.
 
     Raises:
         InputError, ContactError: as of `retouch.evaluate`.
     """
-    relief = relief_of(shape)
-    finger = retouch.load_skin(skin)
-    measures = touch(relief, finger, middle(relief) if part is None else places(relief.surface)[part])
-    names = ("roughness", "contact_area_mm2")
-    roughness, area = (tuple(map(float, measures.values[name])) for name in names)
-    return FeltPlaces(roughness, area, (measures.contact_fraction,) * len(roughness))
+    return touch(relief, retouch.load_skin(skin), at).values
 
 
 def texture_roughness(name: str, skin: str) -> float:
@@ -58,22 +51,15 @@ def texture_roughness(name: str, skin: str) -> float:
     return float(touch(relief, retouch.load_skin(skin), middle(relief)).means["roughness"])
 
 
-def reach(shape: Shape, skin: str) -> Reachable:
-    """How far the feel can change before the pictures do, as `retouch evaluate --reach` tells."""
+def reach(relief: Relief, skin: str) -> Reach:
+    """How far the feel can change before the pictures do, as `retouch evaluate --reach` reports."""
     from optimize.estimates.reach import reach as reach_of
 
-    scene = retouch.load_scene(DEFAULT_SCENE, relief=relief_of(shape))
-    found = reach_of(scene, retouch.load_skin(skin))
-    ends = MOST_JND * np.linspace(-1.0, 1.0, COSTS)
-    # Of the mean picture, as everywhere on the page.
-    costs = tuple(
-        (float(jnd), 100.0 * found.change_percent(jnd) / found.mean_percent_of_white) for jnd in ends
-    )
-    return Reachable(found.smoother.jnd, found.rougher.jnd, found.limit_percent_of_mean, costs)
+    return reach_of(retouch.load_scene(DEFAULT_SCENE, relief=relief), retouch.load_skin(skin))
 
 
-def forecast(heights: str, feel: Feel, out: str) -> Lines:
-    """What `retouch optimize --dry-run` tells of a run: a word and a sentence each, and its warnings.
+def forecast(heights: str, feel: FeelChoice, out: str) -> Lines:
+    """What `retouch optimize --dry-run` reports of a run: a word and a sentence each, and its warnings.
 
     Raises:
         InputError: what is wrong, in a line.
@@ -102,4 +88,4 @@ def touch(relief: Relief, skin: "Skin", at: Index | None) -> Any:
 
     if not np.isfinite(relief.heights).all():
         raise InputError("heights: not every value is finite")
-    return measure_touch(relief, skin, MODEL, quantities=QUICK, at=at)
+    return measure_touch(relief, skin, MODEL, quantities=MEASURED, at=at)

@@ -17,7 +17,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 ATTEMPTS = 2
-"""How often a computation is begun before its worker's death is told: a second death is no accident."""
+"""How often a computation is begun before its worker's death is an error: a second death is no accident."""
 
 
 class Superseded(Exception):
@@ -28,13 +28,13 @@ class Worker:
     """One process, started at its first use. Computations wait for one another.
 
     Attributes:
-        told: what the process is doing and how far it is; empty if nothing that says so.
+        progress: what the process is doing and how far it is; empty if its work reports nothing.
     """
 
     def __init__(self) -> None:
-        self.told = ""
+        self.progress = ""
         self._pool: ProcessPoolExecutor | None = None
-        self._telling: Connection | None = None
+        self._reports: Connection | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def begin(self, function: Callable[P, object], *arguments: P.args, **named: P.kwargs) -> None:
@@ -77,25 +77,25 @@ class Worker:
         # Spawned, as a forked child of a server with threads may hang.
         context = multiprocessing.get_context("spawn")
         self._hear_no_more()
-        self._telling, told = context.Pipe(duplex=False)
-        return ProcessPoolExecutor(1, mp_context=context, initializer=start, initargs=(told,))
+        self._reports, reporting = context.Pipe(duplex=False)
+        return ProcessPoolExecutor(1, mp_context=context, initializer=start, initargs=(reporting,))
 
     def _listen(self) -> None:
-        if self._telling is not None and self._loop is None:
+        if self._reports is not None and self._loop is None:
             self._loop = asyncio.get_running_loop()
-            self._loop.add_reader(self._telling.fileno(), self._hear)
+            self._loop.add_reader(self._reports.fileno(), self._hear)
 
     def _hear(self) -> None:
         try:
-            while self._telling is not None and self._telling.poll():
-                self.told = str(self._telling.recv())
+            while self._reports is not None and self._reports.poll():
+                self.progress = str(self._reports.recv())
         except (EOFError, OSError):
             self._hear_no_more()
 
     def _hear_no_more(self) -> None:
-        self.told = ""
-        if self._telling is not None:
+        self.progress = ""
+        if self._reports is not None:
             if self._loop is not None and not self._loop.is_closed():
-                self._loop.remove_reader(self._telling.fileno())
-            self._telling.close()
-        self._telling = self._loop = None
+                self._loop.remove_reader(self._reports.fileno())
+            self._reports.close()
+        self._reports = self._loop = None

@@ -8,11 +8,12 @@ from optimize.run_directory.finished_run import read_verification
 from optimize.run_directory.key import REPORT
 from optimize.verification.verification import Verification
 from relief.ground.limits import PATCH_SIDE_MM
-from retouch.app.stages.controls import Number, Told, button, choice, section
+from retouch.app.stages.controls import LineTable, Number, button, choice, fault_label, section, select
 from retouch.app.stages.elements import ReliefView
-from retouch.app.stages.window import Window
+from retouch.app.stages.window import AppWindow, PageStage
 from retouch.app.state.runs import earlier_runs, state_of
-from retouch.app.values.findings import Map, Sides
+from retouch.app.values.findings import Lines, Map, Sides
+from tactile.quantities import QUANTITIES
 
 WAYS = ("Swipe", "Side by side", "Blink", "Change", "Feel", "Strain")
 MAPS = {
@@ -20,77 +21,84 @@ MAPS = {
     "Strain": ("original: strain under a finger in the middle", "result"),
 }
 """Ways that show maps as pictures, and their names."""
-PLACES_TOLD = (
+PLACES_NOTE = (
     f"Each disc is the middle of a finger, which covers {PATCH_SIDE_MM:g} mm; those with a dark ring were "
-    "steered. By the model that verified the run."
+    "optimised. By the model that verified the run."
 )
 
 
-class CompareStage:
+class MapFigure:
+    """A map in colours with its name and the ends of its colours.
+
+    Attributes:
+        element: the whole figure.
+    """
+
+    def __init__(self, name: str) -> None:
+        with ui.element("figure").classes("named map") as self.element:
+            ui.label(name).classes("name")
+            self._picture = ui.element("img").props(f'alt="map: {name}"')
+            self._bar = ui.element("img").classes("colours").props('alt=""')
+            self._ends = ui.label().classes("hint")
+
+    def show(self, content: Map | None) -> None:
+        """Show a map; None: the reliefs cannot be subtracted."""
+        for element in (self._picture, self._bar):
+            element.set_visibility(content is not None)
+        if content is None:
+            self._ends.set_text("The two have different grids.")
+            return
+        if self._picture.props.get("src") != content.picture:
+            self._picture.props["src"], self._bar.props["src"] = content.picture, content.bar
+        self._ends.set_text(f"{content.low:.3g} to {content.high:.3g} {content.unit}")
+
+
+class CompareStage(PageStage):
     """The stage on which original and result are looked at together."""
 
     name = "Compare"
 
-    def __init__(self, window: Window) -> None:
-        self.window, self.session = window, window.session
+    def __init__(self, window: AppWindow) -> None:
+        super().__init__(window)
         self._way = WAYS[0]
 
-    def build(self) -> None:
-        """Put its elements into the present slot."""
-        with ui.element("div").classes("stage"):
-            with ui.element("div").classes("work"):
-                self._ways = choice(list(WAYS), value=self._way, on_change=self._other_way).classes("ways")
-                self._pictures()
-            with ui.element("aside").classes("side"):
-                with section("Run"):
-                    self._run = ui.select({}, label="Run", on_change=self._other_run)
-                    self._run.props("outlined dense options-dense")
-                    self._stop = ui.label().classes("hint")
-                    self._fault = ui.label().classes("fault").props('role="alert"')
-                self._numbers()
-
-    def _pictures(self) -> None:
+    def build_work(self) -> None:
+        """Put the views and maps into the present slot."""
+        self._ways = choice(list(WAYS), value=self._way, on_change=self._other_way).classes("ways")
         with ui.element("div").classes("compared"):
-            self._one = ReliefView()
+            self._one = self.window.view("original", "result", moved=self.refresh)
             with ui.element("div").classes("views") as self._two:
                 self._each = [self._named(name) for name in ("original", "result")]
             with ui.element("div").classes("views") as self._map_part:
-                self._maps = [(way, self._map(name)) for way, names in MAPS.items() for name in names]
+                self._maps = [(way, MapFigure(name)) for way, names in MAPS.items() for name in names]
             with ui.element("div").classes("felt-places") as self._felt_part:
-                ui.label(PLACES_TOLD).classes("hint")
+                ui.label(PLACES_NOTE).classes("hint")
                 # The maps of the report: no text in them comes from a person.
                 self._felt = ui.html(sanitize=False).classes("boards")
-        for view in (self._one, *self._each):
-            view.on("lamp", self._lamp).on("tilt", self._tilt)
         self._none = ui.label("No run has a result yet.").classes("hint")
 
-    @staticmethod
-    def _named(name: str) -> ReliefView:
+    def _named(self, name: str) -> ReliefView:
         with ui.element("div").classes("named"):
             ui.label(name).classes("name")
-            return ReliefView((name, ""), tools=name == "result")
+            return self.window.view(name, "", tools=name == "result", moved=self.refresh)
 
-    @staticmethod
-    def _map(name: str) -> tuple[ui.element, ui.element, ui.element, ui.label]:
-        with ui.element("figure").classes("named map") as whole:
-            ui.label(name).classes("name")
-            picture = ui.element("img").props(f'alt="map: {name}"')
-            bar = ui.element("img").classes("colours").props('alt=""')
-            ends = ui.label().classes("hint")
-        return whole, picture, bar, ends
-
-    def _numbers(self) -> None:
+    def build_side(self) -> None:
+        """Put the choice of the run and its numbers into the present slot."""
+        with section("Run"):
+            self._run = select("Run", {}, self.session.history.look_at)
+            self._stop = ui.label().classes("hint")
+            self._fault = fault_label()
         with section("Numbers"):
             with ui.element("div").classes("numbers"):
                 self._jnd = Number("from the original", "JND")
                 self._look = Number("change of the pictures", "%")
-            self._table = Told()
+            self._table = LineTable()
             with ui.element("div").classes("row-of"):
                 self._report = ui.link("Open the report", "", new_tab=True).classes("button")
                 button("Go on to the print", lambda: self.window.show("Print"), "primary")
 
     def commands(self) -> list[list[str]]:
-        """The commands that do the same, without `retouch`."""
+        """The command that compares, without `retouch`."""
         run = self.session.document.run
         return [] if run is None else [["compare", run, "-o", f"{run}-comparison.html"]]
 
@@ -107,13 +115,11 @@ class CompareStage:
         self._fault.set_text(session.activity.faults.get("sides", ""))
         self._show_ways(sides)
         if sides is not None:
-            before, after = map(self.window.shapes.address, (sides.before, sides.after))
-            shared = {"lamp": self.window.lamp, "tilt": self.window.tilt}
-            self._one.give(before=before, after=after, blink=self._way == "Blink", **shared)
-            for view, address in zip(self._each, (before, after), strict=True):
-                view.give(before=address, **shared)
-            for (_, parts), content in zip(self._maps, (sides.change, *sides.strain), strict=True):
-                self._show_map(parts, content)
+            self.window.light_up(self._one, sides.before, sides.after, blink=self._way == "Blink")
+            for view, relief in zip(self._each, (sides.before, sides.after), strict=True):
+                self.window.light_up(view, relief)
+            for (_, figure), content in zip(self._maps, (sides.change, *sides.strain), strict=True):
+                figure.show(content)
             if self._felt.content != sides.places:
                 self._felt.set_content(sides.places)
         self._show_numbers(run)
@@ -122,27 +128,16 @@ class CompareStage:
         # One place of the finger is a number, not a map.
         possible = [way for way in WAYS if way != "Feel" or (sides is not None and sides.places)]
         if sides is not None and self._ways.options != possible:
-            way = self._way if self._way in possible else "Strain"
-            self._ways.set_options(possible, value=way)
-        known = sides is not None
-        self._one.set_visibility(known and self._way in ("Swipe", "Blink"))
-        self._two.set_visibility(known and self._way == "Side by side")
-        self._felt_part.set_visibility(known and self._way == "Feel")
-        self._map_part.set_visibility(known and self._way in MAPS)
-        for way, (whole, *_) in self._maps:
-            whole.set_visibility(self._way == way)
-
-    @staticmethod
-    def _show_map(parts: tuple[ui.element, ui.element, ui.element, ui.label], content: Map | None) -> None:
-        _, picture, bar, ends = parts
-        for element in (picture, bar):
-            element.set_visibility(content is not None)
-        if content is None:
-            ends.set_text("The two have different grids.")
-            return
-        if picture.props.get("src") != content.picture:
-            picture.props["src"], bar.props["src"] = content.picture, content.bar
-        ends.set_text(f"{content.low:.3g} to {content.high:.3g} {content.unit}")
+            self._ways.set_options(possible, value=self._way if self._way in possible else "Strain")
+        for part, ways in (
+            (self._one, ("Swipe", "Blink")),
+            (self._two, ("Side by side",)),
+            (self._felt_part, ("Feel",)),
+            (self._map_part, tuple(MAPS)),
+        ):
+            part.set_visibility(sides is not None and self._way in ways)
+        for way, figure in self._maps:
+            figure.element.set_visibility(self._way == way)
 
     def _show_numbers(self, run: str | None) -> None:
         result = None if run is None else read_verification(Path(run))
@@ -153,10 +148,9 @@ class CompareStage:
             self._table.show(())
             self._stop.set_text("" if run is None else state_of(Path(run)).value)
             return
-        touch, look = result.touch, result.look
-        jnd = touch.jnd_from_original
+        jnd = result.touch.jnd_from_original
         self._jnd.show(None if jnd is None else f"{jnd:+.2f}")
-        self._look.show(f"{look.change_percent:.2f}")
+        self._look.show(f"{result.look.change_percent:.2f}")
         self._stop.set_text(result.stop.message)
         self._table.show(_lines(result))
         self._report.props["href"] = f"/app/report/{Path(run).name}/{REPORT}"
@@ -165,26 +159,15 @@ class CompareStage:
         self._way = str(event.value)
         self.refresh()
 
-    def _other_run(self, event: events.ValueChangeEventArguments) -> None:
-        if event.value:
-            self.session.history.look_at(str(event.value))
 
-    def _lamp(self, event: events.GenericEventArguments) -> None:
-        self.window.lamp_moved(event)
-        self.refresh()
-
-    def _tilt(self, event: events.GenericEventArguments) -> None:
-        self.window.tilted(event)
-        self.refresh()
-
-
-def _lines(result: Verification) -> list[tuple[str, str]]:
-    """What was measured of a result: a word and a sentence each."""
+def _lines(result: Verification) -> Lines:
+    """What was measured of a result."""
     lines = []
-    for name, label, unit in (("roughness", "roughness V", ""), ("contact_area_mm2", "contact area", " mm²")):
-        before, after = result.touch.initial.get(name), result.touch.final(name)
+    for quantity in QUANTITIES.values():
+        before, after = result.touch.initial.get(quantity.name), result.touch.final(quantity.name)
         if before is not None and after is not None:
-            lines.append((label, f"{before:.4g} to {after:.4g}{unit}"))
+            values = f"{before:.4g} to {after:.4g} {quantity.unit}"
+            lines.append((f"{quantity.label} {quantity.symbol}", values.rstrip()))
     if result.touch.verified_by is not None:
         lines.append(("verified by", result.touch.verified_by))
     if (fingers := result.touch.fingers) is not None and fingers.jnd_min is not None:
@@ -192,4 +175,4 @@ def _lines(result: Verification) -> list[tuple[str, str]]:
     white = f"{result.look.change_percent_of_white:.2f} % of white"
     lines.append(("pictures", f"changed by {result.look.change_percent:.2f} % of the mean, {white}"))
     lines.append(("time", f"{result.time_s.get('total', 0.0):.0f} s"))
-    return lines
+    return tuple(lines)

@@ -4,23 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 from nicegui import events, ui
 
+from mitsuba_scenes.fingers import bundled_skins
+from relief.printers import PRINTERS
+from retouch.app.values.findings import Written
+from retouch.app.values.folders import textures
+
+NO_PRINTER = "no printer"
+
 
 @contextmanager
-def section(title: str) -> Iterator[None]:
+def section(title: str) -> Iterator[ui.element]:
     """A part of the side with a heading."""
-    with ui.element("section").classes("section"):
-        heading(title)
-        yield
+    with ui.element("section").classes("section") as part:
+        with ui.element("h2"):
+            ui.label(title)
+        yield part
 
 
-def heading(title: str) -> None:
-    """A heading of a part of the side."""
-    with ui.element("h2"):
-        ui.label(title)
+@contextmanager
+def details(title: str) -> Iterator[ui.element]:
+    """A part that a press on its title opens."""
+    with ui.element("details").classes("more") as part:
+        with ui.element("summary"):
+            ui.label(title)
+        yield part
 
 
 def button(text: str, action: Callable[..., Any], kind: str = "") -> ui.button:
@@ -41,6 +54,62 @@ def choice(options: Any, **settings: Any) -> ui.toggle:
     return toggle.props("unelevated no-caps toggle-color=chosen toggle-text-color=chosen")
 
 
+def select(label: str, options: Any, chosen: Callable[[Any], Any], value: Any = None) -> ui.select:
+    """One of many, from a list; `chosen` is called with each that is no empty name."""
+
+    def changed(event: events.ValueChangeEventArguments) -> None:
+        if event.value not in (None, ""):
+            chosen(event.value)
+
+    field = ui.select(options, label=label, value=value, on_change=changed)
+    return field.props("outlined dense options-dense")
+
+
+def finger_select(chosen: Callable[[str], Any]) -> ui.select:
+    """The choice of a finger."""
+    return select("Finger", list(bundled_skins()), chosen)
+
+
+def printer_select(chosen: Callable[[str | None], Any]) -> ui.select:
+    """The choice of a printer; `chosen` is called with None for no printer, whose value is `NO_PRINTER`."""
+    names = [NO_PRINTER, *PRINTERS]
+    return select("Printer", names, lambda name: chosen(None if name == NO_PRINTER else name), NO_PRINTER)
+
+
+def fault_label() -> ui.label:
+    """A line about what is wrong."""
+    return ui.label().classes("fault").props('role="alert"')
+
+
+class Gallery:
+    """The bundled textures as small pictures.
+
+    Args:
+        action: what a press does, for a screen reader, before the name of the texture.
+        chosen: called with the name of a texture that is pressed.
+
+    Attributes:
+        names: of the textures.
+    """
+
+    def __init__(self, action: str, chosen: Callable[[str], Any]) -> None:
+        self.names = textures()
+        with ui.element("div").classes("gallery"):
+            self._pictures = [self._picture(action, name, partial(chosen, name)) for name in self.names]
+
+    @staticmethod
+    def _picture(action: str, name: str, pressed: Callable[[], Any]) -> ui.element:
+        picture = ui.element("button").props(f'type="button" title="{name}" aria-label="{action} {name}"')
+        with picture.on("click", pressed):
+            ui.element("img").props(f'src="/app/textures/{name}.png" alt="" width="44" height="44"')
+        return picture
+
+    def show(self, chosen: str) -> None:
+        """Mark a texture as the chosen one."""
+        for name, picture in zip(self.names, self._pictures, strict=True):
+            picture.props(f'aria-pressed="{"true" if name == chosen else "false"}"')
+
+
 class Number:
     """A large figure with its unit and what it is."""
 
@@ -58,29 +127,29 @@ class Number:
 
 
 class NumberField:
-    """A field for a number within bounds; tells a value once it is one."""
+    """A field for a number within bounds; calls `chosen` with each value that is one."""
 
-    def __init__(self, label: str, low: float, high: float, tell: Callable[[float], None]) -> None:
-        self._low, self._high, self._tell = low, high, tell
-        self._known: float | None = None
-        self._field = ui.number(label, min=low, max=high, format="%.6g", on_change=self._changed)
+    def __init__(self, label: str, ends: tuple[float, float], chosen: Callable[[float], None]) -> None:
+        self._ends, self._chosen = ends, chosen
+        self._shown: float | None = None
+        self._field = ui.number(label, min=ends[0], max=ends[1], format="%.6g", on_change=self._changed)
         self._field.props("outlined dense debounce=300")
 
     def show(self, value: float | None) -> None:
         """Show a value."""
-        if value != self._known:
-            self._known = value
+        if value != self._shown:
+            self._shown = value
             self._field.set_value(value)
 
     def _changed(self, event: events.ValueChangeEventArguments) -> None:
         value = event.value
-        if value is None or not self._low <= float(value) <= self._high or float(value) == self._known:
+        if value is None or not self._ends[0] <= value <= self._ends[1] or value == self._shown:
             return
-        self._known = float(value)
-        self._tell(float(value))
+        self._shown = float(value)
+        self._chosen(float(value))
 
 
-class Told:
+class LineTable:
     """A table of lines, each a word and a sentence.
 
     Attributes:
@@ -89,7 +158,7 @@ class Told:
 
     def __init__(self) -> None:
         self._lines: tuple[tuple[str, str], ...] | None = None
-        with ui.element("table").classes("told") as self.element:
+        with ui.element("table").classes("lines") as self.element:
             self._body = ui.element("tbody")
 
     def show(self, lines: Iterable[tuple[str, str]]) -> None:
@@ -106,3 +175,18 @@ class Told:
                         ui.label(word)
                     with ui.element("td"):
                         ui.label(sentence)
+
+
+class WrittenFile:
+    """What is known of a file that was written, and a link that saves a copy."""
+
+    def __init__(self) -> None:
+        self._table = LineTable()
+        self._link = ui.link("Save a copy", "").classes("button").props("download")
+
+    def show(self, written: Written | None) -> None:
+        """Show a file; None: nothing was written yet."""
+        self._table.show(() if written is None else written.lines)
+        self._link.set_visibility(written is not None)
+        if written is not None:
+            self._link.props["href"] = f"/app/print/{Path(written.file).name}"

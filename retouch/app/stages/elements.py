@@ -1,8 +1,9 @@
 """Elements of the page that NiceGUI has not: each a component of its own in `components`."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
+from nicegui import events
 from nicegui.element import Element
 
 
@@ -16,21 +17,27 @@ class Given(Element):
             self._props.update(changed)
             self.update()
 
+    def on_number(self, event: str, ends: tuple[float, float], chosen: Callable[[float], Any]) -> None:
+        """Call a function with each number within bounds that an event of the component carries."""
+
+        def check(arguments: events.GenericEventArguments) -> None:
+            if ends[0] <= float(arguments.args) <= ends[1]:
+                chosen(round(float(arguments.args), 3))
+
+        self.on(event, check)
+
 
 class ReliefView(Given, component="components/relief_view.js"):
     """A relief, or two with an edge between them, under a lamp that is dragged; emits `lamp` and `tilt`.
 
     Args:
         names: of the reliefs.
-        swipe: where the edge stands, percent.
         tools: whether buttons say what dragging moves.
     """
 
-    def __init__(
-        self, names: Sequence[str] = ("original", "result"), swipe: float = 50.0, tools: bool = True
-    ) -> None:
+    def __init__(self, names: Sequence[str], tools: bool = True) -> None:
         super().__init__()
-        self.give(names=list(names), swipe=swipe, tools=tools)
+        self.give(names=list(names), tools=tools)
 
 
 class DropZone(Given, component="components/drop_zone.js"):
@@ -50,15 +57,23 @@ class TextureScale(Given, component="components/texture_scale.js"):
 
 
 class Range(Given, component="components/range.js"):
-    """A slider; emits `slid` while it is moved."""
+    """A slider, which calls `chosen` while it is moved."""
 
-    def __init__(self, label: str, ends: tuple[float, float], step: float, unit: str = "") -> None:
+    def __init__(
+        self, label: str, unit: str, ends: tuple[float, float], step: float, chosen: Callable[[float], Any]
+    ) -> None:
         super().__init__()
         self.give(label=label, min=ends[0], max=ends[1], step=step, unit=unit)
+        self.on_number("slid", ends, chosen)
 
 
 class JndSlider(Given, component="components/jnd_slider.js"):
-    """A change of the roughness over what it costs the look; emits `jnd`."""
+    """A change of the roughness over what it costs the look; calls `chosen`."""
+
+    def __init__(self, most: float, chosen: Callable[[float], Any]) -> None:
+        super().__init__()
+        self.give(most=most)
+        self.on_number("jnd", (-most, most), chosen)
 
 
 class Brush(Given, component="components/brush.js"):

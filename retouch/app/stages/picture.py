@@ -3,18 +3,28 @@
 import base64
 from functools import partial
 from statistics import fmean
-from typing import Any
 
 from nicegui import events, ui
 
-from mitsuba_scenes.fingers import bundled_skins
 from relief.ground.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_PLATE_MM, SMALLEST_RELIEF_MM
-from retouch.app.stages.controls import Number, NumberField, Told, button, section
-from retouch.app.stages.elements import CropBox, DropZone, Range, ReliefView, TextureScale
-from retouch.app.stages.window import Window
-from retouch.app.values.document import Picture
-from retouch.app.values.findings import FeltPlaces
-from retouch.app.values.folders import PICTURES_FOLDER, SUFFIXES, textures
+from retouch.app.stages.controls import (
+    Gallery,
+    LineTable,
+    Number,
+    NumberField,
+    button,
+    details,
+    fault_label,
+    finger_select,
+    section,
+    select,
+)
+from retouch.app.stages.elements import CropBox, DropZone, Range, TextureScale
+from retouch.app.stages.window import AppWindow, PageStage
+from retouch.app.values.document import PictureChoice
+from retouch.app.values.findings import CONTACT, PreparedPicture
+from retouch.app.values.folders import PICTURES_FOLDER, SUFFIXES
+from tactile.quantities import QUANTITIES, ROUGHNESS, Values
 
 RELIEF_ENDS_MM = (0.1, 3.0)
 """Ends of the slider of the relief, mm: what a finger follows. The field beside it takes any."""
@@ -22,117 +32,105 @@ SAMPLES = {64: "64", 128: "128", 256: "256"}
 TILED = "Make a tile that repeats"
 
 
-def _places_told(felt: FeltPlaces) -> str:
+def _places_text(felt: Values) -> str:
     """Where the finger pressed, in words."""
-    share = f"{100.0 * fmean(felt.contact_fraction):.0f} %"
-    if len(felt.roughness) == 1:
+    roughness, share = felt[ROUGHNESS.name], f"{100.0 * fmean(felt[CONTACT]):.0f} %"
+    if len(roughness) == 1:
         return f"at one place of the finger, {share} of it in contact"
-    ends = f"V {min(felt.roughness):.4f} to {max(felt.roughness):.4f}"
-    return f"mean over {len(felt.roughness)} places, {ends}, {share} in contact"
+    ends = f"V {min(roughness):.4f} to {max(roughness):.4f}"
+    return f"mean over {len(roughness)} places, {ends}, {share} in contact"
 
 
-class PictureStage:
+class PictureStage(PageStage):
     """The stage on which a picture becomes a relief."""
 
     name = "Picture"
 
-    def __init__(self, window: Window) -> None:
-        self.window, self.session = window, window.session
+    def __init__(self, window: AppWindow) -> None:
+        super().__init__(window)
         self._thumbnail: tuple[int, str] = (0, "")
 
-    def build(self) -> None:
-        """Put its elements into the present slot."""
-        with ui.element("div").classes("stage"):
-            with ui.element("div").classes("work"):
-                self._view = ReliefView(("relief", ""))
-                self._view.on("lamp", self.window.lamp_moved).on("tilt", self.window.tilted)
-                self._feeling()
-            with ui.element("aside").classes("side"):
-                self._choosing()
-                self._shaping()
-                self._telling()
-
-    def _choosing(self) -> None:
-        with section("Picture"):
-            DropZone(
-                "Choose a picture",
-                "or drop one anywhere on this page",
-                "/app/picture",
-                SUFFIXES[PICTURES_FOLDER],
-            ).on("kept", self._kept)
-            with ui.element("div").classes("gallery"):
-                self._choices = {name: self._choice(name) for name in textures()}
-            self._crop = CropBox().on("crop", self._cropped)
-            self._notes = ui.label().classes("hint")
-            self._warnings = Told()
-            self._fault = ui.label().classes("fault").props('role="alert"')
-
-    def _choice(self, name: str) -> Any:
-        choice = ui.element("button").props(f'type="button" title="{name}" aria-label="texture {name}"')
-        with choice.on("click", partial(self.session.choose, name)):
-            ui.element("img").props(f'src="/app/textures/{name}.png" alt="" width="44" height="44"')
-        return choice
-
-    def _shaping(self) -> None:
-        change = self.session.history.change_picture
-        with section("Shape"):
-            ui.label("Relief, from the lowest to the highest point")
-            self._slider = Range("relief", RELIEF_ENDS_MM, 0.05, "mm").on("slid", self._slid)
-            with ui.element("div").classes("pair"):
-                ends = SMALLEST_RELIEF_MM, LARGEST_RELIEF_MM
-                self._relief = NumberField("Relief, mm", *ends, lambda value: change(relief_mm=value))
-                ends = SMALLEST_PLATE_MM, LARGEST_PLATE_MM
-                self._size = NumberField("Size, mm", *ends, lambda value: change(size_mm=value))
-            with ui.element("div").classes("row-of"):
-                button("Turn left", partial(self._turn, 90))
-                button("Turn right", partial(self._turn, 270))
-            self._invert = ui.switch("Dark is high", on_change=lambda e: change(invert=bool(e.value)))
-            self._tile = ui.switch(TILED, on_change=self._tiled)
-            self._samples = ui.select(SAMPLES, label="Samples a side", on_change=self._sampled)
-            fingers = list(bundled_skins())
-            self._skin = ui.select(fingers, label="Finger", on_change=self._other_finger)
-            for field in (self._samples, self._skin):
-                field.props("outlined dense options-dense")
-
-    def _feeling(self) -> None:
+    def build_work(self) -> None:
+        """Put the relief and how it feels into the present slot."""
+        self._view = self.window.view("relief", "")
         with ui.element("section").classes("strip").props('aria-label="how it feels"'):
-            self._roughness = Number("roughness V")
-            self._area = Number("contact area", "mm²")
+            self._figures = {
+                name: Number(f"{quantity.label} {quantity.symbol}", quantity.unit)
+                for name, quantity in QUANTITIES.items()
+            }
             with ui.element("div").classes("grow"):
                 self._scale = TextureScale()
                 self._places = ui.label().classes("hint")
 
-    def _telling(self) -> None:
-        with ui.element("details").classes("more"):
-            with ui.element("summary"):
-                ui.label("What was done")
-            self._lines = Told()
+    def build_side(self) -> None:
+        """Put the choice of a picture, and of its shape, into the present slot."""
+        with section("Picture"):
+            suffixes = SUFFIXES[PICTURES_FOLDER]
+            hint = "or drop one anywhere on this page"
+            DropZone("Choose a picture", hint, "/app/picture", suffixes).on("kept", self._kept)
+            self._textures = Gallery("texture", self.session.choose)
+            self._crop = CropBox().on("crop", self._cropped)
+            self._notes = ui.label().classes("hint")
+            self._warnings = LineTable()
+            self._fault = fault_label()
+        with section("Shape"):
+            self._build_shape()
+        with details("What was done"):
+            self._lines = LineTable()
+
+    def _build_shape(self) -> None:
+        history = self.session.history
+        change = history.change_picture
+        ui.label("Relief, from the lowest to the highest point")
+        slid = partial(change, slid="relief")
+        self._slider = Range("relief", "mm", RELIEF_ENDS_MM, 0.05, lambda mm: slid(relief_mm=mm))
+        with ui.element("div").classes("pair"):
+            ends = SMALLEST_RELIEF_MM, LARGEST_RELIEF_MM
+            self._relief = NumberField("Relief, mm", ends, lambda mm: change(relief_mm=mm))
+            ends = SMALLEST_PLATE_MM, LARGEST_PLATE_MM
+            self._size = NumberField("Size, mm", ends, lambda mm: change(size_mm=mm))
+        with ui.element("div").classes("row-of"):
+            button("Turn left", partial(self._turn, 90))
+            button("Turn right", partial(self._turn, 270))
+        self._invert = ui.switch("Dark is high", on_change=lambda e: change(invert=bool(e.value)))
+        self._tile = ui.switch(TILED, on_change=self._tiled)
+        self._samples = select("Samples a side", SAMPLES, self._samples_chosen)
+        self._skin = finger_select(lambda name: history.change_feel(skin=name))
 
     def commands(self) -> list[list[str]]:
-        """The commands that do the same, without `retouch`."""
+        """The command that prepares the picture, without `retouch`."""
         return self.session.running.commands()[:1]
 
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
-        session, picture = self.session, self.session.document.picture
-        self._view.give(
-            before=self.window.shapes.address(session.numbers.shape),
-            lamp=self.window.lamp,
-            tilt=self.window.tilt,
-        )
-        self._fault.set_text(
-            session.activity.faults.get("picture") or session.activity.faults.get("numbers", "")
-        )
+        session, numbers = self.session, self.session.numbers
+        self.window.light_up(self._view, numbers.relief)
+        faults = session.activity.faults
+        self._fault.set_text(faults.get("picture") or faults.get("numbers", ""))
         self._skin.set_value(session.document.feel.skin)
-        self._show_numbers()
-        if picture is None:
+        self._show_feel()
+        picture = session.document.picture
+        if picture is not None:
+            self._textures.show(picture.file)
+            self._show_picture(picture)
+            self._show_shape(picture, numbers.prepared)
+
+    def _show_picture(self, picture: PictureChoice) -> None:
+        source, prepared = self.session.numbers.source, self.session.numbers.prepared
+        if source is None:
             return
-        for name, choice in self._choices.items():
-            choice.props(f'aria-pressed="{"true" if name == picture.file else "false"}"')
-        self._show_picture(picture)
+        if self._thumbnail[0] != id(source):
+            data = base64.b64encode(source.thumbnail).decode()
+            self._thumbnail = (id(source), f"data:image/png;base64,{data}")
+        square = None if prepared is None else prepared.square
+        crop = list(picture.crop[:3]) if picture.crop else square and list(square)
+        self._crop.give(picture=self._thumbnail[1], width=source.width, height=source.height, crop=crop)
+        name = "" if picture.file in self._textures.names else f"{picture.file}: "
+        self._notes.set_text(name + source.notes)
+
+    def _show_shape(self, picture: PictureChoice, prepared: PreparedPicture | None) -> None:
         self._invert.set_value(picture.invert)
-        shape = session.numbers.shape
-        already = picture.tile is None and shape is not None and shape.repeats == (True, True)
+        already = picture.tile is None and prepared is not None and prepared.relief.repeats == (True, True)
         # Before its value, which a person could not have set then.
         self._tile.set_enabled(not already)
         self._tile.set_value(already or picture.tile is not None)
@@ -140,37 +138,20 @@ class PictureStage:
         self._relief.show(picture.relief_mm)
         self._size.show(picture.size_mm)
         self._slider.give(value=picture.relief_mm)
-        if session.numbers.shape is not None:
-            self._samples.set_value(picture.samples or len(session.numbers.shape.heights))
-            lines = session.numbers.shape.lines
-            self._lines.show(lines)
-            self._warnings.show(line for line in lines if line[0] == "warning")
+        if prepared is not None:
+            self._samples.set_value(picture.samples or len(prepared.relief.heights))
+            self._lines.show(prepared.lines)
+            self._warnings.show(line for line in prepared.lines if line[0] == "warning")
 
-    def _show_picture(self, picture: Picture) -> None:
-        source = self.session.numbers.source
-        if source is None:
-            return
-        if self._thumbnail[0] != id(source):
-            data = base64.b64encode(source.thumbnail).decode()
-            self._thumbnail = (id(source), f"data:image/png;base64,{data}")
-        square = self.session.numbers.shape.square if self.session.numbers.shape else (0, 0, 0)
-        crop = list(picture.crop[:3]) if picture.crop else (list(square) if square[2] else None)
-        address = self._thumbnail[1]
-        self._crop.give(picture=address, width=source.width, height=source.height, crop=crop)
-        name = "" if picture.file in self._choices else f"{picture.file}: "
-        self._notes.set_text(name + source.notes)
-
-    def _show_numbers(self) -> None:
-        session = self.session
-        felt = session.numbers.felt or session.numbers.felt_here
-        stale = not session.numbers.settled
-        for figure, value in (
-            (self._roughness, None if felt is None else f"{fmean(felt.roughness):.4f}"),
-            (self._area, None if felt is None else f"{fmean(felt.contact_area_mm2):.1f}"),
-        ):
-            figure.show(value, stale)
-        self._scale.give(scale=session.numbers.scale, value=None if felt is None else fmean(felt.roughness))
-        self._places.set_text(_places_told(felt) if felt is not None else "The finger is getting ready.")
+    def _show_feel(self) -> None:
+        numbers = self.session.numbers
+        felt = numbers.felt or numbers.felt_here
+        means = {} if felt is None else {name: fmean(values) for name, values in felt.items()}
+        for name, figure in self._figures.items():
+            decimals = QUANTITIES[name].decimals
+            figure.show(f"{means[name]:.{decimals}f}" if means else None, stale=not numbers.settled)
+        self._scale.give(scale=numbers.scale, value=means.get(ROUGHNESS.name))
+        self._places.set_text("The finger is getting ready." if felt is None else _places_text(felt))
 
     async def _kept(self, event: events.GenericEventArguments) -> None:
         await self.session.choose(str(event.args["file"]))
@@ -194,16 +175,7 @@ class PictureStage:
         if self._tile.enabled and picture is not None and bool(event.value) != (picture.tile is not None):
             self.session.history.change_picture(tile="auto" if event.value else None)
 
-    def _slid(self, event: events.GenericEventArguments) -> None:
-        low, high = RELIEF_ENDS_MM
-        if low <= float(event.args) <= high:
-            self.session.history.change_picture(slid="relief", relief_mm=round(float(event.args), 3))
-
-    def _sampled(self, event: events.ValueChangeEventArguments) -> None:
-        shape = self.session.numbers.shape
-        if event.value and shape is not None and event.value != len(shape.heights):
-            self.session.history.change_picture(samples=int(event.value))
-
-    def _other_finger(self, event: events.ValueChangeEventArguments) -> None:
-        if event.value and event.value != self.session.document.feel.skin:
-            self.session.history.change_feel(skin=str(event.value))
+    def _samples_chosen(self, samples: int) -> None:
+        relief = self.session.numbers.relief
+        if relief is not None and samples != len(relief.heights):
+            self.session.history.change_picture(samples=int(samples))

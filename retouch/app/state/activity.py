@@ -1,8 +1,8 @@
-"""Activity: what is under way, what has gone wrong, and who is told when either changes."""
+"""Activity: what is under way, what has gone wrong, and who hears when either changes."""
 
 import asyncio
 import logging
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Callable, Coroutine
 from typing import Any
 
 from relief.ground.errors import InputError
@@ -29,13 +29,13 @@ class Activity:
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener) if listener in self._listeners else None
 
-    def tell(self) -> None:
-        """Tell the listeners that something has changed."""
+    def notify(self) -> None:
+        """Call the listeners: something has changed."""
         for listener in list(self._listeners):
             try:
                 listener()
             except Exception as error:
-                # The other windows are to hear of it all the same.
+                # The other windows are to hear of the change all the same.
                 _log.exception("a window could not be brought up to date")
                 self.faults["kept"] = f"{type(error).__name__}: {error}"
 
@@ -44,42 +44,47 @@ class Activity:
         """Whether nothing is under way."""
         return not (self.under_way or self._tasks)
 
-    def in_background(self, work: Coroutine[Any, Any, Any]) -> None:
+    def in_background(self, work: Coroutine[Any, Any, Any]) -> asyncio.Task[Any]:
         """Let a computation go on by itself."""
         task = asyncio.ensure_future(work)
         # The loop itself keeps weak references only.
         self._tasks.add(task)
         task.add_done_callback(self._over)
+        return task
 
     def _over(self, task: asyncio.Task[Any]) -> None:
         self._tasks.discard(task)
         if not task.cancelled() and task.exception() is not None:
             _log.error("a computation for the page has failed", exc_info=task.exception())
             self.faults["kept"] = f"{type(task.exception()).__name__}: {task.exception()}"
-            self.tell()
+            self.notify()
 
-    async def guarded(self, subject: str, work: Awaitable[None]) -> None:
-        """Do work whose failure is a line about the subject."""
-        try:
-            await work
-        except (InputError, OSError, ArithmeticError) as error:
-            self.faults[subject] = str(error)
-        except Exception as error:
+    def fail(self, subject: str, error: Exception) -> None:
+        """Keep an error as the fault of a subject."""
+        expected = isinstance(error, InputError | OSError | ArithmeticError)
+        if not expected:
             # Of the models: a contact that does not converge, for one.
             _log.info("%s", subject, exc_info=error)
-            self.faults[subject] = f"{type(error).__name__}: {error}"
-        else:
-            self.faults.pop(subject, None)
+        self.faults[subject] = str(error) if expected else f"{type(error).__name__}: {error}"
 
-    async def step(self, subject: str, told: str, work: Coroutine[Any, Any, None]) -> None:
-        """Do what a person has asked for, told while it goes on; a failure is a fault of the subject."""
+    async def step(self, subject: str, doing: str, work: Coroutine[Any, Any, None]) -> None:
+        """Do what a person has asked for, unless the subject is under way; an error is its fault.
+
+        Args:
+            subject: name of the work.
+            doing: the sentence that is shown while the work goes on.
+            work: the work.
+        """
         if subject in self.under_way:
             work.close()
             return
-        self.under_way[subject] = told
-        self.tell()
+        self.under_way[subject] = doing
+        self.notify()
         try:
-            await self.guarded(subject, work)
+            await work
+            self.faults.pop(subject, None)
+        except Exception as error:
+            self.fail(subject, error)
         finally:
             self.under_way.pop(subject, None)
-            self.tell()
+            self.notify()

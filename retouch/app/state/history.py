@@ -5,18 +5,18 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from retouch.app.values.document import Document
+from retouch.app.values.document import AppDocument
 
 ONE_CHANGE_S = 0.7
 """Changes of one number that follow one another faster, as those of a slider, are undone together, s."""
 MOST_UNDONE = 50
 """Steps that can be undone."""
 
-Follower = Callable[[Document, Document], None]
+Follower = Callable[[AppDocument, AppDocument], None]
 """What is called with the document before and after a change."""
 
 
-class History:
+class UndoHistory:
     """The document and its earlier states.
 
     Attributes:
@@ -24,16 +24,16 @@ class History:
     """
 
     def __init__(self) -> None:
-        self.document = Document()
+        self.document = AppDocument()
         self._followers: list[Follower] = []
-        self._undo: list[Document] = []
+        self._undo: list[AppDocument] = []
         self._last: tuple[str, float] = ("", 0.0)
 
     def follow(self, follower: Follower) -> None:
         """Call a function after every change, in the order in which the functions came."""
         self._followers.append(follower)
 
-    def change(self, document: Document, undoable: bool = True, slid: str = "") -> None:
+    def change(self, document: AppDocument, undoable: bool = True, slid: str = "") -> None:
         """Take another document.
 
         Args:

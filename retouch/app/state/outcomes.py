@@ -1,5 +1,6 @@
 """Outcomes: what the run that is looked at has made, its files for printers, and objects that carry it."""
 
+import time
 from collections.abc import Coroutine
 from pathlib import Path
 from typing import Any
@@ -10,57 +11,54 @@ from relief.ground.formats import RUN_HEIGHTS
 from retouch.app.computing import results
 from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity
-from retouch.app.state.history import History
-from retouch.app.values.document import Document, Part
-from retouch.app.values.findings import Lines, Sides, Written
+from retouch.app.state.history import UndoHistory
+from retouch.app.state.latest import Latest
+from retouch.app.values.document import AppDocument, ObjectChoice
+from retouch.app.values.findings import Sides, Written
 
 
 class Outcomes:
-    """What is known of the run that is looked at.
+    """What is known of the run that is looked at. Errors are kept in `activity.faults`.
 
     Attributes:
-        sides: original and result; None until there is a result.
         written, wrapped: the last file for a printer, and the last object.
-        part_page, part_lines: address of the page about the object, and what it tells.
+        page: the last page about the object.
         shown_part: that the page is about.
+        address: of the page, another one each time the page is written; empty for none.
     """
 
-    def __init__(self, history: History, activity: Activity, live: Worker, slow: Worker) -> None:
-        self.sides: Sides | None = None
+    def __init__(self, history: UndoHistory, activity: Activity, live: Worker, slow: Worker) -> None:
         self.written: Written | None = None
         self.wrapped: Written | None = None
-        self.part_page = ""
-        self.part_lines: Lines = ()
-        self.shown_part: Part | None = None
-        self._history, self._activity, self._live, self._slow = history, activity, live, slow
-        self._pages = 0
-        self._sides_of: tuple[str | None, tuple[int, ...]] = (None, ())
+        self.page: Written | None = None
+        self.shown_part: ObjectChoice | None = None
+        self.address = ""
+        self._history, self._activity, self._slow = history, activity, slow
+        self._reading: Latest[tuple[str, tuple[int, ...]], Sides] = Latest(
+            activity, "sides", lambda key: live(results.sides, key[0])
+        )
         history.follow(self._changed)
 
-    def _changed(self, before: Document, after: Document) -> None:
+    @property
+    def sides(self) -> Sides | None:
+        """Original and result; None until there is a result."""
+        return self._reading.answer
+
+    def _changed(self, before: AppDocument, after: AppDocument) -> None:
         if before.run != after.run:
-            self.written = self.shown_part = None
-            self.part_page, self.part_lines = "", ()
+            self.written = self.page = self.shown_part = None
+            self.address = ""
         if (before.run, before.part) != (after.run, after.part):
             self.wrapped = None
 
     def want_sides(self) -> None:
         """Read original and result of the run that is looked at, if they are not known."""
         run = self._history.document.run
-        stamps = () if run is None else _written_at(Path(run))
-        if self._sides_of == (run, stamps) or "sides" in self._activity.under_way:
-            return
-        if self._sides_of[0] != run or not stamps:
-            self.sides = None
-        self._sides_of = (run, stamps)
-        if run is not None and stamps:
-            work = self._read_sides(run)
-            self._activity.in_background(self._activity.step("sides", "reading the run", work))
-
-    async def _read_sides(self, run: str) -> None:
-        sides = await self._live(results.sides, run)
-        if self._history.document.run == run:
-            self.sides = sides
+        written = () if run is None else _written_at(Path(run))
+        if run is None or not written:
+            self._reading.want(None)
+        else:
+            self._reading.want((run, written), "reading the run", topic=run)
 
     def _looked_at(self) -> str:
         run = self._history.document.run
@@ -71,35 +69,31 @@ class Outcomes:
     def write_print(
         self, suffix: str, base_mm: float | None, repeat: int, printer: str | None
     ) -> Coroutine[Any, Any, None]:
-        """Write the result of the run that is looked at for a printer; what hinders is a fault."""
+        """Write the result of the run that is looked at for a printer."""
         work = self._write_print(suffix, base_mm, repeat, printer)
         return self._activity.step("print", "writing the file", work)
 
-    async def _write_print(
-        self, suffix: str, base_mm: float | None, repeat: int, printer: str | None
-    ) -> None:
+    async def _write_print(self, suffix: str, *choices: Any) -> None:
         run = self._looked_at()
         self.written = None
-        out = f"{run}-print{suffix}"
-        written = await self._slow(results.export, run, out, base_mm, repeat, printer)
+        written = await self._slow(results.export, run, f"{run}-print{suffix}", *choices)
         if self._history.document.run == run:
             self.written = written
 
     def preview_part(self) -> Coroutine[Any, Any, None]:
-        """Show the result of the run that is looked at on the object; what hinders is a fault."""
+        """Show the result of the run that is looked at on the object."""
         return self._activity.step("object", "wrapping few triangles", self._preview_part())
 
     async def _preview_part(self) -> None:
         run, part = self._looked_at(), self._history.document.part
-        page = f"{run}-object.html"
-        lines = await self._slow(results.preview_object, run, part, page)
+        page = await self._slow(results.preview_object, run, part, f"{run}-object.html")
         if self._history.document.run == run:
-            self._show_part(part, page, lines)
+            self._show(page, part)
 
     def wrap_part(self) -> Coroutine[Any, Any, None]:
-        """Write the object with the result of the run; what hinders is a fault."""
-        told = "wrapping the object; the preview told about how long"
-        return self._activity.step("object", told, self._wrap_part())
+        """Write the object with the result of the run."""
+        doing = "wrapping the object; the preview says about how long that takes"
+        return self._activity.step("object", doing, self._wrap_part())
 
     async def _wrap_part(self) -> None:
         run, part = self._looked_at(), self._history.document.part
@@ -109,22 +103,21 @@ class Outcomes:
             self.wrapped = wrapped
 
     def feel_part(self) -> Coroutine[Any, Any, None]:
-        """Show the roughness of the wrapped object in colours; what hinders is a fault."""
+        """Show the roughness of the wrapped object in colours."""
         return self._activity.step("object", "pressing fingers all over the object", self._feel_part())
 
     async def _feel_part(self) -> None:
         wrapped, part, skin = self.wrapped, self._history.document.part, self._history.document.feel.skin
         if wrapped is None:
             raise InputError("the object is not wrapped yet")
-        made = await self._slow(results.feel_object, wrapped.file, part.mesh, skin)
+        page = await self._slow(results.feel_object, wrapped.file, part.mesh, skin)
         if self.wrapped is wrapped:
-            self._show_part(part, *made)
+            self._show(page, part)
 
-    def _show_part(self, part: Part, page: str, lines: Lines) -> None:
-        self._pages += 1
-        self.shown_part = part
-        # A number, so that a page of the same name is loaded again.
-        self.part_page, self.part_lines = f"/app/page/{Path(page).name}?{self._pages}", lines
+    def _show(self, page: Written, part: ObjectChoice) -> None:
+        self.page, self.shown_part = page, part
+        # The time, so that a page of the same name is loaded again.
+        self.address = f"/app/page/{Path(page.file).name}?{time.time_ns()}"
 
 
 def _written_at(run: Path) -> tuple[int, ...]:

@@ -1,7 +1,6 @@
 """Running: the run that is to come, the one that is under way, and the queue."""
 
 from collections.abc import Coroutine
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -9,37 +8,43 @@ from pydantic import TypeAdapter
 
 from relief.ground.errors import InputError
 from relief.ground.formats import RUN_CHECKPOINT
+from relief.relief import Relief
 from retouch.app.computing import pictures, results, touch
 from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity
-from retouch.app.state.history import History
-from retouch.app.state.runs import Job, Queue, State
-from retouch.app.values.document import Document, Feel, Picture
-from retouch.app.values.findings import Lines, Shape
+from retouch.app.state.history import UndoHistory
+from retouch.app.state.latest import Latest
+from retouch.app.state.runs import Queue, QueuedRun, State
+from retouch.app.values.document import AppDocument, KeptFeel, PictureChoice
+from retouch.app.values.findings import Lines
 from retouch.app.values.folders import RUNS_FOLDER, is_run, next_run
 
 
 class Running:
-    """The runs of the app.
+    """The runs of the app. Errors are kept in `activity.faults`.
 
     Attributes:
         queue: the runs.
         forecast: what the next one would take.
-        best, original: reliefs of the run that is shown, while it is under way; None until known.
     """
 
-    def __init__(self, history: History, activity: Activity, live: Worker, slow: Worker) -> None:
+    def __init__(self, history: UndoHistory, activity: Activity, live: Worker, slow: Worker) -> None:
         self.queue = Queue()
         self.forecast: Lines = ()
-        self.best: Shape | None = None
-        self.original: Shape | None = None
         self._history, self._activity, self._live, self._slow = history, activity, live, slow
-        self._best_of: tuple[str, int] | None = None
+        self._reading: Latest[tuple[Path, int], tuple[Relief, Relief]] = Latest(
+            activity, "best", lambda key: live(results.best_so_far, str(key[0]))
+        )
         history.follow(self._changed)
 
-    def _changed(self, before: Document, after: Document) -> None:
+    @property
+    def best(self) -> tuple[Relief, Relief] | None:
+        """Original and best relief so far of the run under way; None until known."""
+        return self._reading.answer
+
+    def _changed(self, before: AppDocument, after: AppDocument) -> None:
         if before.run != after.run:
-            self.best = self.original = self._best_of = None
+            self._reading.want(None)
         if (before.picture, before.feel) != (after.picture, after.feel):
             # A forecast of another run would be taken for that of this one.
             self.forecast = ()
@@ -54,7 +59,7 @@ class Running:
         return [picture.command(heights), self._history.document.feel.command(heights, str(folder))]
 
     def estimate(self) -> Coroutine[Any, Any, None]:
-        """Ask what the next run would take; the answer is `forecast`, or a fault."""
+        """Ask what the next run would take; the answer is `forecast`."""
         self.forecast = ()
         return self._activity.step("run", "checking the run", self._estimate())
 
@@ -70,7 +75,7 @@ class Running:
             self.forecast = forecast
 
     def start(self) -> Coroutine[Any, Any, None]:
-        """Write the height map and put a run into the queue; what hinders is a fault."""
+        """Write the height map and put a run into the queue."""
         return self._activity.step("run", "writing the height map", self._start())
 
     async def _start(self) -> None:
@@ -78,28 +83,28 @@ class Running:
         feel = self._history.document.feel
         await self._heights_of(picture, folder)
         self.forecast = ()
-        self.queue.add(Job(folder, feel))
+        self.queue.add(QueuedRun(folder, feel))
         self._history.look_at(str(folder))
 
-    def _chosen(self) -> Picture:
+    def _chosen(self) -> PictureChoice:
         picture = self._history.document.picture
         if picture is None:
             raise InputError("no picture is chosen yet")
         return picture
 
-    async def _heights_of(self, picture: Picture, folder: Path) -> str:
+    async def _heights_of(self, picture: PictureChoice, folder: Path) -> str:
         RUNS_FOLDER.mkdir(exist_ok=True)
         heights = f"{folder}.png"
         await self._live(pictures.save, picture, heights)
         return heights
 
-    def shown(self) -> Job | None:
+    def shown(self) -> QueuedRun | None:
         """The run that is shown as under way: the one that runs, or else the last one looked at."""
         busy = next((job for job in self.queue.jobs if job.state.busy), None)
         run = self._history.document.run
         return busy or next((job for job in self.queue.jobs if str(job.folder) == run), None)
 
-    def go_on(self, job: Job) -> None:
+    def go_on(self, job: QueuedRun) -> None:
         """Go on with a run that was stopped."""
         try:
             if self.queue.under_way():
@@ -107,14 +112,14 @@ class Running:
             job.begin()
         except (InputError, OSError) as error:
             self._activity.faults["run"] = str(error)
-        self._activity.tell()
+        self._activity.notify()
 
     def stop(self) -> None:
         """Ask the run that is shown to stop, as Ctrl-C does."""
         job = self.shown()
         if job is not None:
             job.stop()
-            self._activity.tell()
+            self._activity.notify()
 
     def advance(self) -> bool:
         """Start the next run of the queue if none is under way; returns whether one was started."""
@@ -137,35 +142,22 @@ class Running:
         job = next(iter(self.queue.under_way()), None)
         if job is None:
             return
-        if self._best_of is not None and self._best_of[0] != str(job.folder):
-            # Of the run before.
-            self.best = self.original = self._best_of = None
         checkpoint = job.folder / RUN_CHECKPOINT
-        if not checkpoint.is_file():
-            return
-        stamp = (str(job.folder), checkpoint.stat().st_mtime_ns)
-        if stamp != self._best_of:
-            self._best_of = stamp
-            self._activity.in_background(self._activity.guarded("best", self._best_so_far(job)))
-
-    async def _best_so_far(self, job: Job) -> None:
-        reliefs = await self._live(results.best_so_far, str(job.folder), str(job.heights))
-        if self._best_of is not None and self._best_of[0] == str(job.folder):
-            self.original, self.best = reliefs
-        self._activity.tell()
+        key = (job.folder, checkpoint.stat().st_mtime_ns) if checkpoint.is_file() else None
+        self._reading.want(key, topic=job.folder)
 
     def as_json(self) -> list[dict[str, Any]]:
         """The queue for the next start: what is not done."""
         waiting = [job for job in self.queue.jobs if job.state is not State.DONE]
-        return [{"folder": str(job.folder), "feel": asdict(job.feel)} for job in waiting]
+        return [{"folder": str(job.folder), "feel": job.feel.as_json()} for job in waiting]
 
 
 def read_queue(entries: Any) -> Queue:
     """The queue of an earlier start. Raises ValueError, TypeError or a LookupError."""
     queue = Queue()
     for entry in entries:
-        folder, feel = Path(entry["folder"]), TypeAdapter(Feel).validate_python(entry["feel"])
+        folder, feel = Path(entry["folder"]), TypeAdapter(KeptFeel).validate_python(entry["feel"])
         if not is_run(folder):
             raise ValueError(f"{folder}: not a run of the app")
-        queue.jobs.append(Job(folder, feel))
+        queue.jobs.append(QueuedRun(folder, feel))
     return queue

@@ -4,16 +4,17 @@ The process writes the same run directory as a command in a terminal, and its wo
 The app only looks at these files: if the app dies, the run goes on, and the next app finds it there.
 """
 
-import json
 import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
+
+from pydantic import BaseModel, ValidationError
 
 from optimize.descent.stop_reason import StopReason
 from optimize.run_directory.finished_run import read_verification
@@ -22,7 +23,7 @@ from relief.ground.errors import InputError
 from relief.ground.files import read_limited
 from relief.ground.formats import RUN_CHECKPOINT, RUN_HEIGHTS, RUN_HISTORY
 from relief.ground.locks import locked
-from retouch.app.values.document import Feel, command_line
+from retouch.app.values.document import FeelChoice
 from retouch.app.values.folders import RUNS_FOLDER, is_run
 
 COMMAND = (sys.executable, "-m", "retouch")
@@ -52,28 +53,26 @@ class State(Enum):
         return self in (State.RUNNING, State.STOPPING)
 
 
-@dataclass(frozen=True)
-class Step:
-    """A step of a run, of its history.
+class Step(BaseModel, frozen=True):
+    """A step of a run: what the app shows of a row of its history, under the keys of the row.
 
     Attributes:
         step: number.
-        roughness, contact_area_mm2: means over the places.
-        picture_percent: change of the pictures, % of the mean picture.
+        roughness: mean over the places.
+        picture_mean_percent: change of the pictures, % of the mean picture.
         seconds: since the run began.
-        target: roughness to be reached; None if it is no target.
+        target_roughness: roughness to be reached; None if it is no target.
     """
 
     step: int
     roughness: float
-    contact_area_mm2: float
-    picture_percent: float
+    picture_mean_percent: float
     seconds: float
-    target: float | None
+    target_roughness: float | None = None
 
 
 @dataclass
-class Job:
+class QueuedRun:
     """A run of the queue.
 
     Attributes:
@@ -85,7 +84,7 @@ class Job:
     """
 
     folder: Path
-    feel: Feel
+    feel: FeelChoice
     process: subprocess.Popen[bytes] | None = field(default=None, repr=False)
     asked_to_stop: bool = False
     refused: bool = False
@@ -104,11 +103,6 @@ class Job:
     def log(self) -> Path:
         """What the command has said."""
         return self.folder.with_name(f"{self.folder.name}.log")
-
-    @property
-    def command(self) -> str:
-        """The line that does the same in a terminal."""
-        return command_line(self.words)
 
     @property
     def state(self) -> State:
@@ -174,7 +168,12 @@ def state_of(folder: Path) -> State:
 
 def steps(folder: Path) -> list[Step]:
     """The steps of a run so far."""
-    return list(_read_steps(_read(folder / RUN_HISTORY).splitlines(keepends=True)))
+    made = []
+    for line in _read(folder / RUN_HISTORY).splitlines():
+        # The last line may be half written.
+        with suppress(ValidationError):
+            made.append(Step.model_validate_json(line))
+    return made
 
 
 def _read(file: Path) -> bytes:
@@ -183,20 +182,6 @@ def _read(file: Path) -> bytes:
         return read_limited(file, LARGEST_FILE) if file.is_file() else b""
     except InputError:
         return b""
-
-
-def _read_steps(lines: list[bytes]) -> Iterator[Step]:
-    keys = ("roughness", "contact_area_mm2", "picture_mean_percent", "seconds")
-    for line in lines:
-        try:
-            row = dict(json.loads(line))
-            target = row.get("target_roughness")
-            roughness, area, change, seconds = (float(row[key]) for key in keys)
-            goal = None if target is None else float(target)
-            yield Step(int(row["step"]), roughness, area, change, seconds, goal)
-        except (ValueError, TypeError, LookupError, RecursionError, OverflowError):
-            # The last line may be half written.
-            continue
 
 
 def earlier_runs() -> list[Path]:
@@ -216,14 +201,14 @@ class Queue:
     """Runs that are to be made, one after another, as two would take the cores from one another."""
 
     def __init__(self) -> None:
-        self.jobs: list[Job] = []
+        self.jobs: list[QueuedRun] = []
 
-    def add(self, job: Job) -> None:
+    def add(self, job: QueuedRun) -> None:
         """Put a run at the end."""
         self.jobs.append(job)
         self.advance()
 
-    def under_way(self) -> list[Job]:
+    def under_way(self) -> list[QueuedRun]:
         """The runs that this app has started and that have not ended."""
         return [job for job in self.jobs if job.process is not None and job.state.busy]
 
@@ -245,12 +230,12 @@ class Queue:
             raise
         return True
 
-    def remove(self, job: Job) -> None:
+    def remove(self, job: QueuedRun) -> None:
         """Take a run from the queue that is not under way; its files stay."""
         if not job.state.busy:
             self.jobs.remove(job)
 
-    def stop_all(self, patience_s: float) -> list[Job]:
+    def stop_all(self, patience_s: float) -> list[QueuedRun]:
         """Ask the runs under way to stop, and wait for them; returns those that were under way.
 
         A run that takes longer goes on by itself, as it needs no app.

@@ -7,9 +7,10 @@ file as well, so that the next start goes on with them.
 
 import asyncio
 import hashlib
+import itertools
 import json
 import logging
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +21,13 @@ from relief.ground.files import read_limited, write_atomically
 from retouch.app.computing import pictures
 from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity
-from retouch.app.state.history import History
+from retouch.app.state.history import UndoHistory
+from retouch.app.state.latest import Latest
 from retouch.app.state.numbers import Numbers
 from retouch.app.state.outcomes import Outcomes
 from retouch.app.state.running import Running, read_queue
-from retouch.app.state.runs import Job
-from retouch.app.values.document import Document
+from retouch.app.state.runs import QueuedRun
+from retouch.app.values.document import AppDocument
 from retouch.app.values.folders import PICTURES_FOLDER, RUNS_FOLDER, is_run
 
 _log = logging.getLogger(__name__)
@@ -49,30 +51,33 @@ class Session:
         numbers: heights and feel of the picture.
         running: the runs.
         outcomes: what the run that is looked at has made.
+
+    Errors are kept in `activity.faults`.
     """
 
     def __init__(self) -> None:
         # What follows the hand, what a person waits for, and what nobody waits for.
         self._live, self._slow, self._idle = Worker(), Worker(), Worker()
-        self.activity, self.history = Activity(), History()
+        self.activity, self.history = Activity(), UndoHistory()
         self.numbers = Numbers(self.history, self.activity, self._live, self._idle)
         self.running = Running(self.history, self.activity, self._live, self._slow)
         self.outcomes = Outcomes(self.history, self.activity, self._live, self._slow)
-        self._choice = ""
+        self._choosing = Latest(self.activity, "picture", self._choose)
+        self._choices = itertools.count()
         self._painting = asyncio.Lock()
         self._seen: tuple[list[Any], str] = ([], "")
         self.history.follow(self._changed)
 
     @property
-    def document(self) -> Document:
+    def document(self) -> AppDocument:
         """What is chosen."""
         return self.history.document
 
-    def _changed(self, before: Document, after: Document) -> None:
+    def _changed(self, before: AppDocument, after: AppDocument) -> None:
         self._keep()
         if before.run != after.run:
             self.outcomes.want_sides()
-        self.activity.tell()
+        self.activity.notify()
 
     def open(self, picture: str | None) -> None:
         """Take up what was chosen last, and let the worker begin with the picture that is to be shown.
@@ -85,26 +90,20 @@ class Session:
         self._live.begin(pictures.warm, picture or FIRST_TEXTURE, last)
 
     async def choose(self, file: str) -> None:
-        """Begin with a picture, or a bundled texture by its name."""
-        self._choice = file
-        self.activity.under_way["picture"] = f"reading {Path(file).name}"
-        self.activity.tell()
-        await self.activity.guarded("picture", self._choose(file))
-        if self._choice == file:
-            self.activity.under_way.pop("picture", None)
-        self.activity.tell()
+        """Begin with a picture, or a bundled texture by its name; of several, with the last one."""
+        self._choosing.want((file, next(self._choices)), f"reading {Path(file).name}")
+        await self._choosing.finished()
 
-    async def _choose(self, file: str) -> None:
-        picture = await self.numbers.picture_of(file)
-        if self._choice != file:
-            # Another one was chosen meanwhile.
-            return
+    async def _choose(self, key: tuple[str, int]) -> None:
+        source = await self._live(pictures.source, key[0])
+        self._choosing.check()
+        self.numbers.opened = source
         feel = replace(self.document.feel, region=None)
         first = self.document.picture is None
-        self.history.change(replace(self.document, picture=picture, feel=feel), undoable=not first)
-        if self.numbers.shape is None:
+        self.history.change(replace(self.document, picture=source.picture, feel=feel), undoable=not first)
+        if self.numbers.relief is None:
             # The picture of the last start, chosen again.
-            self.numbers.follow()
+            self.numbers.follow(anew=True)
 
     async def paint(self, mask: bytes) -> None:
         """Take a painted mask as the region where the feel changes; masks are taken in their order."""
@@ -118,20 +117,20 @@ class Session:
         self.history.change_feel(region=str(file) if painted else None)
 
     async def start_run(self) -> None:
-        """Start a run with this document, after those that wait; what hinders is a fault."""
+        """Start a run with this document, after those that wait."""
         self.numbers.forget_reach()
         await self.running.start()
 
-    def go_on(self, job: Job) -> None:
-        """Go on with a run that was stopped; what hinders is a fault."""
+    def go_on(self, job: QueuedRun) -> None:
+        """Go on with a run that was stopped."""
         self.numbers.forget_reach()
         self.running.go_on(job)
 
-    def drop(self, job: Job) -> None:
+    def drop(self, job: QueuedRun) -> None:
         """Take a run from the list; its files stay."""
         self.running.queue.remove(job)
         self._keep()
-        self.activity.tell()
+        self.activity.notify()
 
     def want_reach(self) -> None:
         """Estimate in the background how far the feel can change, unless a run has the cores or begins."""
@@ -139,17 +138,17 @@ class Session:
             self.numbers.want_reach()
 
     def look(self) -> None:
-        """Look at the runs, start the next one, and tell the windows if there is news."""
+        """Look at the runs, start the next one, and notify the windows of news."""
         if self.running.advance():
             self.numbers.forget_reach()
             self._keep()
-            self.activity.tell()
+            self.activity.notify()
         seen = (self.running.news(), self.doing())
         if seen != self._seen:
             self._seen = seen
             self.running.follow()
             self.outcomes.want_sides()
-            self.activity.tell()
+            self.activity.notify()
 
     def doing(self) -> str:
         """What is being computed, and how far it is; empty if nothing is."""
@@ -157,8 +156,8 @@ class Session:
         subject = next((one for one in ORDER if one in under_way), None)
         if subject is None:
             return next(iter(under_way.values()), "")
-        told = {"reach": self._idle.told, "numbers": ""}.get(subject, self._slow.told)
-        return f"{under_way[subject]}: {told}" if told else under_way[subject]
+        progress = {"reach": self._idle.progress, "numbers": ""}.get(subject, self._slow.progress)
+        return f"{under_way[subject]}: {progress}" if progress else under_way[subject]
 
     def fault(self) -> str:
         """What is wrong beside the subjects of the stages."""
@@ -166,7 +165,7 @@ class Session:
         return next((faults[one] for one in ("kept", "best", "paint") if one in faults), "")
 
     def _keep(self) -> None:
-        content = {"document": asdict(self.document), "queue": self.running.as_json()}
+        content = {"document": self.document.as_json(), "queue": self.running.as_json()}
         try:
             write_atomically(KEPT, json.dumps(content, indent=1).encode())
             self.activity.faults.pop("kept", None)
@@ -179,7 +178,7 @@ class Session:
             return
         try:
             content = json.loads(read_limited(KEPT, LARGEST_KEPT))
-            document = TypeAdapter(Document).validate_python(content["document"])
+            document = TypeAdapter(AppDocument).validate_python(content["document"])
             self.running.queue = read_queue(content["queue"])
             known = document.run is None or is_run(document.run)
             self.history.document = document if known else replace(document, run=None)

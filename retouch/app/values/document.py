@@ -1,35 +1,53 @@
 """What is being made, as values: the picture and how it becomes heights, and the feel to reach.
 
-A document knows nothing of pages or processes. Each part tells the options of the command that do the same,
+A document knows nothing of pages or processes. Each part states the options of the command that do the same,
 so that what the app does and what it shows to copy are one.
 """
 
 import json
 import shlex
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from mitsuba_scenes import find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.fast_models import FAST_MODELS
+from tactile.quantities import Quantity, goal_keys
 
 Tile = Literal["auto", "blend", "cut"]
 Start = Annotated[int, Field(ge=0, lt=1 << 31)]
 Length = Annotated[int, Field(ge=1, lt=1 << 31)]
-Goal = Literal["jnd", "contact_area_scale", "feel_of"]
 Crop = tuple[Start, Start, Length, Length]
 
 USUAL_RELIEF_MM = 0.8
-"""Relief of a picture that does not tell its own, mm: what docs/pictures.md advises for fine textures."""
+"""Relief where the file of a picture states none, mm: what docs/pictures.md advises for fine textures."""
 MOST_JND = 6.0
 """Largest change of the feel that can be chosen, JND."""
+JND, FEEL_OF = "jnd", "feel_of"
+"""Goals that are no factors: a change of the roughness, and another texture's feel."""
+USUAL_JND, USUAL_FACTOR = 2.0, 0.8
+"""Numbers of the goals until others are chosen: a change that everybody feels, JND, and a factor."""
+
+
+def goals() -> dict[str, Quantity]:
+    """Goals that are a number relative to the original's feel: their keys of `[touch]`, with the quantities.
+
+    All but `JND` are factors on the original's value.
+    """
+    return {goal: quantity for goal, (quantity, key) in goal_keys().items() if key.relative}
+
+
+def usual_numbers() -> dict[str, float]:
+    """The numbers of all goals until others are chosen."""
+    return {goal: USUAL_JND if goal == JND else USUAL_FACTOR for goal in goals()}
 
 
 @dataclass(frozen=True)
-class Picture:
+class PictureChoice:
     """A picture, and how it becomes heights; fields are arguments of `retouch.prepare`.
 
     Attributes:
@@ -73,13 +91,13 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Feel:
+class FeelChoice:
     """The feel to reach, and how it is made.
 
     Attributes:
-        goal: which of the fields that follow counts.
-        jnd: just-noticeable differences by which the result is to be rougher (+) or smoother (-).
-        contact_area_scale: factor on the contact area.
+        goal: what is to be reached: `FEEL_OF`, or a key of `goals`.
+        numbers: of each key of `goals`: just-noticeable differences by which the result is to be rougher (+)
+            or smoother (-), or a factor on the original's value. In a file they lie beside the other fields.
         feel_of: a bundled texture, or the folder of a run whose result is meant.
         region: file of a mask whose grey is the share of the way from the original's feel to the goal; None:
             the goal holds all over.
@@ -89,9 +107,8 @@ class Feel:
         settings: further `KEY=VALUE` of the command's `--set`.
     """
 
-    goal: Goal = "jnd"
-    jnd: float = 2.0
-    contact_area_scale: float = 0.8
+    goal: str = JND
+    numbers: Mapping[str, float] = field(default_factory=usual_numbers)
     feel_of: str = "brick"
     region: str | None = None
     skin: str = DEFAULT_SKIN
@@ -101,17 +118,18 @@ class Feel:
 
     def number(self) -> float | None:
         """The number of the goal; None where the goal is another texture."""
-        return None if self.goal == "feel_of" else float(getattr(self, self.goal))
+        return None if self.goal == FEEL_OF else self.numbers[self.goal]
 
-    def told(self) -> str:
+    def sentence(self) -> str:
         """What is to be reached, in a sentence."""
-        if self.goal == "feel_of":
+        number = self.number()
+        if number is None:
             goal = f"As rough as {self.feel_of}"
-        elif self.goal == "jnd":
-            goal = f"{abs(self.jnd):g} JND {'rougher' if self.jnd > 0 else 'smoother'} than the original"
+        elif self.goal == JND:
+            goal = f"{abs(number):g} JND {'rougher' if number > 0 else 'smoother'} than the original"
         else:
-            goal = f"{self.contact_area_scale:g} of the original's contact area"
-        where = "all over" if self.region is None or self.goal == "feel_of" else "where it is painted"
+            goal = f"{number:g} of the original's {goals()[self.goal].label}"
+        where = "all over" if self.region is None or number is None else "where it is painted"
         return f"{goal}, {where}, to the finger {self.skin}."
 
     def command(self, heights: str, out: str) -> list[str]:
@@ -152,9 +170,33 @@ class Feel:
         mask = json.dumps(str(self.region), ensure_ascii=False)
         return f"touch.region=[{{mask = {mask}, {self.goal} = {self.number()!r}, graded = true}}]"
 
+    def as_json(self) -> dict[str, Any]:
+        """The fields as they are kept in a file."""
+        content = asdict(self)
+        return {**content.pop("numbers"), **content}
+
+
+def _gathered(content: Any) -> Any:
+    """The fields of a file, with the numbers of the goals in one."""
+    if not isinstance(content, dict):
+        return content
+    numbers = usual_numbers() | {goal: content[goal] for goal in goals() if goal in content}
+    return {**content, "numbers": numbers}
+
+
+def _checked(feel: FeelChoice) -> FeelChoice:
+    """A feel whose goal can be chosen. Raises ValueError."""
+    if feel.goal != FEEL_OF and feel.goal not in goals():
+        raise ValueError(f"{feel.goal}: no goal")
+    return feel
+
+
+KeptFeel = Annotated[FeelChoice, BeforeValidator(_gathered), AfterValidator(_checked)]
+"""A feel as it is kept in a file."""
+
 
 @dataclass(frozen=True)
-class Part:
+class ObjectChoice:
     """An object, and how a texture lies on it; fields are options of `retouch wrap`.
 
     Attributes:
@@ -185,7 +227,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Document:
+class AppDocument:
     """All that a person has chosen.
 
     Attributes:
@@ -194,10 +236,14 @@ class Document:
         run: folder of the run that is looked at; None until there is one.
     """
 
-    picture: Picture | None = None
-    feel: Feel = field(default_factory=Feel)
-    part: Part = field(default_factory=Part)
+    picture: PictureChoice | None = None
+    feel: KeptFeel = field(default_factory=FeelChoice)
+    part: ObjectChoice = field(default_factory=ObjectChoice)
     run: str | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """The document as it is kept in a file."""
+        return asdict(self) | {"feel": self.feel.as_json()}
 
 
 def command_line(words: list[str]) -> str:

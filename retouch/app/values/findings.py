@@ -1,12 +1,12 @@
 """What was found of pictures, reliefs and runs."""
 
 from dataclasses import dataclass
-from typing import Self
 
-import numpy as np
+from relief.relief import Relief
+from retouch.app.values.document import PictureChoice
 
-from relief.ground.arrays import FloatArray
-
+CONTACT = "contact_fraction"
+"""Name of the share of the patch under pressure, among the values of the quantities that are felt."""
 Lines = tuple[tuple[str, str], ...]
 """What was done or measured: a word and a sentence each."""
 
@@ -16,83 +16,39 @@ class Source:
     """A picture as it was found.
 
     Attributes:
+        file: its path, or the name of a bundled texture.
         width, height: pixels.
         relief_mm, size_mm: of its header; the usual ones where there is none.
-        tile: whether the header says that the picture repeats.
         notes: what the picture is, in words.
         thumbnail: PNG.
     """
 
+    file: str
     width: int
     height: int
     relief_mm: float
     size_mm: float
-    tile: bool
     notes: str
     thumbnail: bytes
 
+    @property
+    def picture(self) -> PictureChoice:
+        """The choice of this picture, with its lengths."""
+        return PictureChoice(self.file, relief_mm=self.relief_mm, size_mm=self.size_mm)
+
 
 @dataclass(frozen=True, eq=False)
-class Shape:
-    """Heights and what was done to get them.
+class PreparedPicture:
+    """The relief that was made of a picture.
 
     Attributes:
-        heights: (rows, cols) mm, float32.
-        size_mm: width.
-        repeats: along y and x.
         lines: what was done.
         square: x, y and side of the part of the picture that was taken, pixels.
     """
 
-    heights: FloatArray
-    size_mm: float
-    repeats: tuple[bool, bool]
-    lines: Lines = ()
-    square: tuple[int, int, int] = (0, 0, 0)
-
-    @property
-    def relief_mm(self) -> float:
-        """Highest above lowest point, mm."""
-        return float(np.ptp(self.heights))
-
-
-@dataclass(frozen=True)
-class FeltPlaces:
-    """How a relief feels at some places of the finger.
-
-    Attributes:
-        roughness: V of each, no unit.
-        contact_area_mm2: of each.
-        contact_fraction: share of the patch in contact at each, the mean of those that were pressed together.
-    """
-
-    roughness: tuple[float, ...] = ()
-    contact_area_mm2: tuple[float, ...] = ()
-    contact_fraction: tuple[float, ...] = ()
-
-    def __add__(self, other: Self) -> Self:
-        """Both together."""
-        return type(self)(
-            self.roughness + other.roughness,
-            self.contact_area_mm2 + other.contact_area_mm2,
-            self.contact_fraction + other.contact_fraction,
-        )
-
-
-@dataclass(frozen=True)
-class Reachable:
-    """How far the feel can change, and what it costs the look.
-
-    Attributes:
-        smoother, rougher: JND at which the pictures visibly change, both positive.
-        limit_percent: change of the pictures from which it is visible, % of the mean picture.
-        costs: JND and change of the pictures, % of the mean picture.
-    """
-
-    smoother: float
-    rougher: float
-    limit_percent: float
-    costs: tuple[tuple[float, float], ...]
+    relief: Relief
+    lines: Lines
+    square: tuple[int, int, int]
 
 
 @dataclass(frozen=True)
@@ -122,8 +78,8 @@ class Sides:
         places: HTML of the maps of the feel wherever a finger was pressed; empty where that is one place.
     """
 
-    before: Shape
-    after: Shape
+    before: Relief
+    after: Relief
     change: Map | None
     strain: tuple[Map, Map]
     places: str = ""
@@ -131,10 +87,13 @@ class Sides:
 
 @dataclass(frozen=True)
 class Written:
-    """A file for a printer.
+    """A file that a worker has written: a plate for a printer, an object, or a page about one.
+
+    The results of the verbs stay in the worker: that of `retouch.wrap` holds the whole mesh, tens of MB, and
+    none of them has the warnings of the models.
 
     Attributes:
-        lines: what it holds.
+        lines: what the file holds, and warnings.
     """
 
     file: str

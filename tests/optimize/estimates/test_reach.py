@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from optimize.estimates import reach as reaching
-from optimize.estimates.reach import ChangeCurve, Reach, crossing, reach
+from optimize.estimates.change_curves import ChangeCurve, Reach, crossing
+from optimize.estimates.reach import reach
 from relief.ground.errors import InputError
 from relief.heightmap import save_heights_exr
 from retouch.commands.main import main

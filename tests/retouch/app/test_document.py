@@ -9,7 +9,7 @@ import retouch
 from mitsuba_scenes import DEFAULT_SCENE, find_file
 from optimize.settings.fast_models import FAST_MODELS
 from relief.ground.formats import RUN_HEIGHTS
-from retouch.app.values.document import Feel, Part, Picture, command_line
+from retouch.app.values.document import FeelChoice, ObjectChoice, PictureChoice, command_line
 from retouch.commands import optimize, prepare
 from retouch.commands.main import parse
 
@@ -33,12 +33,12 @@ def heights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 @pytest.mark.parametrize(
     "picture",
     [
-        Picture("gravel"),
-        Picture("a b.jpg", crop=(3, 4, 50, 50), rotate=90, invert=True, relief_mm=0.85, size_mm=12.5),
-        Picture("stone.png", tile="auto", samples=64, relief_mm=0.1),
+        PictureChoice("gravel"),
+        PictureChoice("a b.jpg", crop=(3, 4, 50, 50), rotate=90, invert=True, relief_mm=0.85, size_mm=12.5),
+        PictureChoice("stone.png", tile="auto", samples=64, relief_mm=0.1),
     ],
 )
-def test_the_height_map_is_that_of_the_command(picture: Picture) -> None:
+def test_the_height_map_is_that_of_the_command(picture: PictureChoice) -> None:
     arguments = parse(picture.command("runs/stone-1.png"))
     shown = {name: getattr(arguments, name) for name in prepare.OPTIONS}
     kept = {name: value for name, value in picture.arguments().items() if name in prepare.OPTIONS}
@@ -50,15 +50,15 @@ def test_the_height_map_is_that_of_the_command(picture: Picture) -> None:
 @pytest.mark.parametrize(
     "feel",
     [
-        Feel(),
-        Feel(jnd=-1.5, fast=False),
-        Feel(goal="contact_area_scale", contact_area_scale=0.7, skin="exploring"),
-        Feel(goal="feel_of", feel_of="brick", printer="mask-50"),
-        Feel(goal="feel_of", feel_of="runs/other-1"),
-        Feel(jnd=1.0, region="mask.png", settings=("descent.steps=5",)),
+        FeelChoice(),
+        FeelChoice(numbers={"jnd": -1.5}, fast=False),
+        FeelChoice("contact_area_scale", {"contact_area_scale": 0.7}, skin="exploring"),
+        FeelChoice(goal="feel_of", feel_of="brick", printer="mask-50"),
+        FeelChoice(goal="feel_of", feel_of="runs/other-1"),
+        FeelChoice(numbers={"jnd": 1.0}, region="mask.png", settings=("descent.steps=5",)),
     ],
 )
-def test_the_run_that_is_forecast_is_that_of_the_command(heights: str, feel: Feel) -> None:
+def test_the_run_that_is_forecast_is_that_of_the_command(heights: str, feel: FeelChoice) -> None:
     shown = optimize.load(parse(feel.command(heights, "runs/stone-1")))
     shared = FAST_MODELS if feel.fast else ()
     forecast = retouch.run_from_scene(DEFAULT_SCENE, heights, feel.overrides(), shared=shared)
@@ -66,13 +66,13 @@ def test_the_run_that_is_forecast_is_that_of_the_command(heights: str, feel: Fee
 
 
 def test_an_object_is_that_of_the_command() -> None:
-    part = Part("part.stl", mask="z>2 & angle<80", along="-z", turn_deg=-30.0, printer="mask-50")
+    part = ObjectChoice("part.stl", mask="z>2 & angle<80", along="-z", turn_deg=-30.0, printer="mask-50")
     arguments = parse(part.command("runs/stone-1", "runs/stone-1-object.3mf"))
     assert {name: getattr(arguments, name) for name in ("mask", "turn_deg", "printer")} == {
         name: value for name, value in part.options().items() if name != "along"
     }
     assert str(arguments.mesh) == "part.stl" and arguments.along is not None
-    assert str(parse(Part().command("runs/x", "runs/x.html")).preview) == "runs/x.html"
+    assert str(parse(ObjectChoice().command("runs/x", "runs/x.html")).preview) == "runs/x.html"
 
 
 def test_a_line_can_be_copied_into_a_shell() -> None:

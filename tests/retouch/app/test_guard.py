@@ -117,7 +117,7 @@ def test_cookies_of_other_servers_are_in_nobodys_way(other: str) -> None:
 
 def test_a_token_in_any_other_address_counts_for_nothing() -> None:
     assert ask({"host": HOST}, query="token=guessed").status == 403
-    assert ask({"host": HOST}, path="/app/shape/1", query=f"token={TOKEN}").status == 403
+    assert ask({"host": HOST}, path="/app/relief/1", query=f"token={TOKEN}").status == 403
     posted = ask({"host": HOST, "origin": OWN["origin"]}, query=f"token={TOKEN}", method="POST")
     assert posted.status == 403
 

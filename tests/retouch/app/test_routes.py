@@ -14,9 +14,9 @@ pytest.importorskip("nicegui", reason="without the extra app")
 import httpx
 from fastapi import FastAPI
 
+from relief.relief import Relief
 from retouch.app import routes
-from retouch.app.state.shapes import KEPT, Shapes
-from retouch.app.values.findings import Shape
+from retouch.app.state.addresses import KEPT, Addresses
 
 
 class Client:
@@ -37,30 +37,30 @@ class Client:
 
 
 @pytest.fixture
-def shapes() -> Shapes:
-    return Shapes()
+def addresses() -> Addresses:
+    return Addresses()
 
 
 @pytest.fixture
-def client(shapes: Shapes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Client:
+def client(addresses: Addresses, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Client:
     monkeypatch.chdir(tmp_path)
     Path("runs/stone-1").mkdir(parents=True)
     app = FastAPI()
-    routes.add_routes(app, shapes)
+    routes.add_routes(app, addresses)
     return Client(app)
 
 
-def test_heights_are_those_that_were_given(client: Client, shapes: Shapes) -> None:
-    heights = np.random.default_rng(0).random((3, 4)).astype(np.float32)
-    shape = Shape(heights, 7.0, (True, False))
-    address = shapes.address(shape)
-    assert shapes.address(shape) == address  # the same heights, the same address
+def test_heights_are_those_that_were_given(client: Client, addresses: Addresses) -> None:
+    heights = np.random.default_rng(0).random((3, 4))
+    relief = Relief(heights, 7.0, (True, False))
+    address = addresses.address(relief)
+    assert addresses.address(relief) == address  # the same heights, the same address
     answer = client.get(address)
     form = json.loads(answer.headers["x-form"])
     assert form == {"rows": 3, "cols": 4, "size_mm": 7.0, "repeats": [True, False]}
-    assert np.array_equal(np.frombuffer(answer.content, "<f4").reshape(3, 4), heights)
+    assert np.array_equal(np.frombuffer(answer.content, "<f4").reshape(3, 4), heights.astype("<f4"))
     for _ in range(KEPT):
-        shapes.address(Shape(heights, 7.0, (False, False)))
+        addresses.address(Relief(heights))
     assert client.get(address).status_code == 404
 
 

@@ -14,8 +14,8 @@ from optimize.run_directory.key import RESULT
 from relief.ground.formats import RUN_CHECKPOINT, RUN_HISTORY
 from relief.ground.locks import locked
 from retouch.app.state import runs
-from retouch.app.state.runs import Job, Queue, State, earlier_runs, state_of, steps
-from retouch.app.values.document import Feel
+from retouch.app.state.runs import Queue, QueuedRun, State, earlier_runs, state_of, steps
+from retouch.app.values.document import FeelChoice
 
 ROW = {"step": 1, "roughness": 0.05, "contact_area_mm2": 30.0, "picture_mean_percent": 1.5, "seconds": 2.0}
 
@@ -31,7 +31,7 @@ def commanded(monkeypatch: pytest.MonkeyPatch, script: str) -> None:
     monkeypatch.setattr(runs, "COMMAND", (sys.executable, "-S", "-c", script))
 
 
-def until(job: Job, *states: State) -> State:
+def until(job: QueuedRun, *states: State) -> State:
     end = time.monotonic() + 20.0
     while job.state not in states:
         assert time.monotonic() < end, job.state
@@ -66,7 +66,7 @@ os.makedirs(sys.argv[4])
 """
     commanded(monkeypatch, script)
     queue = Queue()
-    first, second = (Job(Path(f"runs/stone-{number}"), Feel()) for number in (1, 2))
+    first, second = (QueuedRun(Path(f"runs/stone-{number}"), FeelChoice()) for number in (1, 2))
     queue.add(first)
     queue.add(second)
     assert second.state is State.WAITING
@@ -78,7 +78,7 @@ os.makedirs(sys.argv[4])
 
 
 def test_a_killed_run_can_go_on_by_resume(monkeypatch: pytest.MonkeyPatch) -> None:
-    job = Job(Path("runs/stone-1"), Feel())
+    job = QueuedRun(Path("runs/stone-1"), FeelChoice())
     commanded(monkeypatch, "import time; time.sleep(60)")
     job.begin()
     checkpoint(job.folder)
@@ -103,7 +103,7 @@ print("ready", flush=True)
 time.sleep(60)
 """
     commanded(monkeypatch, script)
-    job, queue = Job(Path("runs/stone-1"), Feel()), Queue()
+    job, queue = QueuedRun(Path("runs/stone-1"), FeelChoice()), Queue()
     queue.add(job)
     end = time.monotonic() + 20.0
     while job.lines() != ["ready"]:
@@ -117,7 +117,7 @@ time.sleep(60)
 def test_a_run_that_the_command_refuses_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
     script = "import sys; print('retouch: jnd: too much', file=sys.stderr); sys.exit(2)"
     commanded(monkeypatch, script)
-    job = Job(Path("runs/stone-1"), Feel())
+    job = QueuedRun(Path("runs/stone-1"), FeelChoice())
     job.begin()
     until(job, State.FAILED)
     assert job.lines() == ["retouch: jnd: too much"] and job.died
@@ -131,7 +131,7 @@ def test_steps_are_read_while_they_are_written() -> None:
     endless = json.dumps(ROW | {"step": float("inf")})
     lines = [row, "[]", endless, json.dumps(ROW), '{"step": 2, "rough']
     (folder / RUN_HISTORY).write_text("\n".join(lines))
-    assert [step.target for step in steps(folder)] == [0.06, None]
+    assert [step.target_roughness for step in steps(folder)] == [0.06, None]
 
 
 def test_what_is_no_file_is_not_waited_for() -> None:
@@ -145,8 +145,8 @@ def test_what_is_no_file_is_not_waited_for() -> None:
 def test_a_run_that_cannot_be_started_lets_the_next_one_start(monkeypatch: pytest.MonkeyPatch) -> None:
     commanded(monkeypatch, "pass")
     queue = Queue()
-    refused = Job(Path("runs/a-1"), Feel(goal="feel_of", feel_of="a\0b"))
-    queue.jobs += [refused, Job(Path("runs/b-1"), Feel())]
+    refused = QueuedRun(Path("runs/a-1"), FeelChoice(goal="feel_of", feel_of="a\0b"))
+    queue.jobs += [refused, QueuedRun(Path("runs/b-1"), FeelChoice())]
     with pytest.raises(ValueError, match="null"):
         queue.advance()
     assert refused.state is State.FAILED and queue.advance()

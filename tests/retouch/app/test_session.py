@@ -12,20 +12,22 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from optimize.estimates.change_curves import ChangeCurve, Reach
 from optimize.run_directory.key import RESULT
 from relief.ground.formats import RUN_HEIGHTS
+from relief.relief import Relief
 from retouch.app.computing import results, touch
 from retouch.app.state import numbers, running, session
 from retouch.app.state.runs import State
 from retouch.app.state.session import KEPT, Session
-from retouch.app.values.document import Document, Feel, Picture
-from retouch.app.values.findings import Reachable, Written
+from retouch.app.values.document import AppDocument, FeelChoice, PictureChoice, usual_numbers
+from retouch.app.values.findings import Map, Sides, Written
 
 
 class Inline:
     """A worker that computes at once, in this process."""
 
-    told = ""
+    progress = ""
 
     async def __call__(self, function: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
         await asyncio.sleep(0)
@@ -33,6 +35,11 @@ class Inline:
 
     def close(self) -> None:
         pass
+
+
+def jnds(jnd: float) -> dict[str, float]:
+    """Numbers of the goals with this change of the roughness."""
+    return usual_numbers() | {"jnd": jnd}
 
 
 @pytest.fixture(autouse=True)
@@ -63,11 +70,11 @@ async def chosen(one: Session) -> None:
 
 def test_a_chosen_picture_is_felt() -> None:
     one = settled(chosen)
-    assert one.document.picture == Picture("stone.png", relief_mm=0.8, size_mm=10.0)
-    assert one.numbers.shape is not None and one.numbers.shape.heights.shape == (32, 32)
-    assert np.isclose(one.numbers.shape.relief_mm, 0.8)
-    assert one.numbers.felt is not None and 0.0 < one.numbers.felt.roughness[0] < 0.5
-    assert one.numbers.felt == one.numbers.felt_here  # a plate of 10 mm is one place
+    assert one.document.picture == PictureChoice("stone.png", relief_mm=0.8, size_mm=10.0)
+    assert one.numbers.relief is not None and one.numbers.relief.heights.shape == (32, 32)
+    assert np.isclose(np.ptp(one.numbers.relief.heights), 0.8)
+    assert one.numbers.felt is not None and 0.0 < one.numbers.felt["roughness"][0] < 0.5
+    assert one.numbers.felt is one.numbers.felt_here  # a plate of 10 mm is one place
     assert list(one.numbers.scale) == ["dots"] and one.activity.faults == {}
 
 
@@ -78,9 +85,9 @@ def test_heights_and_feel_follow_a_change() -> None:
         one.history.change_picture(relief_mm=0.2, rotate=90)
 
     one, before = (settled(work).numbers for work in (changed, chosen))
-    assert one.shape is not None and before.shape is not None and one.felt is not None and before.felt
-    assert np.allclose(one.shape.heights, 0.25 * np.rot90(before.shape.heights), atol=1e-4)
-    assert one.felt.roughness < before.felt.roughness
+    assert one.relief is not None and before.relief is not None and one.felt and before.felt
+    assert np.allclose(one.relief.heights, 0.25 * np.rot90(before.relief.heights), atol=1e-4)
+    assert one.felt["roughness"] < before.felt["roughness"]
 
 
 def test_a_tile_is_felt_all_over() -> None:
@@ -89,8 +96,8 @@ def test_a_tile_is_felt_all_over() -> None:
         one.history.change_picture(tile="blend")
 
     one = settled(tiled).numbers
-    assert one.felt is not None and len(one.felt.roughness) == 16
-    assert one.felt_here is not None and len(one.felt_here.roughness) == 1
+    assert one.felt is not None and len(one.felt["roughness"]) == 16
+    assert one.felt_here is not None and len(one.felt_here["roughness"]) == 1
 
 
 def test_the_last_step_is_undone() -> None:
@@ -98,14 +105,14 @@ def test_the_last_step_is_undone() -> None:
         await chosen(one)
         assert not one.history.can_undo
         one.history.change_picture(relief_mm=0.4)
-        one.history.change_feel(jnd=-1.0)
+        one.history.change_feel(numbers=jnds(-1.0))
         one.history.undo()
         assert one.document.picture is not None and one.document.picture.relief_mm == 0.4
         one.history.undo()
 
     one = settled(undone)
-    assert one.document == Document(Picture("stone.png", relief_mm=0.8, size_mm=10.0))
-    assert one.numbers.shape is not None and np.isclose(one.numbers.shape.relief_mm, 0.8)
+    assert one.document == AppDocument(PictureChoice("stone.png", relief_mm=0.8, size_mm=10.0))
+    assert one.numbers.relief is not None and np.isclose(np.ptp(one.numbers.relief.heights), 0.8)
 
 
 def test_what_is_no_picture_is_told_and_changes_nothing() -> None:
@@ -130,9 +137,9 @@ def test_a_relief_that_no_finger_can_follow_is_told() -> None:
 def test_every_window_hears_of_a_change_until_it_is_closed() -> None:
     one, heard = Session(), []
     ends = [one.activity.listen(lambda number=number: heard.append(number)) for number in (1, 2)]  # type: ignore[misc]
-    one.history.change_feel(jnd=1.0)
+    one.history.change_feel(numbers=jnds(1.0))
     ends[0]()
-    one.history.change_feel(jnd=2.5)
+    one.history.change_feel(numbers=jnds(2.5))
     assert heard == [1, 2, 2]
 
 
@@ -142,15 +149,15 @@ def test_a_window_that_fails_does_not_keep_the_news_from_others() -> None:
 
     one, heard = Session(), []
     one.activity.listen(fail)
-    one.activity.listen(lambda: heard.append(one.document.feel.jnd))
-    one.history.change_feel(jnd=1.0)
+    one.activity.listen(lambda: heard.append(one.document.feel.numbers["jnd"]))
+    one.history.change_feel(numbers=jnds(1.0))
     assert heard == [1.0] and "unforeseen" in one.fault()
 
 
 def test_the_next_start_goes_on_with_what_was_chosen() -> None:
     async def with_feel(one: Session) -> None:
         await chosen(one)
-        one.history.change_feel(jnd=-1.5, settings=("descent.steps=3",))
+        one.history.change_feel(numbers=jnds(-1.5), settings=("descent.steps=3",))
 
     one, other = settled(with_feel), Session()
     other.restore()
@@ -165,6 +172,7 @@ def test_the_next_start_goes_on_with_what_was_chosen() -> None:
         "{" * 10_000,
         '{"document": {}}',
         '{"document": {"feel": {"jnd": "rough"}}, "queue": []}',
+        '{"document": {"feel": {"goal": "softness"}}, "queue": []}',
         '{"document": {"picture": {"file": "a.png", "crop": [1]}}, "queue": []}',
         '{"document": {}, "queue": [{"folder": "/etc", "feel": {}}]}',
         '{"document": {}, "queue": [{"folder": "runs/../../x", "feel": {}}]}',
@@ -183,7 +191,7 @@ def test_a_hostile_file_of_the_last_start_is_not_believed(content: str) -> None:
     KEPT.write_text(content)
     one = Session()
     one.restore()
-    assert one.document == Document() and one.running.queue.jobs == []
+    assert one.document == AppDocument() and one.running.queue.jobs == []
 
 
 def test_a_full_disk_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -192,8 +200,8 @@ def test_a_full_disk_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(session, "write_atomically", full)
     one = Session()
-    one.history.change_feel(jnd=1.0)
-    assert "No space left" in one.fault() and one.document.feel.jnd == 1.0
+    one.history.change_feel(numbers=jnds(1.0))
+    assert "No space left" in one.fault() and one.document.feel.numbers["jnd"] == 1.0
     monkeypatch.undo()
 
 
@@ -202,14 +210,14 @@ def test_a_run_waits_in_the_queue_and_is_there_at_the_next_start(monkeypatch: py
 
     async def queued(one: Session) -> None:
         await chosen(one)
-        one.history.change_feel(jnd=1.0)
+        one.history.change_feel(numbers=jnds(1.0))
         await one.start_run()
         await one.start_run()
 
     one, other = settled(queued), Session()
     other.restore()
     assert [str(job.folder) for job in other.running.queue.jobs] == ["runs/stone-1", "runs/stone-2"]
-    assert [job.feel for job in other.running.queue.jobs] == [Feel(jnd=1.0)] * 2
+    assert [job.feel for job in other.running.queue.jobs] == [FeelChoice(numbers=jnds(1.0))] * 2
     assert other.running.queue.jobs[0].state is State.WAITING
     assert Path("runs/stone-1.png").is_file()
     assert json.loads(KEPT.read_text())["document"]["run"] == one.document.run == "runs/stone-2"
@@ -229,7 +237,7 @@ def test_a_painted_mask_becomes_a_region_in_grades() -> None:
     one = settled(painted)
     region = one.document.feel.region
     assert region is not None and np.array_equal(np.asarray(Image.open(region)), canvas)
-    assert "where it is painted" in one.document.feel.told()
+    assert "where it is painted" in one.document.feel.sentence()
 
     async def emptied(one: Session) -> None:
         Image.fromarray(0 * canvas).save("canvas.png")
@@ -241,20 +249,20 @@ def test_a_painted_mask_becomes_a_region_in_grades() -> None:
 def test_a_moved_slider_is_one_step_and_each_stroke_another() -> None:
     one = Session()
     for jnd in (1.0, 1.5, 3.0):
-        one.history.change_feel(slid="jnd", jnd=jnd)
+        one.history.change_feel(slid="jnd", numbers=jnds(jnd))
     for mask in ("a", "b"):
         one.history.change_feel(region=f"pictures/mask-{mask}.png")
     undone = []
     while one.history.can_undo:
         one.history.undo()
-        undone.append((one.document.feel.region, one.document.feel.jnd))
-    assert undone == [("pictures/mask-a.png", 3.0), (None, 3.0), (None, Feel().jnd)]
+        undone.append((one.document.feel.region, one.document.feel.numbers["jnd"]))
+    assert undone == [("pictures/mask-a.png", 3.0), (None, 3.0), (None, FeelChoice().numbers["jnd"])]
 
 
 def test_a_slider_that_came_back_leaves_nothing_to_undo() -> None:
     one = Session()
-    for jnd in (3.0, Feel().jnd):
-        one.history.change_feel(slid="jnd", jnd=jnd)
+    for jnd in (3.0, FeelChoice().numbers["jnd"]):
+        one.history.change_feel(slid="jnd", numbers=jnds(jnd))
     assert not one.history.can_undo
 
 
@@ -276,7 +284,7 @@ def test_of_strokes_in_quick_succession_none_is_lost() -> None:
 
 
 def test_how_far_the_feel_can_change_is_of_the_picture_that_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = Reachable(1.0, 2.0, 2.0, ())
+    found = Reach(ChangeCurve(1.0, True, ()), ChangeCurve(2.0, True, ()), "quick", "fast", 50.0)
     monkeypatch.setattr(touch, "reach", lambda *_: found)
 
     async def estimated(one: Session) -> None:
@@ -295,25 +303,34 @@ def test_how_far_the_feel_can_change_is_of_the_picture_that_is_shown(monkeypatch
 
 
 def test_a_file_is_told_of_the_run_that_it_was_made_of(monkeypatch: pytest.MonkeyPatch) -> None:
-    one = Session()
-    one.history.look_at("runs/a-1")
-    one.outcomes.sides = object()  # type: ignore[assignment]
+    one, flat, none = Session(), Relief(np.zeros((2, 2))), Map("", "", 0.0, 1.0, "")
+    (folder := Path("runs/a-1")).mkdir(parents=True)
+    (folder / RUN_HEIGHTS).touch()
+    monkeypatch.setattr(results, "sides", lambda _: Sides(flat, flat, None, (none, none)))
 
     def export(*_: Any) -> Written:
         one.history.look_at("runs/b-1")
         return Written("runs/a-1-print.3mf", ())
 
     monkeypatch.setattr(results, "export", export)
-    settled(lambda one: one.outcomes.write_print(".3mf", None, 1, None), one)
+
+    async def printed(one: Session) -> None:
+        one.history.look_at("runs/a-1")
+        while one.outcomes.sides is None:
+            await asyncio.sleep(0)
+        await one.outcomes.write_print(".3mf", None, 1, None)
+
+    settled(printed, one)
+    assert one.document.run == "runs/b-1"
     assert one.outcomes.written is None and one.activity.faults == {}
 
 
 def test_an_undone_change_leaves_the_run_that_is_looked_at() -> None:
     one = Session()
-    one.history.change_feel(jnd=1.0)
+    one.history.change_feel(numbers=jnds(1.0))
     one.history.look_at("runs/stone-1")
     one.history.undo()
-    assert one.document == Document(run="runs/stone-1")
+    assert one.document == AppDocument(run="runs/stone-1")
 
 
 def test_a_result_is_read_again_once_its_numbers_are_there(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -353,7 +370,7 @@ def test_a_forecast_is_not_shown_for_another_run(monkeypatch: pytest.MonkeyPatch
 
     one = settled(estimated)
     assert one.running.forecast == (("time", "about 3 s"),) and list(Path("runs").glob("stone*")) == []
-    one.history.change_feel(jnd=3.0)
+    one.history.change_feel(numbers=jnds(3.0))
     assert one.running.forecast == ()
 
 
@@ -379,4 +396,4 @@ def test_another_finger_feels_anew() -> None:
 
     felt, before = settled(lighter).numbers.felt, settled(chosen).numbers.felt
     assert felt is not None and before is not None
-    assert felt.contact_area_mm2 < before.contact_area_mm2
+    assert felt["contact_area_mm2"] < before["contact_area_mm2"]

@@ -9,11 +9,15 @@ pytest.importorskip("nicegui", reason="without the extra app")
 from nicegui import Client, ui
 from nicegui.page import page
 
+from retouch.app.stages.feel import FeelStage
+from retouch.app.stages.picture import PictureStage
 from retouch.app.stages.printing import PrintStage
-from retouch.app.stages.window import Window
+from retouch.app.stages.window import AppWindow
+from retouch.app.state.addresses import Addresses
 from retouch.app.state.session import Session
-from retouch.app.state.shapes import Shapes
+from retouch.app.values.document import AppDocument, PictureChoice
 from retouch.app.values.findings import Written
+from tactile.quantities import QUANTITIES, GoalKey, Quantity
 
 
 def test_a_file_for_a_printer_is_not_shown_as_that_of_the_next_run(
@@ -23,7 +27,7 @@ def test_a_file_for_a_printer_is_not_shown_as_that_of_the_next_run(
     session = Session()
 
     with Client(page("")) as client:
-        stage = PrintStage(Window(session, Shapes(), lambda _: None))
+        stage = PrintStage(AppWindow(session, Addresses(), lambda _: None))
         stage.build()
 
         def shown() -> bool:
@@ -35,4 +39,39 @@ def test_a_file_for_a_printer_is_not_shown_as_that_of_the_next_run(
         assert shown()
         session.history.look_at("runs/b-1")
         assert not shown()
+    client.delete()
+
+
+def texts(client: Client) -> set[str]:
+    """Texts of the labels of a page, and names of the choices."""
+    labels = {one.text for one in client.elements.values() if isinstance(one, ui.label)}
+    choices = [one.options for one in client.elements.values() if isinstance(one, ui.toggle)]
+    return labels | {str(name) for names in choices if isinstance(names, dict) for name in names.values()}
+
+
+def test_a_new_quantity_is_a_goal_and_a_number_of_the_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    softness = Quantity(
+        *("softness", "softness", "S", "mm/N", 2),
+        value=lambda touch: touch.contact_fraction,
+        goals=(GoalKey("softness_scale", "X", "softness as a factor", relative=True),),
+        meaning="How far the plate gives way.",
+    )
+    monkeypatch.setitem(QUANTITIES, "softness", softness)
+    session = Session()
+    session.history.document = AppDocument(PictureChoice("gravel"))
+    with Client(page("")) as client:
+        window = AppWindow(session, Addresses(), lambda _: None)
+        feel, picture = FeelStage(window), PictureStage(window)
+        for stage in (feel, picture):
+            stage.build()
+        session.history.change_feel(goal="softness_scale")
+        feel.refresh()
+        assert {"Roughness", "Contact area", "Softness", "Like another"} <= texts(client)
+        assert {softness.meaning, "softness S", "mm/N"} <= texts(client)
+        assert "0.80 of the original's softness" in texts(client)
+        assert "--softness-scale=0.8" in feel.commands()[1]
+        assert session.document.feel.sentence().startswith("0.8 of the original's softness, all over")
     client.delete()

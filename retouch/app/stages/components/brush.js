@@ -143,7 +143,7 @@ export default {
       const end = () => {
         over.abort();
         this.stroking = false;
-        this.told();
+        this.send();
       };
       this.$el.addEventListener("pointermove", move, { signal });
       for (const name of ["pointerup", "pointercancel"]) this.$el.addEventListener(name, end, { signal });
@@ -159,14 +159,14 @@ export default {
       else return;
       event.preventDefault();
     },
-    /** A dab where the ring is; several in a row are told together. */
+    /** A dab where the ring is; several in a row are sent together. */
     dab(erase) {
       this.lift();
       this.paint(this.at, this.at, erase);
       clearTimeout(this.timer);
-      this.timer = setTimeout(this.told, 300);
+      this.timer = setTimeout(this.send, 300);
     },
-    told() {
+    send() {
       clearTimeout(this.timer);
       this.timer = null;
       this.sent = (this.sent || 0) + 1;

@@ -75,7 +75,7 @@ export default {
       };
       const end = () => {
         this.$refs.box.removeEventListener("pointermove", move);
-        this.told();
+        this.send();
       };
       this.$refs.box.addEventListener("pointermove", move);
       this.$refs.box.addEventListener("pointerup", end, { once: true });
@@ -90,9 +90,9 @@ export default {
         ? this.bounded(x, y, side + step * (dx - dy))
         : this.bounded(x + step * dx, y + step * dy, side);
       clearTimeout(this.timer);
-      this.timer = setTimeout(this.told, 250);
+      this.timer = setTimeout(this.send, 250);
     },
-    told() {
+    send() {
       if (!this.own) return;
       const { x, y, side } = this.own;
       this.$emit("crop", [x, y, side, side]);

@@ -15,9 +15,9 @@ export default {
         <line :x1="x(own)" :x2="x(own)" y1="0" y2="64" class="now"></line>
       </svg>
       <input type="range" :min="-most" :max="most" step="0.1" :value="own" :aria-label="label"
-        :aria-valuetext="signed(own) + ' just-noticeable differences. ' + told" @input="slid" @change="kept">
+        :aria-valuetext="signed(own) + ' just-noticeable differences. ' + costText" @input="slid" @change="kept">
       <div class="jnd-ends"><span>smoother</span><span>as it is</span><span>rougher</span></div>
-      <p class="hint told">{{ told }}</p>
+      <p class="hint cost">{{ costText }}</p>
     </div>`,
   props: {
     value: Number, most: { type: Number, default: 6 }, label: { type: String, default: "change of the roughness" },
@@ -39,7 +39,7 @@ export default {
       if (Math.abs(this.own) < 0.05) return "as it is";
       return this.own > 0 ? "rougher than the original" : "smoother than the original";
     },
-    told() {
+    costText() {
       if (this.cost === null || !this.costs.length) return this.waiting || "";
       const reach = `Up to ${this.rougher.toFixed(1)} JND rougher or ${this.smoother.toFixed(1)} smoother the look is kept.`;
       return `The pictures change by about ${this.cost.toFixed(1)} % of the mean picture. ${reach}`;

@@ -1,4 +1,4 @@
-// A slider that tells its value while it is moved, a few times a second.
+// A slider that sends its value while it is moved, a few times a second.
 export default {
   template: `<input class="range" type="range" :min="min" :max="max" :step="step" :value="own" :aria-label="label"
     :aria-valuetext="own + ' ' + unit" @input="slid">`,
@@ -10,11 +10,11 @@ export default {
       this.own = Number(event.target.value);
       if (this.timer) return;
       // The first move at once, the last one surely.
-      const told = this.own;
-      this.$emit("slid", told);
+      const sent = this.own;
+      this.$emit("slid", sent);
       this.timer = setTimeout(() => {
         this.timer = null;
-        if (this.own !== told) this.$emit("slid", this.own);
+        if (this.own !== sent) this.$emit("slid", this.own);
       }, 100);
     },
   },

@@ -31,8 +31,8 @@ export default {
   data: () => ({ fault: "", mode: "lamp", lit: false, tilts: false }),
   mounted() {
     this.loading = 0;
-    this.$refs.stage.addEventListener("plate-lamp", (event) => this.tell("lamp", event.detail));
-    this.$refs.stage.addEventListener("plate-tilt", (event) => this.tell("tilt", event.detail));
+    this.$refs.stage.addEventListener("plate-lamp", (event) => this.send("lamp", event.detail));
+    this.$refs.stage.addEventListener("plate-tilt", (event) => this.send("tilt", event.detail));
     this.$refs.stage.addEventListener("plate-lost", () => { this.tilts = false; });
     this.load();
     this.blinking = setInterval(() => {
@@ -70,12 +70,12 @@ export default {
     },
     /** Whether a hand is moving this view: what other views say of lamp and tilt is then old. */
     moving() { return performance.now() - (this.moved || -Infinity) < 500; },
-    /** Move the view without telling the server what it said itself. */
+    /** Move the view without sending the server what it said itself. */
     quietly(move) {
       this.quiet = true;
       try { move(); } finally { this.quiet = false; }
     },
-    tell(name, detail) {
+    send(name, detail) {
       if (this.quiet) return;
       this.moved = performance.now();
       // The server hears of the last position only, ten times a second.

@@ -1,7 +1,7 @@
 // The steps of a run: roughness on its way to the target, and the change of the pictures.
 export default {
   template: `
-    <svg class="step-chart" :viewBox="'0 0 ' + wide + ' 120'" role="img" :aria-label="told" preserveAspectRatio="none">
+    <svg class="step-chart" :viewBox="'0 0 ' + wide + ' 120'" role="img" :aria-label="label" preserveAspectRatio="none">
       <line v-if="target" x1="0" :x2="wide" :y1="y(target)" :y2="y(target)" class="limit"></line>
       <polyline :points="points" class="curve"></polyline>
       <circle v-for="(value, k) in values" :key="k" :cx="x(k)" :cy="y(value)" r="2.4" class="dot"></circle>
@@ -15,7 +15,7 @@ export default {
       return [low - room, high + room];
     },
     points() { return this.values.map((value, k) => `${this.x(k)},${this.y(value)}`).join(" "); },
-    told() { return `${this.name}: ${this.values.length} steps, now ${(this.values.at(-1) || 0).toPrecision(3)}`; },
+    label() { return `${this.name}: ${this.values.length} steps, now ${(this.values.at(-1) || 0).toPrecision(3)}`; },
   },
   methods: {
     x(k) { return 6 + ((this.wide - 12) * k) / Math.max(4, this.values.length - 1); },

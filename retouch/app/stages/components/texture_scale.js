@@ -1,7 +1,7 @@
 // Roughness on a scale of the textures that come with Retouch.
 export default {
   template: `
-    <figure class="texture-scale" role="img" :aria-label="told">
+    <figure class="texture-scale" role="img" :aria-label="label">
       <div class="scale-axis">
         <span v-for="one in marks" :key="one.name" class="scale-mark" :style="{ left: one.left }"></span>
         <span v-for="one in marks.filter((each) => each.label)" :key="one.name + ' name'" class="scale-name"
@@ -26,7 +26,7 @@ export default {
         return { name, left: `${percent}%`, bottom: `${10 + 13 * row}px`, label: row >= 0 };
       });
     },
-    told() {
+    label() {
       const names = Object.entries(this.scale);
       const smoother = names.filter(([, value]) => value <= this.value).pop();
       const rougher = names.find(([, value]) => value > this.value);

@@ -1,0 +1,113 @@
+"""Latest: the answer for a key that may change while the answer is being computed."""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from typing import Any, Generic, TypeVar
+
+from retouch.app.computing.worker import Superseded
+from retouch.app.state.activity import Activity
+
+Key = TypeVar("Key")
+Answer = TypeVar("Answer")
+
+
+class Latest(Generic[Key, Answer]):
+    """The answer for the latest key, computed by one piece of work at a time.
+
+    While work is under way, keys may come and go: the latest one is computed next, the others never. An
+    answer is kept if its topic is still the wanted one, and an error only if its key is.
+
+    Args:
+        activity: lists the work under way, and keeps its errors.
+        subject: name of the work in `activity`.
+        work: computes the answer for a key.
+        stop: ends the work under way, which then raises `Superseded`; None: outdated work runs to its end, or
+            to its next `check`.
+
+    Attributes:
+        key: that is wanted; None for none.
+        answer: for the wanted key, or for an earlier one of its topic; None until there is one.
+    """
+
+    def __init__(
+        self,
+        activity: Activity,
+        subject: str,
+        work: Callable[[Key], Awaitable[Answer]],
+        stop: Callable[[], None] | None = None,
+    ) -> None:
+        self.key: Key | None = None
+        self.answer: Answer | None = None
+        self._activity, self._subject, self._work, self._stop = activity, subject, work, stop
+        self._topic: object = None
+        self._doing = ""
+        self._computed: Key | None = None
+        self._task: asyncio.Task[Any] | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether work is under way."""
+        return self._task is not None and not self._task.done()
+
+    def want(self, key: Key | None, doing: str = "", topic: object = None) -> None:
+        """Ask for the answer for a key; nothing happens if the key is wanted already.
+
+        Args:
+            key: None if no answer is wanted any more.
+            doing: what `activity` says is under way; empty for work that is not shown.
+            topic: what the key is about: an earlier answer about the same topic stays until the next one
+                comes. None: the key itself.
+        """
+        if key == self.key:
+            return
+        topic = key if topic is None else topic
+        if topic != self._topic:
+            self.answer = None
+            self._activity.faults.pop(self._subject, None)
+        self.key, self._topic, self._doing = key, topic, doing
+        if not self.busy:
+            if key is not None:
+                self._task = self._activity.in_background(self._follow())
+        elif self._stop is not None:
+            # Whatever is being computed is lost, even if its key is wanted again before the work has ended.
+            self._computed = None
+            self._stop()
+
+    def check(self) -> None:
+        """Let outdated work end: raises Superseded if another key is wanted than the one being computed."""
+        if self.key != self._computed:
+            raise Superseded
+
+    async def finished(self) -> None:
+        """Wait until no work is under way."""
+        if self._task is not None:
+            await asyncio.wait([self._task])
+
+    async def _follow(self) -> None:
+        self._computed = None
+        try:
+            while self.key is not None and self.key != self._computed:
+                await self._compute(self.key, self._topic)
+        finally:
+            # Before the listeners, who may want the next key.
+            self._task = None
+            self._activity.under_way.pop(self._subject, None)
+            self._activity.notify()
+
+    async def _compute(self, key: Key, topic: object) -> None:
+        self._computed = key
+        if self._doing:
+            self._activity.under_way[self._subject] = self._doing
+        self._activity.notify()
+        try:
+            answer = await self._work(key)
+        except Superseded:
+            return
+        except Exception as error:
+            if key == self.key:
+                self._activity.fail(self._subject, error)
+            return
+        if topic == self._topic:
+            self.answer = answer
+        if key == self.key:
+            self._activity.faults.pop(self._subject, None)
