@@ -36,6 +36,7 @@ from benchmarks.sight import gradients
 from benchmarks.touch.half_space import TOLERANCE, tamaas_pressure
 from benchmarks.touch.pressing import MEAN, SKIN
 from optimize.descent.gauss_newton import method as gauss_newton
+from optimize.descent.gauss_newton import step_look
 from optimize.runs.preparation import Prepared, prepare
 from optimize.settings.run_file import load_run
 from relief.ground.arrays import Array
@@ -269,13 +270,13 @@ def _touch_of_a_step() -> Part:
 def look(rates: dict[str, float]) -> Iterator[dict[str, Any]]:
     """Pictures of a step with their Jacobians, and the linear solve of a step."""
     problem = tile().problem
-    resolution = gauss_newton.REFINEMENT * max(problem.scene.resolution)
+    resolution = step_look.REFINEMENT * max(problem.scene.resolution)
     samples = FixedSamples(
         resolution,
         problem.seed,
-        gauss_newton.STRATA,
-        gauss_newton.EDGE_SAMPLES,
-        gauss_newton.DIRECTIONS,
+        step_look.STRATA,
+        step_look.EDGE_SAMPLES,
+        step_look.DIRECTIONS,
     )
     for name in (EXACT, FAST):
         views = problem.scene.look(name).views(samples)

@@ -24,7 +24,7 @@ from torch import Tensor
 import tactile
 from benchmarks.shared.common import load, machine, parser_of, save
 from benchmarks.shared.scenes import MATERIALS, altered, light
-from optimize.descent.gauss_newton.method import EDGE_SAMPLES, REFINEMENT, STRATA
+from optimize.descent.gauss_newton.step_look import EDGE_SAMPLES, REFINEMENT, STRATA
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.heightmap import load_heights

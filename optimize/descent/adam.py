@@ -7,7 +7,9 @@ with E_rough summed over the places of the finger.
 One optimiser takes both gradients: torch's through touch, and the pictures', which arrives as the gradient
 of a torch function. The energy |r - V| has no curvature at its minimum, so that steps overshoot the target;
 cosine decay of the learning rate makes the overshoot small. With constant weights the minimum of the sum may
-lie off the target; the weight of E_rough therefore grows over the steps, unless `growth` is 1.
+lie off the target; the weight of E_rough therefore grows over the steps, unless `growth` is 1. With constant
+weights E_vis may grow faster than E_rough falls, and the descent ends short of its target: brick two
+just-noticeable differences smoother stays 11 % off with w1 = 0.1, gravel 14 % with w1 = 1.
 
 The paper's third weight keeps heights from 0 to 3 mm by a penalty. Here each step ends on a relief within
 the limits: the plate is lifted where it would go below 0, which neither eye nor finger notices, and cut off
@@ -16,7 +18,6 @@ at 3 mm. E_clamp is therefore 0 at every step.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -25,7 +26,7 @@ from torch import Tensor
 
 from optimize.descent import energies
 from optimize.descent.driver import PRESSURES, ArraySchema, Iterate
-from optimize.descent.methods import MethodSettings, StopRule
+from optimize.descent.methods import MethodSettings
 from optimize.descent.problem import Problem, change_percent
 from optimize.descent.smoothing import smoothed
 from optimize.descent.stop_reason import StopReason
@@ -39,36 +40,11 @@ DECAY_FLOOR = 0.02
 """Learning rate of the last step as a share of the first step's."""
 MEAN_DECAY, SQUARE_DECAY, LEAST_ROOT = 0.9, 0.999, 1e-8
 """Adam's usual decays of the means of gradient and square, and the least root that it divides by."""
-GROWTH = 30.0
-"""Default growth of the weight of the targets over the steps. With constant weights E_vis may grow faster
-than E_rough falls, and the descent ends short of its target: brick two just-noticeable differences smoother
-stays 11 % off with w1 = 0.1, gravel 14 % with w1 = 1."""
 STRATA, EDGE_SAMPLES = 4, EdgeSamples(shadows=2, visibility=4)
 """Samples along a pixel's side, and along moving edges, of pictures with fixed samples. Gauss-Newton takes as
 many rays for twice the resolution; norms, which are not squared, take the noise of such pixels for change."""
 DIRECTIONS = 16
 """Parallel lights that stand for each light that is not parallel."""
-
-
-@dataclass(frozen=True)
-class AdamSettings:
-    """Settings of a descent by Adam.
-
-    Attributes:
-        steps: number of the last step, over which the learning rate falls.
-        learning_rate: about the largest change of a height by the first step, mm.
-        smoothing: lambda of the metric I + lambda L in which steps are taken
-            (`optimize.descent.smoothing`); 0 for the paper's steps, sample by sample.
-        growth: of the weight of the targets from the first step to the last, as a factor; 1 for the paper's
-            constant weights.
-        stop: "schedule", at the last step; "paper", where the bounds of the paper's section 4.1 hold.
-    """
-
-    steps: int
-    learning_rate: float = 0.027
-    smoothing: float = 0.0
-    growth: float = GROWTH
-    stop: StopRule = "schedule"
 
 
 class Moments(NamedTuple):
@@ -95,8 +71,8 @@ class AdamDescent:
 
     patience: int | None = None
 
-    def __init__(self, problem: Problem, settings: AdamSettings) -> None:
-        self._problem, self._settings = problem, settings
+    def __init__(self, problem: Problem, steps: int, settings: MethodSettings) -> None:
+        self._problem, self._steps, self._settings = problem, steps, settings
         self._unit = 1.0 / problem.scene.white
         self._weights = torch.as_tensor(problem.scene.weights)
         self._views: tuple[StepView, ...] = ()
@@ -106,14 +82,11 @@ class AdamDescent:
         # Target and current pictures share their samples, so that most or all of the noise cancels.
         self._target = self._pictures(torch.as_tensor(problem.heights))
         self._plate = problem.plate_weights(self._target.numpy())
-        self._energy: Tensor | None = None
-        self._heights = torch.as_tensor(problem.heights)
 
     @classmethod
     def of_run(cls, problem: Problem, steps: int, settings: MethodSettings) -> Self:
         """The method by the settings of a run; see `MethodClass`."""
-        own = AdamSettings(steps, settings.learning_rate, settings.smoothing, settings.growth, settings.stop)
-        return cls(problem, own)
+        return cls(problem, steps, settings)
 
     @staticmethod
     def checkpoint_schema(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, ArraySchema]:
@@ -128,14 +101,13 @@ class AdamDescent:
 
     def advance(self, iterate: Iterate) -> Iterate:
         """The iterate after one more step of Adam."""
-        assert self._energy is not None
         (slope,) = torch.autograd.grad(self._energy, self._heights)
         smoothing, number = self._settings.smoothing, iterate.step + 1
         still = np.zeros_like(iterate.heights)
         before = Moments(iterate.memory.get("mean", still), iterate.memory.get("square", still))
         moments = before.after(smoothed(slope.numpy(), smoothing))
         direction = moments.direction(number)
-        progress = iterate.step / self._settings.steps
+        progress = iterate.step / self._steps
         decay = DECAY_FLOOR + (1.0 - DECAY_FLOOR) * 0.5 * (1.0 + math.cos(math.pi * progress))
         change = -self._settings.learning_rate * decay * smoothed(direction, smoothing)
         heights = self._problem.placed(iterate.heights + change)
@@ -144,12 +116,9 @@ class AdamDescent:
 
     def reason_to_stop(self, iterate: Iterate) -> StopReason | None:
         """The paper's stopping rule, where it is wanted and holds; see the protocol."""
-        holds = (
-            self._settings.stop == "paper"
-            and self._problem.targets.met(iterate.values)
-            and iterate.energies["visual"] < energies.visual_bound(self._weights)
-        )
-        return StopReason.WITHIN_BOUNDS if holds else None
+        met = self._settings.stop == "paper" and self._problem.targets.met(iterate.values)
+        within = iterate.energies["visual"] < energies.visual_bound(self._weights)
+        return StopReason.WITHIN_BOUNDS if met and within else None
 
     def _pictures(self, heights: Tensor) -> Tensor:
         problem = self._problem
@@ -157,11 +126,7 @@ class AdamDescent:
         if self._views:
             return fixed_pictures(heights, self._views, problem.shadow_edges) * self._unit
         pictures = problem.scene.render(
-            heights,
-            samples=problem.samples,
-            seed=problem.seed,
-            model=problem.look,
-            shadow_edges=problem.shadow_edges,
+            heights, None, problem.samples, problem.seed, problem.look, shadow_edges=problem.shadow_edges
         )
         return pictures * self._unit
 
@@ -178,25 +143,23 @@ class AdamDescent:
         # The other weights grow with the unit of the target; of several, with the smallest.
         scale = min((target.quantity.energy_unit for target in targets.each), default=1.0)
         terms = {
-            target.quantity.name: energies.target_energy(values[target.quantity.name], target.goal)
-            for target in targets.each
+            t.quantity.name: energies.target_energy(values[t.quantity.name], t.goal) for t in targets.each
         }
         visual = energies.visual_energy(pictures, self._target, self._weights)
         regularisation = energies.regularisation_energy(pictures, self._target, self._weights)
         self._energy = scale * (problem.look_weight * visual + problem.regularisation * regularisation)
-        grown = scale * self._settings.growth ** (step / self._settings.steps)
+        grown = scale * self._settings.growth ** (step / self._steps)
         for target in targets.each:
             self._energy = self._energy + grown / target.quantity.energy_unit * terms[target.quantity.name]
         pressures = touch.pressure.detach().reshape(-1, *fields.shape[-2:])
         terms |= {"visual": visual, "regularisation": regularisation}
+        shown, weights = pictures.detach().numpy(), problem.scene.weights
         return Iterate(
             step,
             heights,
             {name: each(value) for name, value in values.items()},
             float(touch.contact_fraction.mean()),
-            *change_percent(
-                pictures.detach().numpy(), self._target.numpy(), self._plate, problem.scene.weights
-            ),
+            *change_percent(shown, self._target.numpy(), self._plate, weights),
             {**memory, "pressure": pressures.double().numpy().copy()},
             {name: float(term.detach()) for name, term in terms.items()},
         )

@@ -137,8 +137,7 @@ def descend_with_correction(
     """
     while True:
         number = len(state.iterations)
-        limit = plan.step_limit(number)
-        descent = _descend(state.surrogate_targets, segment, limit, observer)
+        descent = _descend(state.surrogate_targets, segment, plan.step_limit(number), observer)
         if plan.verify is None:
             return descent, None, state
         observer.verifying(descent.best)
@@ -147,12 +146,9 @@ def descend_with_correction(
                 verified = plan.verify(descent.best.heights)
         except KeyboardInterrupt:
             return replace(descent, reason=StopReason.INTERRUPTED), None, state
+        goals, error = state.surrogate_targets.goals(), plan.targets.relative_error(verified.values)
         last = OuterIteration(
-            state.surrogate_targets.goals(),
-            means(descent.best.values),
-            means(verified.values),
-            plan.targets.relative_error(verified.values),
-            descent.last.step,
+            goals, means(descent.best.values), means(verified.values), error, descent.last.step
         )
         earlier = min((iteration.relative_error for iteration in state.iterations), default=np.inf)
         state = replace(state, iterations=(*state.iterations, last))

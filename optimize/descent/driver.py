@@ -192,22 +192,20 @@ def descend(
                 on_step(current, best, time.perf_counter() - began)
     except KeyboardInterrupt:
         return DescentResult(best, current, StopReason.INTERRUPTED)
-    if reason is not None:
-        return DescentResult(best, current, reason)
-    met = targets.met(best.values)
-    scheduled = StopReason.CONVERGED if method.patience is None else StopReason.STEP_LIMIT
-    return DescentResult(best, current, scheduled if met else StopReason.SHORT_OF_TARGET)
+    if reason is None:
+        scheduled = StopReason.CONVERGED if method.patience is None else StopReason.STEP_LIMIT
+        reason = scheduled if targets.met(best.values) else StopReason.SHORT_OF_TARGET
+    return DescentResult(best, current, reason)
 
 
 def better(targets: Targets, one: Iterate, other: Iterate) -> Iterate:
     """The iterate with the targets met; of two such the closer look; of none the smaller relative error."""
-    met = [targets.met(iterate.values) for iterate in (one, other)]
-    if met[0] and met[1]:
-        return other if other.cost < one.cost else one
-    if met[0] != met[1]:
-        return one if met[0] else other
-    errors = [targets.relative_error(iterate.values) for iterate in (one, other)]
-    return other if errors[1] < errors[0] else one
+
+    def rank(iterate: Iterate) -> tuple[bool, float]:
+        met = targets.met(iterate.values)
+        return not met, iterate.cost if met else targets.relative_error(iterate.values)
+
+    return min(one, other, key=rank)
 
 
 def _stop_reason(records: Sequence[StepRecord], method: DescentMethod, current: Iterate) -> StopReason | None:

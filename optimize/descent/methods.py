@@ -137,11 +137,7 @@ METHODS: Mapping[str, Method] = {
         look_weight=ADAM_LOOK_WEIGHT,
         seconds=_adam_seconds,
     ),
-    "scaling": Method(
-        "optimize.descent.linear_scaling:LinearScaling",
-        frozenset(),
-        own_steps=1,
-    ),
+    "scaling": Method("optimize.descent.linear_scaling:LinearScaling", frozenset(), own_steps=1),
 }
 """Descent methods by the names that `descent.method` has."""
 

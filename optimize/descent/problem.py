@@ -1,6 +1,7 @@
 """The problem of a descent: a relief, the feel to reach, the look to keep. Touch and sight meet here."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 import tactile
+from optimize.descent.layers import Layers
 from optimize.descent.targets import Targets
 from relief.depth import floor_mm, out_of_reach
 from relief.ground.arrays import Array
@@ -111,6 +113,12 @@ class Problem:
         """Size and sampling of the relief."""
         return self.relief.surface
 
+    @cached_property
+    def layers(self) -> Layers | None:
+        """Whole layers of the relief's printer, which reliefs of a descent are made of; None without one."""
+        printer = self.relief.printer
+        return None if printer is None else Layers(self.heights, printer, self.surface)
+
     @property
     def fast_touch(self) -> bool:
         """Whether touch is by a model that is off by more than the polar sum of roughness is."""
@@ -118,11 +126,7 @@ class Problem:
 
     @one_torch_thread()
     def press(
-        self,
-        heights: Array,
-        start: Array | None = None,
-        gradients: bool = True,
-        steering: bool = False,
+        self, heights: Array, start: Array | None = None, gradients: bool = True, steering: bool = False
     ) -> TouchMeasures:
         """Press on a relief at all places by the model that steers.
 
@@ -135,15 +139,8 @@ class Problem:
         Raises:
             ContactError: the contact does not converge.
         """
-        touches, values, slopes = [], [], list[list[Array]]()
-        for part in batches(self.patches):
-            fields = self.patches.within_reach(heights, part)
-            touch, of_part, of_targets = self._press(
-                fields, None if start is None else start[part], gradients, steering
-            )
-            touches.append(touch)
-            values.append(of_part)
-            slopes.append(of_targets)
+        parts = [self._press(heights, part, start, gradients, steering) for part in batches(self.patches)]
+        touches, values, slopes = zip(*parts, strict=True)
         by_target = [np.concatenate(of_batches) for of_batches in zip(*slopes, strict=True)]
         return touch_measures(touches, values, self.touch, gradients=self._rows(by_target))
 
@@ -157,14 +154,18 @@ class Problem:
         return patches if self.patches.count > 1 else patches[0]
 
     def _press(
-        self, fields: Array, start: Array | None, gradients: bool, steering: bool
+        self, heights: Array, part: slice, start: Array | None, gradients: bool, steering: bool
     ) -> tuple[tactile.Touch, dict[str, Array], list[Array]]:
-        """Press on patches (b, n, n): touch, values (b,) by name, and each target's gradients (b, n, n)."""
-        dtype = self.model.flat_strain.dtype
+        """Press on a part of the patches, (b, n, n).
+
+        Returns:
+            Touch, values (b,) by name, and each target's gradients (b, n, n).
+        """
+        fields, dtype = self.patches.within_reach(heights, part), self.model.flat_strain.dtype
         # A single patch is pressed without a dimension for places.
         shape = fields.shape if self.patches.count > 1 else fields.shape[1:]
         field_ = torch.as_tensor(fields.reshape(shape), dtype=dtype).clone().requires_grad_(gradients)
-        begin = None if start is None else torch.as_tensor(start.reshape(shape), dtype=dtype)
+        begin = None if start is None else torch.as_tensor(start[part].reshape(shape), dtype=dtype)
         touch = self.model.press(field_, begin)
         values, rows = dict[str, Array](), []
         for target in self.targets.each if gradients else ():
@@ -200,8 +201,10 @@ class Problem:
         """The relief (rows, cols), mm, that a step to `moved` makes: within limits, frozen samples unchanged.
 
         Neither eye nor finger knows the plate's own height: a relief of up to 3 mm stays where it was, if
-        there is room. A higher one changes between its top and 3 mm below.
+        there is room. A higher one changes between its top and 3 mm below. A print moves by whole layers.
         """
+        if self.layers is not None:
+            return self.layers.placed(moved)
         if self.heights.max() <= HEIGHT_LIMIT_MM:
             return within_limits(moved - (moved - self.heights).mean())
         kept = np.clip(moved, floor_mm(self.heights), self.heights.max())

@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from relief.ground.arrays import Array
 from tactile.jnd import ROUGHNESS_JND
-from tactile.quantities import (
-    FLAT_SHARE,
-    PLACE_JND,
-    QUANTITIES,
-    Quantity,
-)
+from tactile.quantities import FLAT_SHARE, PLACE_JND, QUANTITIES, Quantity
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +90,7 @@ def _each(values: ArrayLike) -> Array:
 class Targets:
     """The feel to reach: targets to be met together; without any, a relief is measured and not changed."""
 
-    each: tuple[Target, ...] = field(default=())
+    each: tuple[Target, ...] = ()
 
     @classmethod
     def of(cls, tolerance: float, **goals: ArrayLike) -> Targets:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from optimize.descent.gauss_newton.method import GaussNewton
+from optimize.descent.gauss_newton.step_look import StepLook
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
 from relief.relief import Relief
@@ -48,7 +48,7 @@ def test_from_straight_above_beside_other_shapes_and_above_3_mm_heights_stay(
 @pytest.mark.slow
 def test_steps_do_not_see_lifts() -> None:
     scene = load_scene("five_views", {"resolution": str(SIDE)}, relief=Relief(hills(0.6), SIZE_MM))
-    method = GaussNewton(Problem(scene.relief, Skin(), Targets.of(0.01, roughness=0.1), scene))
-    same, lifted = (method._evaluate(scene.heights + lift) for lift in (0.0, 0.1))
+    look = StepLook(Problem(scene.relief, Skin(), Targets.of(0.01, roughness=0.1), scene))
+    same, lifted = (look.evaluate(scene.heights + lift) for lift in (0.0, 0.1))
     for one, other in zip(same, lifted, strict=True):
         np.testing.assert_allclose(one.pictures, other.pictures, atol=2e-3 * one.pictures.max())

@@ -25,7 +25,7 @@ RESIDUAL, MOST_ITERATIONS = 0.02, 30
 
 
 def broad_cells(
-    shape: tuple[int, int], pitch: float, weight: float, around: tuple[bool, bool]
+    shape: tuple[int, int], pitch: float, weight: float, periodic: tuple[bool, bool]
 ) -> sp.csr_matrix:
     """Matrix (cells, pixels) whose product with a change of a picture is, squared and summed, its broad part.
 
@@ -36,10 +36,10 @@ def broad_cells(
         shape: (rows, cols) of the picture.
         pitch: distance of the cells, pixels.
         weight: of a broad change beside the same change of every pixel.
-        around: whether the picture goes on as itself beyond its first and last row, and column.
+        periodic: whether the picture goes on as itself beyond its first and last row, and column.
     """
     rows, cols = (
-        _splines(n, max(FEWEST, round(n / pitch)), own) for n, own in zip(shape, around, strict=True)
+        _splines(n, max(FEWEST, round(n / pitch)), own) for n, own in zip(shape, periodic, strict=True)
     )
     means = sp.csr_matrix(sp.kron(rows, cols))
     pixels = np.asarray(means.sum(axis=1)).ravel()
@@ -47,11 +47,11 @@ def broad_cells(
     return sp.csr_matrix(sp.diags(np.sqrt(weight / pixels[kept])) @ means[kept])
 
 
-def _splines(length: int, count: int, around: bool) -> sp.csr_matrix:
+def _splines(length: int, count: int, periodic: bool) -> sp.csr_matrix:
     """(splines, length) quadratic splines along an axis, `count` on its length, which add up to one."""
     at = (np.arange(length) + 0.5) * count / length
     away = at - (np.arange(-1, count + 1) + 0.5)[:, None]
-    if around:
+    if periodic:
         away = (away[1:-1] + 0.5 * count) % count - 0.5 * count
     away = np.abs(away)
     return sp.csr_matrix(np.where(away < 0.5, 0.75 - away**2, 0.5 * np.clip(1.5 - away, 0.0, None) ** 2))

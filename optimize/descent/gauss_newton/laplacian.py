@@ -6,15 +6,15 @@ import scipy.sparse as sp
 
 def laplacian(shape: tuple[int, int], repeats: tuple[bool, bool] = (False, False)) -> sp.csr_matrix:
     """Graph Laplacian of the height samples, positive semi-definite; axes that repeat go around."""
-    rows, cols = (_differences(n, around) for n, around in zip(shape, repeats, strict=True))
+    rows, cols = (_differences(n, axis) for n, axis in zip(shape, repeats, strict=True))
     return sp.csr_matrix(
         sp.kron(rows.T @ rows, sp.identity(shape[1])) + sp.kron(sp.identity(shape[0]), cols.T @ cols)
     )
 
 
-def _differences(n: int, around: bool = False) -> sp.csr_matrix:
+def _differences(n: int, periodic: bool = False) -> sp.csr_matrix:
     inner = sp.csr_matrix(sp.diags([-np.ones(n - 1), np.ones(n - 1)], [0, 1], shape=(n - 1, n)))
-    if not around:
+    if not periodic:
         return inner
     seam = sp.csr_matrix(([1.0, -1.0], ([0, 0], [0, n - 1])), shape=(1, n))
     return sp.vstack([inner, seam], format="csr")

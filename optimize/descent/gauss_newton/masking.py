@@ -11,7 +11,7 @@ LEAST_LEVEL = 0.1
 """Share of the mean picture that is added to the local mean: deep shadow has no contrast to hide in."""
 
 
-def masking_weights(pictures: Array, strength: float, around: tuple[bool, bool] = (False, False)) -> Array:
+def masking_weights(pictures: Array, strength: float, periodic: tuple[bool, bool] = (False, False)) -> Array:
     """Weights 1 / (1 + strength * contrast / mean contrast), with mean 1 over each picture.
 
     The contrast is the local standard deviation over the local mean.
@@ -19,20 +19,18 @@ def masking_weights(pictures: Array, strength: float, around: tuple[bool, bool] 
     Args:
         pictures: (conditions, rows, cols) to keep.
         strength: not negative; 0 gives ones.
-        around: whether pictures go on as themselves beyond their first and last row, and column.
+        periodic: whether pictures go on as themselves beyond their first and last row, and column.
 
     Returns:
         (conditions, rows, cols).
     """
-    if strength == 0.0:
-        return np.ones_like(pictures)
-    return np.stack([_weights(picture, strength, around) for picture in pictures])
+    return np.stack([_weights(picture, strength, periodic) for picture in pictures])
 
 
-def _weights(picture: Array, strength: float, around: tuple[bool, bool]) -> Array:
+def _weights(picture: Array, strength: float, periodic: tuple[bool, bool]) -> Array:
     if not picture.any():
         return np.ones_like(picture)  # black, as under a light from below
-    ends = ["wrap" if wraps else "nearest" for wraps in around]
+    ends = ["wrap" if wraps else "nearest" for wraps in periodic]
     mean = gaussian_filter(picture, RADIUS, mode=ends)
     spread = np.sqrt(gaussian_filter(np.square(picture - mean), RADIUS, mode=ends))
     contrast = spread / (mean + LEAST_LEVEL * picture.mean())

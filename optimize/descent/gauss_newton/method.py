@@ -14,69 +14,32 @@ neighbouring places feel nearly the same relief; `gauss_newton.forces` bounds th
 places apart.
 """
 
-from __future__ import annotations
-
 import math
+from collections import defaultdict
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import NamedTuple, Self
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
-import scipy.sparse as sp
 import torch
 
 from optimize.descent.driver import PRESSURES, ArraySchema, Iterate
-from optimize.descent.gauss_newton.broad import CELL_MM, broad_cells
-from optimize.descent.gauss_newton.equations import (
-    Response,
-    System,
-    picture_weight,
-    response_of,
-    stacked,
-    with_product,
-)
+from optimize.descent.gauss_newton.equations import Response, System, response_of
 from optimize.descent.gauss_newton.forces import BoundedTargetForces
 from optimize.descent.gauss_newton.laplacian import laplacian
-from optimize.descent.gauss_newton.layers import HEIGHTS, PATIENCE, WEIGHT, Layers
-from optimize.descent.gauss_newton.masking import masking_weights
-from optimize.descent.gauss_newton.other_fingers import FingersFelt, OtherFingers
-from optimize.descent.gauss_newton.trust import (
-    LARGEST_SHARE,
-    LEAST_FROM_SIDES,
-    LEAST_SHARE,
-    MOST_DAMPING,
-    Trust,
-)
-from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
+from optimize.descent.gauss_newton.step_look import Look, StepLook
+from optimize.descent.gauss_newton.terms import TERMS
+from optimize.descent.gauss_newton.trust import LARGEST_SHARE, LEAST_FROM_SIDES, LEAST_SHARE, SCHEMA, Trust
 from optimize.descent.methods import MethodSettings
-from optimize.descent.problem import Problem, change_percent
+from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason
 from relief.ground.arrays import Array
 from relief.ground.progress import stage
 from tactile.measures import TouchMeasures
 from tactile.quantities import Values
-from visual.exact.discontinuities import EdgeSamples
-from visual.exact.view import Pictures
-from visual.looks import FixedSamples
 
-SMOOTHING = 10.0
-"""Weight of the differences between neighbouring samples in the damping."""
-ROUGHENING = 3.0
-"""Bending weight beta. Bending keeps waves of two samples, which pictures do not show, out of the relief."""
 LARGEST_STEP_MM = 0.2
 """Largest change of a height by one step, mm."""
-REFINEMENT, STRATA = 2, 2
-"""Resolution of a step's pictures in units of the film's, and samples along a pixel's side. As many rays as
-4 x 4 samples at the film's own resolution; waves of two pixels show, the system is sparser, and the look
-holds at both resolutions."""
-SIDE_REFINEMENT, SIDE_STRATA = 1, 3
-"""The same where a camera does not look straight down. A rising face moves in such a picture, and its edge
-changes one pixel until it reaches the next: finer pixels give shorter steps. Gravel at +2 JND in the scene
-`in-hand` takes 27 steps and 127 CPU s at twice the film's resolution, 5 steps and 21 CPU s at its own."""
-EDGE_SAMPLES = EdgeSamples(shadows=2, visibility=4)
-"""Samples along moving edges: their motion is then about as noisy as these pictures."""
-DIRECTIONS = 16
-"""Parallel lights that stand for each light that is not parallel."""
 REFUSED, ATTEMPTS = 0.75, 4
 """Prediction error, as a share of the step, above which a step is tried again, shorter; and most tries."""
 CLOSE, PRESSES = 0.25, 5
@@ -95,87 +58,38 @@ value. By the fast look, the promise is right within 1 % of the change once targ
 promises 2 to 7 % more than comes, because shadows' edges jump, so that its last step is mostly taken."""
 
 
-class _LinearStep(NamedTuple):
-    """A step by the linear model.
+@dataclass
+class _Evaluation:
+    """The current iterate; of a relief of whole layers, all belongs to the heights before rounding.
 
     Attributes:
-        wanted: (constraints,) change of the targets.
-        slopes: (constraints, constraints) of the targets by the forces.
-        forces: (constraints,) on the targets.
-        change: (heights,) mm.
-    """
-
-    wanted: Array
-    slopes: Array
-    forces: Array
-    change: Array
-
-
-class _Evaluation(NamedTuple):
-    """The current iterate: pictures with their Jacobians, and touch with its gradients.
-
-    Of a relief of whole layers, these belong to the heights before rounding, and `values` to the rounded.
+        heights: (rows, cols) mm.
+        look: pictures with their Jacobians.
+        touch: with gradients.
+        equations: of the step from here, and their solution; None until they are needed.
     """
 
     heights: Array
-    look: tuple[Pictures, ...]
+    look: Look
     touch: TouchMeasures
-    values: dict[str, Array]
-    others: FingersFelt | None
+    equations: tuple[System, Response] | None = None
 
 
 class GaussNewton:
     """Gauss-Newton as a descent method (`optimize.descent.driver.DescentMethod`)."""
 
-    patience: int | None = 1
-
     def __init__(self, problem: Problem) -> None:
         # Steps need far fewer digits than the verification, which is in double precision.
-        problem = replace(problem, precision=problem.precision or torch.float32)
-        self._problem = problem
+        self._problem = problem = replace(problem, precision=problem.precision or torch.float32)
         targets = problem.targets.each
         self._target_forces = BoundedTargetForces(targets)
         self._slopes_hold = all(target.quantity.slope_holds for target in targets)
-        aslant = problem.scene.passes_from_sides > 0
-        self._least_share = LEAST_FROM_SIDES if aslant else LEAST_SHARE
-        refinement, strata = (SIDE_REFINEMENT, SIDE_STRATA) if aslant else (REFINEMENT, STRATA)
-        resolution = refinement * max(problem.scene.resolution)
-        samples = FixedSamples(resolution, problem.seed, strata, EDGE_SAMPLES, DIRECTIONS)
-        self._views = problem.scene.look(problem.look).views(samples)
-        self._layers = None
-        if problem.relief.printer is not None:
-            self._layers = Layers(problem.heights, problem.relief.printer, problem.surface)
-        self.patience = 1 if self._layers is None else PATIENCE
-        overhead = all(view.overhead for view in self._views)
-        self._around = problem.relief.repeats if overhead else (False, False)
-        # With the Jacobian, because the first step mostly starts here.
-        original = self._evaluate(problem.heights)
-        self._original: tuple[Pictures, ...] | None = original
-        target = np.concatenate([of_view.pictures for of_view in original])
-        self._unit = 1.0 / target.mean()
-        self._target = target * self._unit
-        # Steps by windows have no more digits.
-        precision = np.float32 if problem.heights.size > MOST_AT_ONCE else np.float64
-        self._smooth = picture_weight(target.shape[1:], problem.regularisation, self._around).astype(
-            precision
-        )
-        self._differences = laplacian(problem.heights.shape, problem.relief.repeats)
-        self._weights = problem.look_weight * problem.scene.weights * problem.heights.size / target[0].size
-        self._roots = np.sqrt(masking_weights(target, problem.masking, self._around))
-        self._plate = problem.plate_weights(self._target)
-        self._cells = self._broad_cells() if problem.broad else None
-        self._current: _Evaluation | None = None
-        self._equations: tuple[Iterate, System, Response] | None = None
-        # Pixels that change as a whole, by the weights that they have in the sum.
-        pixels = float(self._weights.sum()) * float((self._plate > 0.0).mean()) * self._target[0].size
-        self._others = None if problem.fingers is None else OtherFingers(problem, problem.fingers, pixels)
-        self._look_alone = self._layers is None and self._others is None
-
-    def _broad_cells(self) -> sp.csr_matrix:
-        """The broad cells of a step's pictures, all alike."""
-        scene, shape = self._problem.scene, self._target.shape[1:]
-        pixels_per_mm = float(np.mean(scene.pixels_per_mm())) * max(shape) / max(scene.resolution)
-        return broad_cells(shape, CELL_MM * pixels_per_mm, self._problem.broad, self._around)
+        self._least_share = LEAST_FROM_SIDES if problem.scene.passes_from_sides > 0 else LEAST_SHARE
+        self._look = StepLook(problem)
+        self._terms = [term(problem, self._look) for term, counts in TERMS.items() if counts(problem)]
+        self._predictable = all(term.predictable for term in self._terms)
+        self.patience: int | None = max(term.patience for term in self._terms)
+        self._laplacian = laplacian(problem.heights.shape, problem.relief.repeats)
 
     @classmethod
     def of_run(cls, problem: Problem, steps: int, settings: MethodSettings) -> Self:
@@ -184,149 +98,108 @@ class GaussNewton:
 
     @staticmethod
     def checkpoint_schema(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, ArraySchema]:
-        """Trust, and pressures as a start of the next contacts; see `MethodClass`."""
-        trust = ArraySchema((2,), LEAST_SHARE, MOST_DAMPING)
-        fingers = {"fingers": PRESSURES} if "fingers" in memory else {}
-        return {"trust": trust, "pressure": PRESSURES, **fingers, **Layers.checkpoint_schema(heights, memory)}
+        """Trust, pressures as a start of the next contacts, and arrays of the terms; see `MethodClass`."""
+        schema = {"trust": SCHEMA, "pressure": PRESSURES}
+        for term in TERMS:
+            if (own := term.checkpoint_schema(heights)).keys() & memory.keys():
+                schema |= own
+        return schema
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """The iterate at these heights; see the protocol."""
-        weight = 0.0
-        if self._layers is not None and HEIGHTS in memory:
-            heights, weight = memory[HEIGHTS], float(memory[WEIGHT][0])
+        for term in self._terms:
+            heights = term.begin(heights, memory)
         touch = self._press(heights, memory.get("pressure"))
         bounded = self._target_forces
-        rising = self._look_alone and self._slopes_hold and bounded.rising(bounded.values(touch.values))
+        rising = self._predictable and self._slopes_hold and bounded.rising(bounded.values(touch.values))
         trust = Trust(*memory["trust"]) if "trust" in memory else Trust.first(rising)
-        return self._iterate_at(step, heights, touch, trust, memory.get("fingers"), weight)
+        return self._iterate_at(step, heights, touch, trust)
 
     def advance(self, iterate: Iterate) -> Iterate:
         """The iterate after one more step, shortened until the targets follow their prediction."""
-        assert self._current is not None
-        start, _, touch, felt, _ = self._current
-        trust, weight = Trust(*iterate.memory["trust"]), self._next_weight(iterate)
+        trust, felt = Trust(*iterate.memory["trust"]), iterate.values
         system, response = self._solved(iterate)
-        self._equations = None
+        self._current.equations = None
         for attempt in range(ATTEMPTS):
             if attempt:
                 response = self._response(system, trust)
-            heights, after, error = self._step(start, touch, felt, response, trust.share)
+            heights, after, error = self._step(felt, response, trust.share)
             distance = self._target_forces.distance(self._target_forces.values(felt))
             trust = trust.after(error, min(trust.share, distance), self._least_share)
-            if error <= REFUSED or attempt == ATTEMPTS - 1:
+            if error <= REFUSED:
                 break
         if after.gradients.size == 0:
             after = self._press(heights, after.pressure)
         # Jacobians and equations of a large surface take GB, which those of the next iterate need.
-        del system, response
-        self._current = None
-        return self._iterate_at(
-            iterate.step + 1, heights, after, trust, iterate.memory.get("fingers"), weight
-        )
+        del system, response, self._current
+        return self._iterate_at(iterate.step + 1, heights, after, trust)
 
     def reason_to_stop(self, iterate: Iterate) -> StopReason | None:
         """Converged where a met target's next step promises less than `LEAST_GAIN`; see the protocol.
 
-        Layers and other fingers draw a step to more than the look: their steps are taken, not predicted.
+        Steps with terms that are not predictable, such as layers and other fingers, are always taken.
         """
-        assert self._current is not None
-        heights, look, touch, felt, _ = self._current
-        if not (self._look_alone and self._problem.targets.met(felt)):
+        if not (self._predictable and self._problem.targets.met(iterate.values)):
             return None
+        heights, look = self._current.heights, self._current.look
         _, response = self._solved(iterate)
-        change = self._linear_step(touch, felt, response, Trust(*iterate.memory["trust"]).share).change
-        if self._predicted_change(heights, look, change) <= (1.0 - LEAST_GAIN) * iterate.cost:
+        *_, forces = self._linear_step(iterate.values, response, Trust(*iterate.memory["trust"]).share)
+        change = response.change(forces)
+        costs = self._costs(heights + change.reshape(heights.shape), self._look.predicted(look, change))
+        if replace(iterate, **costs).cost <= (1.0 - LEAST_GAIN) * iterate.cost:
             return None
-        self._equations = None  # Of a large surface, they take a GB that verification needs.
+        self._current.equations = None  # Of a large surface, they take a GB that verification needs.
         return StopReason.CONVERGED
 
     def _solved(self, iterate: Iterate) -> tuple[System, Response]:
         """The equations of the step from the current iterate, and their solution; kept for that step."""
-        assert self._current is not None
-        if self._equations is None or self._equations[0] is not iterate:
-            system = self._system(self._current.heights, self._current.look, self._next_weight(iterate))
-            self._equations = iterate, system, self._response(system, Trust(*iterate.memory["trust"]))
-        return self._equations[1:]
+        if self._current.equations is None:
+            system = self._system(self._current, iterate)
+            self._current.equations = system, self._response(system, Trust(*iterate.memory["trust"]))
+        return self._current.equations
 
     def _response(self, system: System, trust: Trust) -> Response:
-        assert self._current is not None
-        _, _, touch, _, others = self._current
-        soft_targets = None if others is None else others.soft_targets()
-        return response_of(system, trust.damping, touch.gradients, self._problem.patches, soft_targets)
+        return response_of(system, trust.damping, self._current.touch.gradients, self._problem.patches)
 
-    def _next_weight(self, iterate: Iterate) -> float:
-        """The weight of whole layers in the step from an iterate."""
-        if self._layers is None:
-            return 0.0
-        return self._layers.next_weight(
-            float(iterate.memory[WEIGHT][0]), self._problem.targets.met(iterate.values)
-        )
+    def _costs(self, relief: Array, pictures: Array) -> dict[str, Any]:
+        """Numbers of all terms by fields of `Iterate`, %; terms that share a field add up as squares."""
+        costs = defaultdict[str, list[float]](list)
+        for term in self._terms:
+            for field, cost in term.costs(relief, pictures).items():
+                costs[field].append(cost)
+        return {field: math.hypot(*each) for field, each in costs.items()}
 
-    def _predicted_change(self, heights: Array, look: tuple[Pictures, ...], change: Array) -> float:
-        """Cost of the look after a step (heights,), by the Jacobians: rms, broad part and shape, %."""
-        conditions = [pair for of in look for pair in zip(of.jacobians, of.pictures, strict=True)]
-        pictures = np.array([picture + (j @ change).reshape(picture.shape) for j, picture in conditions])
-        moved = heights + change.reshape(heights.shape)
-        return math.hypot(*self._changes(pictures * self._unit)[1:], self._shape_percent(moved))
+    def _linear_step(self, felt: Values, response: Response, share: float) -> tuple[Array, Array, Array]:
+        """Change of the targets towards their goals, by at most a share of their values, and what makes it.
 
-    def _shape_percent(self, heights: Array) -> float:
-        """Change of the relief, rms, in the % of picture change that it counts as."""
-        return 100.0 * self._problem.shape * float(self._risen(heights).std())
+        Returns:
+            The change (constraints,), the slopes of the targets by forces (constraints, constraints), and the
+            forces (constraints,).
+        """
+        gradients, bounded = self._current.touch.gradients, self._target_forces
+        wanted, slopes = bounded.wanted(bounded.values(felt), share), response.slopes(gradients)
+        return wanted, slopes, bounded.forces(slopes, wanted - gradients @ response.unconstrained_step)
 
-    def _risen(self, heights: Array) -> Array:
-        """(rows, cols) mm by which a relief differs from the original, but for a lift of the whole."""
-        risen = heights - self._problem.heights
-        return np.asarray(risen - risen.mean())
-
-    def _changes(self, pictures: Array) -> tuple[float, float, float]:
-        """Mean, rms and broad change of the pictures of a step, in % of the mean original."""
-        weights = self._problem.scene.weights
-        mean, rms = change_percent(pictures, self._target, self._plate, weights)
-        return mean, rms, self._broad_percent(pictures - self._target)
-
-    def _broad_percent(self, difference: Array) -> float:
-        """Broad change of pictures (conditions, rows, cols) by its weight, rms in % of the mean original."""
-        if self._cells is None:
-            return 0.0
-        weights = self._problem.scene.weights
-        in_cells = self._cells @ difference.reshape(len(difference), -1).T
-        square = weights / weights.sum() @ np.square(in_cells).sum(axis=0) / self._plate[0].size
-        mean = (self._plate * (weights / weights.mean())[:, None, None] * self._target).mean()
-        return 100.0 * float(np.sqrt(square) / mean)
-
-    def _linear_step(
-        self, touch: TouchMeasures, felt: Values, response: Response, share: float
-    ) -> _LinearStep:
-        """The step that changes the targets towards their goals, by at most a share of their values."""
-        bounded, (unconstrained, responses) = self._target_forces, response
-        wanted = bounded.wanted(bounded.values(felt), share)
-        gradients = touch.gradients
-        slopes = gradients @ responses if isinstance(responses, np.ndarray) else responses.under(gradients)
-        forces = bounded.forces(slopes, wanted - touch.gradients @ unconstrained)
-        return _LinearStep(wanted, slopes, forces, unconstrained + responses @ forces)
-
-    def _step(
-        self, start: Array, touch: TouchMeasures, felt: Values, response: Response, share: float
-    ) -> tuple[Array, TouchMeasures, float]:
+    def _step(self, felt: Values, response: Response, share: float) -> tuple[Array, TouchMeasures, float]:
         """The step that changes the targets as wanted: pressed on, and its forces on the targets corrected.
 
         Returns:
             The relief with the smallest prediction error; its touch, with gradients if no correction was
             needed; that error as a share of the change wanted.
         """
-        problem, bounded, (unconstrained, responses) = self._problem, self._target_forces, response
+        problem, bounded = self._problem, self._target_forces
+        start, touch = self._current.heights, self._current.touch
         values, gradients = bounded.values(touch.values), touch.gradients
-        wanted, slopes, forces, change = self._linear_step(touch, felt, response, share)
+        wanted, slopes, forces = self._linear_step(felt, response, share)
         # Forces of several touches give way: what the slopes promise is what can be expected of them.
-        expected = gradients @ change if bounded.several else wanted
+        expected = gradients @ response.change(forces) if bounded.several else wanted
         best, before = (start, touch, np.inf), None
         # After a longer step others follow, which correct its touch with their own.
         arriving = bounded.arriving(bounded.values(felt), min(share, LARGEST_SHARE))
         for press in range(SEVERAL_PRESSES if bounded.several else PRESSES):
-            change = unconstrained + responses @ forces
+            change = response.change(forces)
             scale = min(1.0, LARGEST_STEP_MM / max(np.abs(change).max(), 1e-12))
-            moved = start + scale * change.reshape(start.shape)
-            heights = problem.placed(moved) if self._layers is None else self._layers.placed(moved)
+            heights = problem.placed(start + scale * change.reshape(start.shape))
             # The first press mostly is the last: it comes with the gradients that the next step needs.
             after = self._press(heights, best[1].pressure, gradients=press == 0)
             changed = bounded.values(after.values) - values
@@ -354,95 +227,30 @@ class GaussNewton:
     def _press(self, heights: Array, start: Array | None, gradients: bool = True) -> TouchMeasures:
         return self._problem.press(heights, start, gradients, steering=True)
 
-    def _evaluate(self, heights: Array) -> tuple[Pictures, ...]:
-        seen = self._problem.scene.levelled(heights)
-        return tuple(view.evaluate(seen, edges=self._problem.shadow_edges) for view in self._views)
-
-    def _iterate_at(
-        self,
-        step: int,
-        heights: Array,
-        touch: TouchMeasures,
-        trust: Trust,
-        fingers: Array | None,
-        weight: float,
-    ) -> Iterate:
-        unmoved = np.array_equal(heights, self._problem.heights)
-        look = self._original if unmoved else None
-        self._original = None
-        if look is None:
-            look = self._evaluate(heights)
-        shown = look
-        relief, felt, kept = heights, touch, dict[str, Array]()
-        if self._layers is not None:
-            kept = {HEIGHTS: heights, WEIGHT: np.array([weight])}
-            if not unmoved:
-                relief = self._layers.rounded(heights)
-                felt = self._problem.press(relief, touch.pressure, gradients=False)
-                seen = self._problem.scene.levelled(relief)
-                shown = tuple(view.evaluate(seen, jacobian=False) for view in self._views)
-        others = None if self._others is None else self._others.press(relief, fingers)
-        self._current = _Evaluation(heights, look, touch, felt.values, others)
-        if others is not None:
-            kept["fingers"] = others.pressure
-        pictures = np.concatenate([of_view.pictures for of_view in shown]) * self._unit
-        mean, rms, broad = self._changes(pictures)
-        return Iterate(
-            step,
-            relief,
-            felt.values,
-            felt.contact_fraction,
-            mean,
-            rms,
-            {"trust": np.array(trust), "pressure": touch.pressure, **kept},
-            fingers=0.0 if others is None else others.percent,
-            broad=broad,
-            shape=self._shape_percent(relief),
-        )
+    def _iterate_at(self, step: int, heights: Array, touch: TouchMeasures, trust: Trust) -> Iterate:
+        problem = self._problem
+        look = self._look.evaluate_step(heights)
+        relief, felt, shown = heights, touch, look
+        if problem.layers is not None and not np.array_equal(heights, problem.heights):
+            relief = problem.layers.rounded(heights)
+            felt = problem.press(relief, touch.pressure, gradients=False)
+            shown = self._look.evaluate(relief, jacobian=False)
+        memory = {"trust": np.array(trust), "pressure": touch.pressure}
+        for term in self._terms:
+            memory |= term.measure(heights, relief)
+        self._current = _Evaluation(heights, look, touch)
+        costs = self._costs(relief, self._look.pictures(shown))
+        return Iterate(step, relief, felt.values, felt.contact_fraction, memory=memory, **costs)
 
     @stage("collecting the equations of a step")
-    def _system(self, heights: Array, look: tuple[Pictures, ...], weight: float = 0.0) -> System:
-        """The undamped least squares of the look and, by a weight, of layers; the matrix of the damping."""
-        problem = self._problem
-        differences = self._differences
-        bend = (ROUGHENING * (differences.T @ differences)).tocsr().astype(self._smooth.dtype)
-        matrix = 2.0 * bend
-        load = -2.0 * (bend @ (heights - problem.heights).ravel())
-        conditions = [pair for of in look for pair in zip(of.jacobians, of.pictures, strict=True)]
-        terms = zip(conditions, self._target, self._weights, self._roots, strict=True)
-        # One product of all conditions saves adding up those of each, but takes more memory.
-        at_once = 1 if heights.size > MOST_AT_ONCE else len(conditions)
-        scaled, weighted, broad = list[sp.csr_matrix](), list[sp.csr_matrix](), list[sp.csr_matrix]()
-        for number, ((jacobian, picture), target, of_light, root) in enumerate(terms, 1):
-            share = np.sqrt(of_light) * self._unit
-            one, difference = share * jacobian, (share * picture - np.sqrt(of_light) * target).ravel()
-            if self._cells is not None:
-                broad.append((self._cells @ one).astype(self._smooth.dtype))
-                load -= broad[-1].T @ (self._cells @ difference)
-            if problem.masking:
-                one, difference = sp.diags(root.ravel()) @ one, root.ravel() * difference
-            scaled.append(one.astype(self._smooth.dtype))
-            weighted.append(self._smooth @ scaled[-1])
-            load -= weighted[-1].T @ difference
-            if number % at_once == 0:
-                # Transposed into rows: else the product would turn the larger factor into columns.
-                by_height = stacked(scaled).T.tocsr()
-                matrix = with_product(matrix, by_height, stacked(weighted))
-                scaled.clear()
-                weighted.clear()
-        identity = sp.identity(heights.size, format="csr")
-        if self._layers is not None:
-            matrix = matrix + 2.0 * weight * identity
-            load += 2.0 * weight * self._layers.to_nearest(heights)
-        damping = 2.0 * (identity + SMOOTHING * differences)
-        if problem.shape:
-            stiffness = problem.look_weight * problem.shape**2
-            matrix = matrix + stiffness * identity
-            load -= stiffness * self._risen(heights).ravel()
-        if problem.frozen is not None:
-            # Equations of frozen samples say that they do not change, and no other has them.
-            stay = problem.frozen.ravel()
-            free, load = sp.diags((~stay).astype(np.float64)), np.where(stay, 0.0, load)
-            matrix, damping = free @ matrix @ free + sp.diags(stay.astype(np.float64)), free @ damping @ free
-            broad = [rows @ free for rows in broad]
-        return System(matrix, damping, load, stacked(broad) if broad else None)
+    def _system(self, start: _Evaluation, iterate: Iterate) -> System:
+        """The equations of the step from an iterate, of all terms."""
+        change = start.heights - self._problem.heights
+        system = System.of_bending(change, self._laplacian, self._look.precision)
+        for residual in self._look.residuals(start.look):
+            for term in self._terms:
+                term.add_residual(system, residual)
+        for term in self._terms:
+            term.add(system, start.heights, iterate)
+        system.finish(self._problem.frozen)
+        return system

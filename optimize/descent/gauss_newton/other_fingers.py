@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 import torch
 
-from optimize.descent.problem import FingerRange, Problem
+from optimize.descent.problem import Problem
 from relief.ground.arrays import Array
 from relief.ground.threads import one_torch_thread
 from relief.patches import STEERING_SAMPLES, Patches
@@ -90,13 +90,13 @@ class OtherFingers:
     """The fingers about the steered one, by the model that steers.
 
     Args:
-        problem: with the steered finger; its heights are the original.
-        wanted: of the other fingers.
+        problem: with the steered finger and the range of the others; its heights are the original.
         pixels: number of pixels of the look, with their weights, that count as a whole.
     """
 
-    def __init__(self, problem: Problem, wanted: FingerRange, pixels: float) -> None:
-        skin, patches = problem.skin, problem.patches
+    def __init__(self, problem: Problem, pixels: float) -> None:
+        skin, patches, wanted = problem.skin, problem.patches, problem.fingers
+        assert wanted is not None
         spread = np.linspace(0, patches.count - 1, min(patches.count, MOST_PLACES)).round().astype(int)
         self._free = problem.free
         self._patches = Patches(problem.surface, patches.places[spread], STEERING_SAMPLES, skin.patch_mm)

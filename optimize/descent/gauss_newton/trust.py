@@ -6,6 +6,8 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from optimize.descent.driver import ArraySchema
+
 DAMPING = 1.0
 """Damping mu of the first step towards smoother goals, for pictures in units of their mean and heights in mm,
 one pixel a sample."""
@@ -26,6 +28,8 @@ RAISED, EASED = 8.0, 0.25
 that), and fall. A fall by 0.5 made brick take two more steps for its last and smallest changes."""
 LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e4
 """Bounds of the damping mu."""
+SCHEMA = ArraySchema((2,), LEAST_SHARE, MOST_DAMPING)
+"""What damping and share have to be in a checkpoint."""
 
 
 class Trust(NamedTuple):

@@ -154,8 +154,8 @@ def windowed_response(
     load: Array,
     gradients: sp.csr_matrix,
     patches: Patches,
+    low_rank: sp.csr_matrix | None = None,
     core: int = CORE,
-    broad: sp.csr_matrix | None = None,
 ) -> tuple[Array, WindowColumns]:
     """Solve `matrix x = load`, and `matrix y = gradient` for each target at each place, window by window.
 
@@ -164,8 +164,8 @@ def windowed_response(
         load: (samples,).
         gradients: (targets * places, samples), target by target; each row is zero beyond its patch.
         patches: of the surface, one at each place.
+        low_rank: (k, samples), whose product with itself is added to the matrix.
         core: largest side of a core, samples.
-        broad: (cells, samples), whose product with itself is added to the matrix.
 
     Returns:
         x (samples,) and the y as columns (samples, targets * places).
@@ -180,10 +180,8 @@ def windowed_response(
     with stage("solving for a step, window by window", len(each)) as advance:
         for window in each:
             own = np.flatnonzero(np.isin(middle, window.samples[window.core]))
-            solve = with_rows(
-                factorised(matrix[window.samples][:, window.samples], single=True),
-                None if broad is None else broad[:, window.samples],
-            )
+            rows = None if low_rank is None else low_rank[:, window.samples]
+            solve = with_rows(factorised(matrix[window.samples][:, window.samples], single=True), rows)
             solved = solved_sides(solve, load[window.samples], gradients[own][:, window.samples])
             unconstrained[window.samples[window.core]] = solved[0, window.core]
             parts.append(_Columns(window.samples, own, solved[1:]))

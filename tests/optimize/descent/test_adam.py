@@ -8,12 +8,13 @@ import torch
 
 import tactile
 from optimize.descent import energies
-from optimize.descent.adam import AdamDescent, AdamSettings, Moments
+from optimize.descent.adam import AdamDescent, Moments
 from optimize.descent.driver import check_memory, descend
 from optimize.descent.methods import ADAM_LOOK_WEIGHT
 from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
+from optimize.settings.run_file import DescentSettings
 from tactile.measures import TouchMeasures
 from tests.optimize.conftest import ProblemWith
 from tests.optimize.descent.one_touch import one_touch
@@ -30,7 +31,7 @@ def quick(problem_with: ProblemWith, original: TouchMeasures) -> Problem:
 
 
 def test_the_first_steps_go_toward_the_target(quick: Problem) -> None:
-    method = AdamDescent(quick, AdamSettings(100))
+    method = AdamDescent(quick, 100, DescentSettings())
     at = method.begin(0, quick.heights, {})
     roughness = [at.means["roughness"]]
     for _ in range(3):
@@ -45,7 +46,7 @@ def test_the_first_steps_go_toward_the_target(quick: Problem) -> None:
 def test_forty_steps_reach_the_papers_tolerance(problem_with: ProblemWith, original: TouchMeasures) -> None:
     targets = Targets.of(PAPER_TOLERANCE, roughness=tactile.jnd_scaled(original.means["roughness"], -2))
     problem = replace(problem_with(targets), look_weight=ADAM_LOOK_WEIGHT)
-    method = AdamDescent(problem, AdamSettings(40))
+    method = AdamDescent(problem, 40, DescentSettings())
     descent = descend(method, targets, method.begin(0, problem.heights, {}), 40)
     assert descent.reason is StopReason.CONVERGED
     assert targets.relative_error(descent.last.values) < PAPER_TOLERANCE
@@ -56,7 +57,7 @@ def test_both_targets_are_approached_together(quick: Problem, original: TouchMea
     area = Targets.of(PAPER_TOLERANCE, contact_area_mm2=0.9 * original.means["contact_area_mm2"])
     targets = Targets((*quick.targets.each, *area.each))
     problem = replace(quick, targets=targets)
-    method = AdamDescent(problem, AdamSettings(100))
+    method = AdamDescent(problem, 100, DescentSettings())
     start = at = method.begin(0, problem.heights, {})
     for _ in range(3):
         at = method.advance(at)
@@ -66,11 +67,11 @@ def test_both_targets_are_approached_together(quick: Problem, original: TouchMea
 
 @pytest.mark.slow
 def test_it_goes_on_from_its_memory_as_if_it_had_not_stopped(quick: Problem) -> None:
-    first = AdamDescent(quick, AdamSettings(6))
+    first = AdamDescent(quick, 6, DescentSettings())
     middle = first.begin(0, quick.heights, {})
     for _ in range(2):
         middle = first.advance(middle)
-    second = AdamDescent(quick, AdamSettings(6))
+    second = AdamDescent(quick, 6, DescentSettings())
     resumed = second.begin(2, middle.heights, middle.memory)
     straight = middle
     for _ in range(2):
@@ -80,7 +81,7 @@ def test_it_goes_on_from_its_memory_as_if_it_had_not_stopped(quick: Problem) -> 
 
 
 def test_an_iterate_is_not_changed_by_later_steps(quick: Problem) -> None:
-    method = AdamDescent(quick, AdamSettings(6))
+    method = AdamDescent(quick, 6, DescentSettings())
     start = method.begin(0, quick.heights, {})
     first = method.advance(start)
     for reached in (start, first):
@@ -107,7 +108,7 @@ def test_its_direction_is_that_of_torch() -> None:
 def test_the_energies_of_a_step_are_those_of_the_paper(
     quick: Problem, samples: int | None, smoothing: float
 ) -> None:
-    method = AdamDescent(replace(quick, samples=samples), AdamSettings(20, smoothing=smoothing))
+    method = AdamDescent(replace(quick, samples=samples), 20, DescentSettings(smoothing=smoothing))
     at = method.begin(0, quick.heights, {})
     goal = quick.targets.goals()["roughness"]
     assert at.energies["roughness"] == pytest.approx(goal - at.means["roughness"])
@@ -120,7 +121,7 @@ def test_the_energies_of_a_step_are_those_of_the_paper(
 @pytest.mark.slow
 def test_smoothed_steps_move_hills_rather_than_samples(quick: Problem) -> None:
     def roughening(smoothing: float) -> float:
-        method = AdamDescent(quick, AdamSettings(20, smoothing=smoothing))
+        method = AdamDescent(quick, 20, DescentSettings(smoothing=smoothing))
         change = method.advance(method.begin(0, quick.heights, {})).heights - quick.heights
         return float(np.abs(np.diff(change, axis=0)).mean() / np.abs(change).mean())
 
@@ -132,7 +133,7 @@ def test_the_papers_rule_stops_once_feel_and_look_are_within_its_bounds(
 ) -> None:
     targets = Targets.of(PAPER_TOLERANCE, roughness=tactile.jnd_scaled(original.means["roughness"], 0.8))
     problem = replace(quick, targets=targets)
-    method = AdamDescent(problem, AdamSettings(12, learning_rate=0.01, stop="paper"))
+    method = AdamDescent(problem, 12, DescentSettings(learning_rate=0.01, stop="paper"))
     descent = descend(method, targets, method.begin(0, quick.heights, {}), 12)
     assert descent.reason is StopReason.WITHIN_BOUNDS
     assert 0 < descent.last.step < 12 and descent.best is descent.last

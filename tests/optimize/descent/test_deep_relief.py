@@ -8,12 +8,13 @@ import pytest
 import torch
 
 import tactile
-from optimize.descent.adam import AdamDescent, AdamSettings
+from optimize.descent.adam import AdamDescent
 from optimize.descent.driver import DescentMethod, descend
 from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
+from optimize.settings.run_file import DescentSettings
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.limits import HEIGHT_LIMIT_MM
@@ -77,8 +78,9 @@ def test_a_finger_that_reaches_the_cut_is_refused() -> None:
 def steps_of(problem: Problem, method: str) -> Array:
     """The relief after some steps."""
     steps = 8 if method == "gauss-newton" else 4
-    adam = AdamSettings(steps)
-    walker: DescentMethod = GaussNewton(problem) if method == "gauss-newton" else AdamDescent(problem, adam)
+    walker: DescentMethod = GaussNewton(problem)
+    if method == "adam":
+        walker = AdamDescent(problem, steps, DescentSettings())
     return descend(walker, problem.targets, walker.begin(0, problem.heights, {}), steps).last.heights
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import tactile
-from optimize.descent.adam import AdamDescent, AdamSettings
+from optimize.descent.adam import AdamDescent
 from optimize.descent.driver import DescentMethod, DescentResult, descend
 from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
@@ -16,6 +16,7 @@ from optimize.descent.methods import ADAM_LOOK_WEIGHT
 from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
+from optimize.settings.run_file import DescentSettings
 from optimize.verification.picture_metrics import rms_change
 from retouch.laboratory.training.look_setup import net_figures, studio_sky
 from surrogate.nets.weights import load_net
@@ -82,7 +83,7 @@ def test_its_steps_import_no_mitsuba(problem: Problem, monkeypatch: pytest.Monke
 @pytest.mark.slow
 def test_adam_goes_down_by_it(problem: Problem) -> None:
     weighted = replace(problem, look_weight=ADAM_LOOK_WEIGHT)
-    descent = walk(problem, AdamDescent(weighted, AdamSettings(30, 0.01)), 30)
+    descent = walk(problem, AdamDescent(weighted, 30, DescentSettings(learning_rate=0.01)), 30)
     start = problem.targets.relative_error(problem.press(problem.heights, gradients=False).values)
     assert problem.targets.relative_error(descent.best.values) < 0.2 * start
     assert 0.0 < change_of_look(problem, descent.best.heights) < 25.0

@@ -14,8 +14,8 @@ import tactile
 from optimize.descent.driver import STALL, DescentResult, check_memory, descend
 from optimize.descent.gauss_newton import method as gauss_newton
 from optimize.descent.gauss_newton.forces import BoundedTargetForces
-from optimize.descent.gauss_newton.layers import HEIGHTS, Layers
 from optimize.descent.gauss_newton.method import GaussNewton
+from optimize.descent.gauss_newton.terms import HEIGHTS, WEIGHT
 from optimize.descent.gauss_newton.trust import LARGEST_SHARE, RISING_SHARE
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
@@ -206,16 +206,22 @@ def test_once_the_target_is_met_each_step_brings_heights_nearer_to_whole_layers(
     free = replace(problem_with(rougher(original, 1)), look="fast")
     relief = replace(free.relief, heights=printed(free.heights, 0.3125, printer), printer=printer)
     problem = replace(free, relief=relief)
-    layers = Layers(problem.heights, printer, problem.surface)
+    assert problem.layers is not None
     method = GaussNewton(problem)
-    iterate, off = method.begin(0, problem.heights, {}), []
+    iterate, off, weights = method.begin(0, problem.heights, {}), [], []
     for _ in range(4):
         iterate = method.advance(iterate)
+        weights.append(float(iterate.memory[WEIGHT][0]))
         assert problem.targets.met(iterate.values)
-        off.append(np.abs(layers.to_nearest(iterate.memory[HEIGHTS])).mean() / printer.layer_mm)
+        off.append(np.abs(problem.layers.to_nearest(iterate.memory[HEIGHTS])).mean() / printer.layer_mm)
     # The first step meets the target: its heights lie anywhere between two layers.
     assert off[0] == pytest.approx(0.25, abs=0.02)
     assert off == sorted(off, reverse=True) and off[-1] < 0.6 * off[0]
+    assert weights[0] == 0.0 < weights[1] < weights[2] < weights[3]
+    schema = method.checkpoint_schema(problem.heights, iterate.memory)
+    assert {HEIGHTS, WEIGHT} <= schema.keys()
+    check_memory(iterate.memory, schema)
+    assert not {HEIGHTS, WEIGHT} & method.checkpoint_schema(problem.heights, {"trust": np.ones(2)}).keys()
 
 
 @pytest.mark.slow

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import tactile
-from optimize.descent.adam import AdamDescent, AdamSettings
+from optimize.descent.adam import AdamDescent
 from optimize.descent.driver import descend
 from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
+from optimize.settings.run_file import DescentSettings
 from optimize.verification.picture_metrics import rms_change
 from relief.ground.arrays import Array
 from relief.relief import Relief
@@ -51,7 +52,7 @@ def test_what_a_look_does_not_see_it_does_not_keep(problem: Problem) -> None:
 @pytest.mark.parametrize("look", ["shading", "heights"])
 def test_adam_goes_down_by_them(problem: Problem, look: str) -> None:
     steered = replace(problem, touch="layer", look=look, look_weight=0.01, regularisation=0.006)
-    method = AdamDescent(steered, AdamSettings(15, 0.02))
+    method = AdamDescent(steered, 15, DescentSettings(learning_rate=0.02))
     start = method.begin(0, steered.heights, {})
     descent = descend(method, steered.targets, start, 15)
     error = steered.targets.relative_error

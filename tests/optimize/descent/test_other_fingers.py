@@ -34,7 +34,7 @@ def problem(problem_with: ProblemWith) -> Problem:
 
 @pytest.fixture(scope="module")
 def others(problem: Problem) -> OtherFingers:
-    return OtherFingers(problem, FingerRange(FACTOR, 20.0), 1.0)
+    return OtherFingers(replace(problem, fingers=FingerRange(FACTOR, 20.0)), 1.0)
 
 
 @pytest.fixture(scope="module")
@@ -99,8 +99,9 @@ def test_soft_targets_are_terms_of_the_least_squares() -> None:
     system = System(sp.csr_matrix(matrix @ matrix.T), sp.csr_matrix(np.eye(12)), random.normal(size=12))
     gradients, by_others = random.normal(size=(2, 3, 12))
     soft = SoftTargets(by_others, random.normal(size=3), np.array([0.5, 30.0, 1e3]))
+    system.soft_targets = soft
     plate = Surface((3, 4), 10.0)
-    response = response_of(system, 0.7, gradients, Patches(plate, places(plate)), soft)
+    response = response_of(system, 0.7, gradients, Patches(plate, places(plate)))
     weighted = by_others.T * soft.stiffness
     whole = matrix @ matrix.T + 0.7 * np.eye(12) + weighted @ by_others
     # Steps are solved by factors in single precision.
@@ -118,10 +119,11 @@ def test_fingers_come_closer_and_the_pictures_pay(problem_with: ProblemWith, ori
 
     def walk(weight: float) -> tuple[DescentResult, np.ndarray]:
         wanted = FingerRange(FACTOR**2, weight)
-        problem = replace(aiming, fingers=wanted if weight else None)
+        with_others = replace(aiming, fingers=wanted)
+        problem = with_others if weight else aiming
         method = GaussNewton(problem)
         found = descend(method, problem.targets, method.begin(0, problem.heights, {}), 20)
-        felt = OtherFingers(problem, wanted, 1.0)
+        felt = OtherFingers(with_others, 1.0)
         after = felt.press(found.best.heights)
         assert found.best.fingers == pytest.approx(after.percent, rel=0.02)
         return found, after.jnd_off

@@ -9,7 +9,8 @@ import pytest
 import trimesh
 
 import tactile
-from optimize.descent.gauss_newton.layers import HEIGHTS, PATIENCE, Layers
+from optimize.descent.gauss_newton.terms import PATIENCE
+from optimize.descent.layers import Layers
 from optimize.runs import job
 from optimize.runs.job import Result
 from optimize.settings.run_file import Run, dump_resolved, load_run, run_from_scene
@@ -163,11 +164,6 @@ def test_layers_move_by_whole_layers_and_stay_within_limits() -> None:
     assert high.min() >= 0.0 and high.max() <= 3.0
     np.testing.assert_allclose(layers.rounded(original), original, atol=1e-12)
     assert np.abs(layers.to_nearest(original + 0.02) + 0.02).max() < 1e-9
-    assert layers.next_weight(0.0, met=False) == 0.0
-    assert 0.0 < layers.next_weight(0.0, met=True) < layers.next_weight(3.0, met=False)
-    memory = {HEIGHTS: original, "layer_weight": np.array([3.0])}
-    assert Layers.checkpoint_schema(original, memory).keys() == memory.keys()
-    assert Layers.checkpoint_schema(original, {"trust": original}) == {}
 
 
 def test_layers_of_a_deep_relief_keep_the_slope_to_what_stays() -> None:

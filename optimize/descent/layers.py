@@ -1,30 +1,17 @@
-"""Whole layers: steps toward reliefs that a printer makes exactly.
+"""Whole layers: reliefs that a printer makes exactly.
 
-The original is as printed, and a change by whole layers keeps all its steps where they are. The relief that
-counts is rounded to whole layers, but rounding alone puts new steps anywhere. So once the targets are met,
-each height is drawn to the nearest layer, by a weight that grows from step to step, while look and touch are
-kept: new steps then go where the pictures show them least.
+The original is as printed, and a change by whole layers keeps all its steps where they are. A descent rounds
+the relief that counts to whole layers (`optimize.descent.gauss_newton.terms.LayerTerm`).
 """
-
-from collections.abc import Mapping
 
 import numpy as np
 
-from optimize.descent.driver import ArraySchema
 from relief.depth import out_of_reach
 from relief.ground.arrays import Array
-from relief.ground.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM
+from relief.ground.limits import HEIGHT_LIMIT_MM
 from relief.print_limits import PrintLimits
 from relief.printers import Printer
 from relief.surface import Surface
-
-FIRST, GROWTH, LARGEST = 3.0, 3.0, 1e5
-"""First weight of the squared distances to the nearest layers, its factor from step to step, and its bound.
-With a factor of 2 from 1 on, the change of gravel falls by 1 % more in twice the steps."""
-PATIENCE = 2
-"""Steps without progress after which such a descent has converged: heights near no layer yet gain little."""
-HEIGHTS, WEIGHT = "unrounded", "layer_weight"
-"""Names in the memory of an iterate: its heights before rounding, (rows, cols) mm, and the weight, (1,)."""
 
 
 class Layers:
@@ -54,15 +41,6 @@ class Layers:
             most, fewest = self._limits.bounds(*ends)
             self._greatest, self._least = most * self._layer_mm, fewest * self._layer_mm
 
-    @staticmethod
-    def checkpoint_schema(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, ArraySchema]:
-        """What the parts of a memory that this module writes have to be; none where it wrote none."""
-        expected = {
-            HEIGHTS: ArraySchema((heights.shape[0], heights.shape[1]), 0.0, DEEPEST_RELIEF_MM),
-            WEIGHT: ArraySchema((1,), 0.0, LARGEST),
-        }
-        return expected if expected.keys() & memory.keys() else {}
-
     def rounded(self, heights: Array) -> Array:
         """The nearest heights of whole layers within the printer's limits, (rows, cols) mm."""
         layers = np.clip(self._limits.nearest(heights), self._least, self._greatest)
@@ -88,11 +66,6 @@ class Layers:
 
     def _kept(self, heights: Array) -> Array:
         return heights if self._frozen is None else np.where(self._frozen, self._original, heights)
-
-    @staticmethod
-    def next_weight(weight: float, met: bool) -> float:
-        """The weight of the step after one by this weight: none until the targets are met, then growing."""
-        return min(LARGEST, max(FIRST, GROWTH * weight)) if weight > 0.0 or met else 0.0
 
     def _whole(self, heights: Array | float) -> Array:
         # As `relief.printed.in_layers`: a layer is solid from its middle on.
