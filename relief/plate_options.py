@@ -23,13 +23,13 @@ LONGEST_NAME = 40
 
 def size_option(what: str, default: str, key: str = "") -> Option:
     """The option of a width; `what` is as wide, and `default` where nothing is given."""
-    return Option(f"{what}, mm", "MM", PLATE_MM, default=default, key=key, label="Width")
+    return Option(f"{what}, mm", "MM", PLATE_MM, default=default, key=key)
 
 
 def relief_option(default: str, key: str = "") -> Option:
     """The option of the height of a picture's white."""
     text = "height of white above black in a picture, mm"
-    return Option(text, "MM", RELIEF_MM, default=default, key=key, label="Relief")
+    return Option(text, "MM", RELIEF_MM, default=default, key=key)
 
 
 def height_scale_option(default: str, key: str = "") -> Option:
@@ -40,9 +40,15 @@ def height_scale_option(default: str, key: str = "") -> Option:
 
 def printer_option(what: str, default: str = "none", key: str = "") -> Option:
     """The option of a printer, with which `what` is done."""
-    text = f"{what}: {', '.join(PRINTERS)}, or a printer file (.toml)"
-    default = f"{default}; docs/printing.md has their numbers"
-    return Option(text, "PRINTER", default=default, read=printer, key=key, label="Printer")
+    return Option(
+        f"{what}: {', '.join(PRINTERS)}, or a printer file (.toml); docs/printing.md has their numbers",
+        "PRINTER",
+        default=default,
+        read=printer,
+        key=key,
+        label="Printer",
+        offered=tuple(PRINTERS),
+    )
 
 
 def printer(text: str) -> str:

@@ -96,7 +96,9 @@ _ALLOWED = {
         "optimize.descent optimize.estimates optimize.run_directory relief relief.ground "
         "retouch.app.computing retouch.app.values tactile"
     ),
-    "retouch.app.values": "mitsuba_scenes optimize.settings relief relief.ground tactile",
+    "retouch.app.values": (
+        "mitsuba_scenes optimize.settings relief relief.ground retouch.verbs.objects tactile"
+    ),
     "retouch.commands": (
         "mitsuba_scenes optimize.descent optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification relief relief.ground relief.preparing relief.solids retouch retouch.app "

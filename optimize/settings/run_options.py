@@ -5,9 +5,10 @@ that help is shown at once.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, make_dataclass
+from dataclasses import dataclass, field, make_dataclass
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from mitsuba_scenes import DEFAULT_SCENE
 from mitsuba_scenes.fingers import DEFAULT_SKIN, bundled_skins
@@ -17,6 +18,8 @@ from relief.ground.options import Option, literal, overrides
 from relief.plate_options import height_scale_option, printer_option, relief_option, size_option
 from tactile.quantities import QUANTITIES, GoalKey, feel_of_quantities, goal_keys, mapped_quantities
 
+TARGET = "the feel to reach"
+"""Heading of the goals."""
 _MAPS = [quantity.map_keys for quantity in mapped_quantities()]
 OTHER_GOALS = (*(key for keys in _MAPS for key in (keys.file, keys.first, keys.last)), "region", "feel_of")
 """Keys of `[touch]` that state a target other than a number."""
@@ -65,26 +68,11 @@ def _goal(quantity: str, key: GoalKey) -> Option:
     return Option(key.help, key.metavar, limits, default="", alone=quantity, key=f"touch.{key.key}")
 
 
-_GOALS: list[tuple[str, Any, None]] = [
-    (key.key, Annotated[float | None, _goal(quantity.name, key)], None)
-    for quantity in QUANTITIES.values()
-    for key in quantity.goals
-]
-_TARGET = {"GROUP": "the feel to reach"}
-if TYPE_CHECKING:
-
-    class GoalOptions:
-        """Goals that are numbers."""
-else:
-    GoalOptions = make_dataclass("GoalOptions", _GOALS, namespace=_TARGET, frozen=True, kw_only=True)
-    """Goals that are numbers: a field for each goal key of the table of quantities."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class FeelOfOptions:
     """A goal that is the feel of another texture."""
 
-    GROUP: ClassVar = _TARGET["GROUP"]
+    GROUP: ClassVar = TARGET
 
     feel_of: Annotated[
         Path | None,
@@ -184,24 +172,34 @@ class DetailOptions:
         ),
     ] = True
     distance_cm: Annotated[float | None, distance_option()] = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class RunOptions(GoalOptions, FeelOfOptions, RunPlateOptions, FingerOptions, DetailOptions):
-    """What states a run beside a run file."""
-
-    GROUP: ClassVar = DetailOptions.GROUP
-
     seed: Annotated[
         int | None,
         Option("seed of all random numbers", "N", (0, 2**31 - 1), default="the run file's, or 0", key="seed"),
     ] = None
 
 
+def run_options() -> type[Any]:
+    """The dataclass of what states a run beside a run file, with a field for each goal of the quantities."""
+    return _with_goals(tuple(goal_keys()))
+
+
+@cache
+def _with_goals(_: tuple[str, ...]) -> type[Any]:
+    goals = [
+        (key.key, Annotated[float | None, _goal(quantity.name, key)], field(default=None))
+        for quantity in QUANTITIES.values()
+        for key in quantity.goals
+    ]
+    namespace = {"GROUP": TARGET}
+    numbers = make_dataclass("GoalOptions", goals, namespace=namespace, frozen=True, kw_only=True)
+    bases = (numbers, FeelOfOptions, RunPlateOptions, FingerOptions, DetailOptions)
+    return make_dataclass("RunOptions", (), bases=bases, frozen=True, kw_only=True)
+
+
 def run_overrides(values: Mapping[str, Any]) -> list[str]:
     """Options of a run that are given, by name, as overrides of a run file."""
     fast = FAST_MODELS if values.get("fast") else {}
-    return [*overrides(RunOptions, values), *(f"{key}={literal(value)}" for key, value in fast.items())]
+    return [*overrides(run_options(), values), *(f"{key}={literal(value)}" for key, value in fast.items())]
 
 
 def states_a_target(settings: list[str]) -> bool:

@@ -50,7 +50,8 @@ class Option:
         several: whether the option may be given several times.
         alone: name of a set of options of which one at most may be given.
         key: dotted key of the run file that the option sets.
-        label: name of the app's field.
+        label: name of the field on the app's page; empty: the page has none.
+        offered: values that the field offers; empty: any text or number.
     """
 
     help: str
@@ -63,6 +64,7 @@ class Option:
     alone: str = ""
     key: str = ""
     label: str = ""
+    offered: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from optimize.descent.stop_reason import StopReason
 from optimize.runs.interrupts import INTERRUPTED
 from optimize.settings.fast_models import FAST_MODELS
-from optimize.settings.run_options import RunOptions, run_overrides, states_a_target
+from optimize.settings.run_options import run_options, run_overrides, states_a_target
 from relief.ground.errors import InputError
 from relief.ground.formats import HEIGHT_MAPS, RUN_CHECKPOINT
 from relief.ground.options import add_options, given, literal
@@ -85,7 +85,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_talk(parser, "the content of result.json, with the files written,")
 
-    add_options(parser, RunOptions)
+    add_options(parser, run_options())
     plain = parser.add_argument_group("more")
     add_repeats(plain, "the run file's")
     plain.add_argument(
@@ -167,7 +167,7 @@ def _scene_and_texture(arguments: argparse.Namespace) -> tuple[Path, Path | None
 
 def overrides(arguments: argparse.Namespace) -> list[str]:
     """The options as overrides of a run file, `--set` last. Raises InputError if `--feel-of` is no file."""
-    values = given(arguments, RunOptions)
+    values = given(arguments, run_options())
     # The folder of a run is left to the run file's reader, which also asks whether its result is a tile.
     if (other := values.get("feel_of")) and not other.is_dir():
         values["feel_of"] = find_texture(other)

@@ -42,7 +42,13 @@ class SurfaceOptions:
     GROUP: ClassVar = "where and how"
 
     mask: Annotated[
-        str | None, Option("part of the surface that carries texture", "MASK", default="all", label="Where")
+        str | None,
+        Option(
+            "part of the surface that carries texture",
+            "MASK",
+            default="all",
+            label="Where, as in z>2 & angle<80",
+        ),
     ] = None
     falloff_mm: Annotated[float, Option("width over which textures end, mm", "MM", (0.05, 100.0))] = 2.0
     level: Annotated[
@@ -107,6 +113,7 @@ class PlacingOptions:
             "AXIS",
             default="the axis that is found",
             label="The texture's top points",
+            offered=tuple(f"{sign}{axis}" for axis in "xyz" for sign in ("", "-")),
         ),
     ] = None
     turn_deg: Annotated[

@@ -96,7 +96,7 @@ def export(run: str, out: str, base_mm: float | None, repeat: int, printer: str 
 
 def preview_object(run: str, part: ObjectChoice, page: str) -> Written:
     """Write a page that shows the result of a run on an object. Raises InputError."""
-    made = retouch.preview_wrap(run, part.mesh, page, **part.options())
+    made = retouch.preview_wrap(run, part.mesh, page, **part.options)
     preview = made.preview
     triangles = f"about {preview.faces:,} in the file, {len(preview.shown.body.faces):,} shown"
     lines = (_sides(preview.shown), ("triangles", triangles), ("time", f"about {preview.seconds:.0f} s"))
@@ -105,7 +105,7 @@ def preview_object(run: str, part: ObjectChoice, page: str) -> Written:
 
 def wrap_object(run: str, part: ObjectChoice, out: str) -> Written:
     """Lay the result of a run over an object, and write the solid. Raises InputError or OSError."""
-    made = retouch.wrap(run, part.mesh, out, **part.options())
+    made = retouch.wrap(run, part.mesh, out, **part.options)
     triangles = f"{len(made.wrapped.body.faces):,}"
     lines = (("file", out), _sides(made.wrapped), ("triangles", triangles), _file_size(made.file))
     return Written(out, lines + _warning_lines(made.warnings))

@@ -11,11 +11,13 @@ from typing import Any
 from nicegui import events, ui
 
 from mitsuba_scenes.fingers import bundled_skins
+from relief.ground.options import Declared
 from relief.printers import PRINTERS
 from retouch.app.values.findings import Written
 from retouch.app.values.folders import textures
 
-NO_PRINTER = "no printer"
+LONGEST_TEXT = 300
+"""Most characters of the text of an option."""
 
 
 @contextmanager
@@ -70,10 +72,9 @@ def finger_select(chosen: Callable[[str], Any]) -> ui.select:
     return select("Finger", list(bundled_skins()), chosen)
 
 
-def printer_select(chosen: Callable[[str | None], Any]) -> ui.select:
-    """The choice of a printer; `chosen` is called with None for no printer, whose value is `NO_PRINTER`."""
-    names = [NO_PRINTER, *PRINTERS]
-    return select("Printer", names, lambda name: chosen(None if name == NO_PRINTER else name), NO_PRINTER)
+def printer_select(chosen: Callable[[str | None], Any]) -> OfferedField:
+    """The choice of a printer."""
+    return OfferedField("Printer", "no printer", PRINTERS, chosen)
 
 
 def fault_label() -> ui.label:
@@ -132,14 +133,14 @@ class NumberField:
     def __init__(self, label: str, ends: tuple[float, float], chosen: Callable[[float], None]) -> None:
         self._ends, self._chosen = ends, chosen
         self._shown: float | None = None
-        self._field = ui.number(label, min=ends[0], max=ends[1], format="%.6g", on_change=self._changed)
-        self._field.props("outlined dense debounce=300")
+        self.field = ui.number(label, min=ends[0], max=ends[1], format="%.6g", on_change=self._changed)
+        self.field.props("outlined dense debounce=300")
 
     def show(self, value: float | None) -> None:
         """Show a value."""
         if value != self._shown:
             self._shown = value
-            self._field.set_value(value)
+            self.field.set_value(value)
 
     def _changed(self, event: events.ValueChangeEventArguments) -> None:
         value = event.value
@@ -147,6 +148,51 @@ class NumberField:
             return
         self._shown = float(value)
         self._chosen(float(value))
+
+
+class TextField:
+    """A field for a text; calls `chosen` with each, and with None for an empty one."""
+
+    def __init__(self, label: str, chosen: Callable[[str | None], None]) -> None:
+        self._chosen = chosen
+        self.field = ui.input(label, on_change=self._changed).props("outlined dense debounce=400")
+
+    def show(self, value: str | None) -> None:
+        """Show a text."""
+        self.field.set_value(value or "")
+
+    def _changed(self, event: events.ValueChangeEventArguments) -> None:
+        self._chosen(str(event.value or "").strip()[:LONGEST_TEXT] or None)
+
+
+class OfferedField:
+    """A field for one of a few values, or none; calls `chosen` with the value, or None."""
+
+    def __init__(
+        self, label: str, nothing: str, offered: Iterable[str], chosen: Callable[[str | None], None]
+    ) -> None:
+        self._nothing, self._offered = nothing, [nothing, *offered]
+        self.field = select(
+            label, self._offered, lambda value: chosen(None if value == nothing else value), nothing
+        )
+
+    def show(self, value: str | None) -> None:
+        """Show a value."""
+        self.field.set_value(value if value in self._offered else self._nothing)
+
+
+def option_field(one: Declared, chosen: Callable[[Any], None]) -> NumberField | TextField | OfferedField:
+    """The field of an option; `chosen` is called with each value, and with None for none."""
+    option = one.option
+    field: NumberField | TextField | OfferedField
+    if option.offered:
+        field = OfferedField(option.label, option.default or "", option.offered, chosen)
+    elif option.range is not None:
+        field = NumberField(option.label, option.range, chosen)
+    else:
+        field = TextField(option.label, chosen)
+    field.field.tooltip(f"{option.help[0].upper()}{option.help[1:]}.")
+    return field
 
 
 class LineTable:

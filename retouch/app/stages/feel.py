@@ -13,7 +13,6 @@ from nicegui import events, ui
 
 from relief.ground.limits import PATCH_SIDE_MM
 from retouch.app.stages.controls import (
-    NO_PRINTER,
     Gallery,
     button,
     choice,
@@ -143,7 +142,7 @@ class FeelStage(PageStage):
         self._paint.set_value(painting)
         self._where.set_text(self._where_text(painting))
         self._skin.set_value(feel.skin)
-        self._printer.set_value(feel.printer or NO_PRINTER)
+        self._printer.show(feel.printer)
         self._fast.set_value(feel.fast)
         self._fault.set_text(session.activity.faults.get("reach", ""))
 

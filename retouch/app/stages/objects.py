@@ -1,28 +1,25 @@
 """Object: the result laid over a part, shown before it is written, and its feel in colours."""
 
+from functools import partial
 from pathlib import Path
 
-from nicegui import events, ui
+from nicegui import ui
 
 from relief.solids.names import OBJECTS
 from retouch.app.stages.controls import (
-    NO_PRINTER,
     LineTable,
-    NumberField,
     WrittenFile,
     button,
     fault_label,
-    printer_select,
+    option_field,
     section,
     select,
 )
 from retouch.app.stages.elements import DropZone
 from retouch.app.stages.window import PageStage
+from retouch.app.values.document import object_options
 from retouch.app.values.folders import PARTS_FOLDER, SUFFIXES
 
-AS_FOUND = "as it is found"
-DIRECTIONS = [AS_FOUND, *(f"{sign}{axis}" for axis in "xyz" for sign in ("", "-"))]
-LONGEST_MASK = 300
 OLD = "What is shown was made with other choices; Show makes it anew."
 
 
@@ -46,15 +43,9 @@ class ObjectStage(PageStage):
             zone = DropZone("Choose a part", "or drop one: STL, OBJ, PLY, GLB, 3MF", "/app/part", suffixes)
             zone.on("kept", lambda event: change(mesh=str(event.args["file"])))
             self._mesh = select("Object", {}, lambda mesh: change(mesh=mesh))
-            self._along = select(
-                "The texture's top points",
-                DIRECTIONS,
-                lambda along: change(along="" if along == AS_FOUND else along),
-            )
-            self._printer = printer_select(lambda name: change(printer=name))
-            self._turn = NumberField("Turn, degrees", (-360.0, 360.0), lambda value: change(turn_deg=value))
-            self._mask = ui.input("Where, as in z>2 & angle<80", on_change=self._masked)
-            self._mask.props("outlined dense debounce=400")
+            self._fields = {
+                name: option_field(one, partial(self._chosen, name)) for name, one in object_options().items()
+            }
         with section("Result"):
             with ui.element("div").classes("row-of"):
                 self._show = button("Show", outcomes.preview_part, "primary")
@@ -96,10 +87,8 @@ class ObjectStage(PageStage):
         if dict(self._mesh.options) != meshes:
             self._mesh.set_options(meshes)
         self._mesh.set_value(part.mesh)
-        self._along.set_value(part.along if part.along in DIRECTIONS else AS_FOUND)
-        self._printer.set_value(part.printer or NO_PRINTER)
-        self._turn.show(part.turn_deg)
-        self._mask.set_value(part.mask)
+        for name, field in self._fields.items():
+            field.show(part.options.get(name))
 
-    def _masked(self, event: events.ValueChangeEventArguments) -> None:
-        self.session.history.change_part(mask=str(event.value or "").strip()[:LONGEST_MASK])
+    def _chosen(self, name: str, value: object) -> None:
+        self.session.history.change_option(name, value)

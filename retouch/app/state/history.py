@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from retouch.app.values.document import AppDocument
+from retouch.app.values.document import AppDocument, object_options
 
 ONE_CHANGE_S = 0.7
 """Changes of one number that follow one another faster, as those of a slider, are undone together, s."""
@@ -64,10 +64,16 @@ class UndoHistory:
         feel = replace(self.document.feel, **fields)
         self.change(replace(self.document, feel=feel), slid=slid)
 
-    def change_part(self, *, slid: str = "", **fields: Any) -> None:
-        """Change fields of the object; `slid` as of `change`."""
-        part = replace(self.document.part, **fields)
-        self.change(replace(self.document, part=part), slid=slid)
+    def change_part(self, **fields: Any) -> None:
+        """Change fields of the object."""
+        self.change(replace(self.document, part=replace(self.document.part, **fields)))
+
+    def change_option(self, name: str, value: object) -> None:
+        """Change an option of the object; None and the value without the option leave the option out."""
+        options = {key: one for key, one in self.document.part.options.items() if key != name}
+        if value not in (None, object_options()[name].value):
+            options[name] = value
+        self.change_part(options=options)
 
     def look_at(self, run: str) -> None:
         """Look at another run; that is no step to undo."""

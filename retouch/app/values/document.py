@@ -4,7 +4,6 @@ A document knows nothing of pages or processes. Each part states the options of 
 so that what the app does and what it shows to copy are one.
 """
 
-import json
 import shlex
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
@@ -15,7 +14,9 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 from mitsuba_scenes import find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
-from optimize.settings.fast_models import FAST_MODELS
+from optimize.settings.run_options import run_options, run_overrides
+from relief.ground.options import Declared, declared, literal, words
+from retouch.verbs.objects.wrap_options import WrapOptions
 from tactile.quantities import Quantity, goal_keys
 
 Tile = Literal["auto", "blend", "cut"]
@@ -134,41 +135,33 @@ class FeelChoice:
 
     def command(self, heights: str, out: str) -> list[str]:
         """The arguments of the command that runs, after `retouch`."""
-        words = ["optimize", heights, "-o", out]
-        number = self.number()
-        if number is None:
-            words += ["--feel-of", self.feel_of]
-        elif self.region is None:
-            words.append(f"--{self.goal.replace('_', '-')}={number:g}")
-        else:
-            words += ["--set", self._region()]
-        words += ["--skin", self.skin] if self.skin != DEFAULT_SKIN else []
-        words += ["--printer", self.printer] if self.printer else []
-        words += ["--fast"] * self.fast
-        for setting in self.settings:
-            words += ["--set", setting]
-        return words
+        settings = [word for setting in (*self._region(), *self.settings) for word in ("--set", setting)]
+        return ["optimize", heights, "-o", out, *words(run_options()(**self._options())), *settings]
 
     def overrides(self) -> list[str]:
         """The same as overrides of a run file, for `retouch.run_from_scene`."""
-        number = self.number()
-        if number is None:
-            # A folder of a run stays one: its run knows more of its result than the file of the heights.
-            other = self.feel_of if Path(self.feel_of).is_dir() else find_texture(self.feel_of)
-            target = f"touch.feel_of={json.dumps(str(other), ensure_ascii=False)}"
-        else:
-            target = f"touch.{self.goal}={number!r}" if self.region is None else self._region()
-        texts = {
-            "touch.skin": self.skin if self.skin != DEFAULT_SKIN else None,
-            "print.printer": self.printer,
-        }
-        texts |= FAST_MODELS if self.fast else {}
-        chosen = [f"{key}={json.dumps(value)}" for key, value in texts.items() if value is not None]
-        return [target, *chosen, *self.settings]
+        options = self._options()
+        # A folder of a run stays one: its run knows more of its result than the file of the heights.
+        if (other := options.get(FEEL_OF)) and not Path(other).is_dir():
+            options[FEEL_OF] = find_texture(other)
+        return [*self._region(), *run_overrides(options), *self.settings]
 
-    def _region(self) -> str:
-        mask = json.dumps(str(self.region), ensure_ascii=False)
-        return f"touch.region=[{{mask = {mask}, {self.goal} = {self.number()!r}, graded = true}}]"
+    def _options(self) -> dict[str, Any]:
+        """Options of a run that are given, by name."""
+        skin = None if self.skin == DEFAULT_SKIN else self.skin
+        options: dict[str, Any] = {"skin": skin, "printer": self.printer, "fast": self.fast or None}
+        if self.goal == FEEL_OF:
+            options[FEEL_OF] = self.feel_of
+        elif self.region is None:
+            options[self.goal] = self.number()
+        return {name: value for name, value in options.items() if value is not None}
+
+    def _region(self) -> list[str]:
+        """The override of a goal that holds where the mask is painted."""
+        if self.region is None or self.goal == FEEL_OF:
+            return []
+        mask, number = literal(self.region), self.number()
+        return [f"touch.region=[{{mask = {mask}, {self.goal} = {number!r}, graded = true}}]"]
 
     def as_json(self) -> dict[str, Any]:
         """The fields as they are kept in a file."""
@@ -195,35 +188,50 @@ KeptFeel = Annotated[FeelChoice, BeforeValidator(_gathered), AfterValidator(_che
 """A feel as it is kept in a file."""
 
 
+def object_options() -> dict[str, Declared]:
+    """Options of `retouch wrap` that the page offers, by name."""
+    return {name: one for name, one in declared(WrapOptions).items() if one.option.label}
+
+
 @dataclass(frozen=True)
 class ObjectChoice:
-    """An object, and how a texture lies on it; fields are options of `retouch wrap`.
+    """An object, and how a texture lies on it.
 
     Attributes:
         mesh: file, or name of a bundled object.
-        mask: which part of the surface carries texture; empty: all.
-        along: where the top of the texture points, "x", "-z" or so; empty: as it is found.
-        turn_deg: angle by which the texture is turned in the surface.
-        printer: name; None for none.
+        options: those of `object_options` that are chosen. In a file they lie beside the mesh.
     """
 
     mesh: str = "starfish"
-    mask: str = ""
-    along: str = ""
-    turn_deg: float = 0.0
-    printer: str | None = None
-
-    def options(self) -> dict[str, Any]:
-        """Keywords of `retouch.wrap` and `retouch.preview_wrap`."""
-        options: dict[str, Any] = {"turn_deg": self.turn_deg, "printer": self.printer}
-        return options | {"mask": self.mask or None, "along": self.along or None}
+    options: Mapping[str, Any] = field(default_factory=dict)
 
     def command(self, texture: str, file: str) -> list[str]:
         """The arguments of the command that wraps, after `retouch`; `file` is a mesh, or a preview's page."""
-        words = ["wrap", texture, self.mesh, "--preview" if file.endswith(".html") else "-o", file]
-        for option, value in (("--mask", self.mask), ("--along", self.along), ("--printer", self.printer)):
-            words += [f"{option}={value}"] if value else []
-        return words + ([f"--turn={self.turn_deg:g}"] if self.turn_deg else [])
+        out = "--preview" if file.endswith(".html") else "-o"
+        return ["wrap", texture, self.mesh, out, file, *words(WrapOptions(**self.options))]
+
+    def as_json(self) -> dict[str, Any]:
+        """The fields as they are kept in a file."""
+        return {"mesh": self.mesh} | {name: self.options.get(name) for name in object_options()}
+
+
+def _object_of(content: Any) -> Any:
+    """The fields of a file, with the options in one; what an option cannot be raises ValueError."""
+    if not isinstance(content, dict):
+        return content
+    options = object_options()
+    chosen = {name: content[name] for name in options if content.get(name) not in (None, "")}
+    for name, value in chosen.items():
+        kind = float if type(value) is int else type(value)
+        if kind is not options[name].type:
+            raise ValueError(f"{name}: {value!r} is not of its type")
+        options[name].check(value)
+    others = {key: value for key, value in content.items() if key not in options}
+    return {**others, "options": chosen}
+
+
+KeptObject = Annotated[ObjectChoice, BeforeValidator(_object_of)]
+"""An object as it is kept in a file."""
 
 
 @dataclass(frozen=True)
@@ -238,12 +246,12 @@ class AppDocument:
 
     picture: PictureChoice | None = None
     feel: KeptFeel = field(default_factory=FeelChoice)
-    part: ObjectChoice = field(default_factory=ObjectChoice)
+    part: KeptObject = field(default_factory=ObjectChoice)
     run: str | None = None
 
     def as_json(self) -> dict[str, Any]:
         """The document as it is kept in a file."""
-        return asdict(self) | {"feel": self.feel.as_json()}
+        return asdict(self) | {"feel": self.feel.as_json(), "part": self.part.as_json()}
 
 
 def command_line(words: list[str]) -> str:

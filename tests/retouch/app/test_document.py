@@ -4,14 +4,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 
 import retouch
 from mitsuba_scenes import DEFAULT_SCENE, find_file
 from optimize.settings.fast_models import FAST_MODELS
 from relief.ground.formats import RUN_HEIGHTS
-from retouch.app.values.document import FeelChoice, ObjectChoice, PictureChoice, command_line
+from relief.ground.options import given
+from retouch.app.values.document import (
+    FeelChoice,
+    KeptObject,
+    ObjectChoice,
+    PictureChoice,
+    command_line,
+)
 from retouch.commands import optimize, prepare
 from retouch.commands.main import parse
+from retouch.verbs.objects.wrap_options import WrapOptions
 
 
 @pytest.fixture
@@ -66,13 +75,22 @@ def test_the_run_that_is_forecast_is_that_of_the_command(heights: str, feel: Fee
 
 
 def test_an_object_is_that_of_the_command() -> None:
-    part = ObjectChoice("part.stl", mask="z>2 & angle<80", along="-z", turn_deg=-30.0, printer="mask-50")
+    options = {"mask": "z>2 & angle<80", "along": "-z", "turn_deg": -30.0, "printer": "mask-50"}
+    part = ObjectChoice("part.stl", options)
     arguments = parse(part.command("runs/stone-1", "runs/stone-1-object.3mf"))
-    assert {name: getattr(arguments, name) for name in ("mask", "turn_deg", "printer")} == {
-        name: value for name, value in part.options().items() if name != "along"
-    }
-    assert str(arguments.mesh) == "part.stl" and arguments.along is not None
+    assert given(arguments, WrapOptions) == options
+    assert str(arguments.mesh) == "part.stl"
     assert str(parse(ObjectChoice().command("runs/x", "runs/x.html")).preview) == "runs/x.html"
+
+
+def test_an_object_is_kept_with_the_keys_of_earlier_versions() -> None:
+    kept = {"mesh": "frog", "mask": "", "along": "z", "turn_deg": 0.5, "printer": None}
+    part = TypeAdapter(KeptObject).validate_python(kept)
+    assert part == ObjectChoice("frog", {"along": "z", "turn_deg": 0.5})
+    assert part.as_json() == {**kept, "mask": None}
+    for wrong in ({"turn_deg": 400}, {"turn_deg": "1"}, {"along": 3.0}, {"printer": True}):
+        with pytest.raises(ValueError, match=next(iter(wrong))):
+            TypeAdapter(KeptObject).validate_python({"mesh": "frog", **wrong})
 
 
 def test_a_line_can_be_copied_into_a_shell() -> None:
