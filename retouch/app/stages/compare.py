@@ -7,7 +7,16 @@ from nicegui import events, ui
 from optimize.run_directory.key import REPORT, read_verification
 from optimize.verification.verification import Verification
 from relief.ground.limits import PATCH_SIDE_MM
-from retouch.app.stages.controls import LineTable, Number, button, choice, fault_label, section, select
+from retouch.app.stages.controls import (
+    NO_RESULT,
+    LineTable,
+    Number,
+    button,
+    choice,
+    fault_label,
+    section,
+    select,
+)
 from retouch.app.stages.elements import ReliefView
 from retouch.app.stages.window import AppWindow, PageStage
 from retouch.app.state.runs import earlier_runs, state_of
@@ -74,7 +83,7 @@ class CompareStage(PageStage):
                 ui.label(PLACES_NOTE).classes("hint")
                 # The maps of the report: no text in them comes from a person.
                 self._felt = ui.html(sanitize=False).classes("boards")
-        self._none = ui.label("No run has a result yet.").classes("hint")
+        self._none = ui.label(NO_RESULT).classes("hint")
 
     def _named(self, name: str) -> ReliefView:
         with ui.element("div").classes("named"):

@@ -16,6 +16,7 @@ from retouch.app.values.findings import Written
 from retouch.app.values.folders import textures
 
 NO_PRINTER = "no printer"
+NO_RESULT = "No run has a result yet."
 
 
 @contextmanager

@@ -6,6 +6,7 @@ from nicegui import events, ui
 
 from retouch.app.stages.controls import (
     NO_PRINTER,
+    NO_RESULT,
     LineTable,
     NumberField,
     WrittenFile,
@@ -73,8 +74,7 @@ class ObjectStage(PageStage):
         """Bring its elements to the state of the session."""
         activity, outcomes, document = self.session.activity, self.session.outcomes, self.session.document
         ready = outcomes.sides is not None
-        missing = "No run has a result yet."
-        self._what.set_text(f"The result of {document.run} lies on it." if ready else missing)
+        self._what.set_text(f"The result of {document.run} lies on it." if ready else NO_RESULT)
         self._show_choices()
         if self._frame.props.get("src", "") != outcomes.address:
             self._frame.props["src"] = outcomes.address

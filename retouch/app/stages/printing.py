@@ -6,6 +6,7 @@ from relief.ground.formats import FORMATS
 from relief.ground.limits import BASE_MM
 from relief.printers import PRINTERS
 from retouch.app.stages.controls import (
+    NO_RESULT,
     LineTable,
     NumberField,
     WrittenFile,
@@ -55,8 +56,7 @@ class PrintStage(PageStage):
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
         session, sides = self.session, self.session.outcomes.sides
-        missing = "No run has a result yet."
-        self._what.set_text(missing if sides is None else f"The result of {session.document.run}.")
+        self._what.set_text(NO_RESULT if sides is None else f"The result of {session.document.run}.")
         self.window.light_up(self._view, None if sides is None else sides.after)
         self._view.set_visibility(sides is not None)
         self._button.set_enabled(sides is not None and "print" not in session.activity.under_way)

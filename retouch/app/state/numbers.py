@@ -48,8 +48,9 @@ class Numbers:
     def source(self) -> Source | None:
         """The picture as it was found; None until known."""
         picture = self._history.document.picture
-        known = self.opened is not None and picture is not None and self.opened.file == picture.file
-        return self.opened if known else None
+        if self.opened is None or picture is None or self.opened.file != picture.file:
+            return None
+        return self.opened
 
     @property
     def relief(self) -> Relief | None:
