@@ -1,6 +1,5 @@
 """What a run has made: its relief so far, maps of what differs, files for printers, and objects."""
 
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,9 +14,9 @@ from optimize.verification.verification import Places
 from relief.ground.arrays import Array
 from relief.relief import Relief
 from retouch.app.computing.touch import MODEL, middle, touch
-from retouch.app.computing.warnings_kept import kept_warnings
+from retouch.app.computing.warnings_kept import kept_warnings, warning_lines
 from retouch.app.values.document import ObjectChoice
-from retouch.app.values.findings import Lines, Map, Sides, Written
+from retouch.app.values.findings import Map, Sides, Written
 from retouch.app.values.folders import RUNS_FOLDER
 from retouch.pages.colour_maps import PURPLE_ORANGE, VIRIDIS, Table, bar_uri, map_uri
 from retouch.pages.place_figures import place_figures
@@ -92,7 +91,7 @@ def export(run: str, out: str, base_mm: float | None, repeat: int, printer: str 
         if exported.printer is not None:
             layers = round(exported.thickness_mm / exported.printer.layer_mm)
             lines.append(("layers", f"{layers} of {exported.printer.layer_um:g} µm"))
-    return Written(str(exported.file), (*lines, _file_size(exported.file), *warnings.lines))
+    return Written(str(exported.file), (*lines, _file_size(exported.file), *warning_lines(warnings)))
 
 
 def preview_object(run: str, part: ObjectChoice, page: str) -> Written:
@@ -101,7 +100,7 @@ def preview_object(run: str, part: ObjectChoice, page: str) -> Written:
     preview = written.preview
     triangles = f"about {preview.faces:,} in the file, {len(preview.shown.body.faces):,} shown"
     lines = (_sides(preview.shown), ("triangles", triangles), ("time", f"about {preview.seconds:.0f} s"))
-    return Written(page, lines + _warning_lines(written.warnings))
+    return Written(page, lines + warning_lines(written.warnings))
 
 
 def wrap_object(run: str, part: ObjectChoice, out: str) -> Written:
@@ -109,7 +108,7 @@ def wrap_object(run: str, part: ObjectChoice, out: str) -> Written:
     wrapped = retouch.wrap(run, part.mesh, out, **part.options())
     triangles = f"{len(wrapped.wrapped.body.faces):,}"
     lines = (("file", out), _sides(wrapped.wrapped), ("triangles", triangles), _file_size(wrapped.file))
-    return Written(out, lines + _warning_lines(wrapped.warnings))
+    return Written(out, lines + warning_lines(wrapped.warnings))
 
 
 def feel_object(file: str, mesh: str, skin: str) -> Written:
@@ -130,7 +129,3 @@ def _sides(wrapped: "Wrapped") -> tuple[str, str]:
 
 def _file_size(file: Path) -> tuple[str, str]:
     return "file size", f"{file.stat().st_size / 2**20:.1f} MiB"
-
-
-def _warning_lines(warnings: Iterable[str]) -> Lines:
-    return tuple(("warning", line) for line in warnings)

@@ -12,17 +12,7 @@ import numpy as np
 from nicegui import events, ui
 
 from relief.ground.limits import PATCH_SIDE_MM
-from retouch.app.stages.controls import (
-    NO_PRINTER,
-    Gallery,
-    button,
-    choice,
-    fault_label,
-    finger_select,
-    printer_select,
-    section,
-    select,
-)
+from retouch.app.stages import controls
 from retouch.app.stages.elements import Brush, JndSlider, Range
 from retouch.app.stages.window import AppWindow, PageStage
 from retouch.app.state.runs import finished_runs
@@ -82,25 +72,25 @@ class FeelStage(PageStage):
 
     def build_side(self) -> None:
         """Put the goals, the region and the way there into the present slot."""
-        with section("The feel to reach"):
+        with controls.section("The feel to reach"):
             self._build_goals()
-            self._fault = fault_label()
-        with section("Where"):
+            self._fault = controls.fault_label()
+        with controls.section("Where"):
             self._build_region()
         change = self.session.history.change_feel
-        with section("How"):
-            self._skin = finger_select(lambda name: change(skin=name))
-            self._printer = printer_select(lambda name: change(printer=name))
+        with controls.section("How"):
+            self._skin = controls.finger_select(lambda name: change(skin=name))
+            self._printer = controls.printer_select(lambda name: change(printer=name))
             fast = "Fast models for the steps"
             self._fast = ui.switch(fast, on_change=lambda event: change(fast=bool(event.value)))
             ui.label("The result is verified by exact models all the same.").classes("hint")
-        button("Go on to the run", lambda: self.window.show("Run"), "primary wide")
+        controls.button("Go on to the run", lambda: self.window.show("Run"), "primary wide")
 
     def _build_goals(self) -> None:
         change = self.session.history.change_feel
         names = {goal: quantity.label.capitalize() for goal, quantity in goals().items()}
         names |= {FEEL_OF: "Like another"}
-        self._goal = choice(names, on_change=self._other_goal).props("spread")
+        self._goal = controls.choice(names, on_change=self._other_goal).props("spread")
         self._parts: dict[str, ui.element] = {}
         self._factors: dict[str, FactorGoal] = {}
         for goal, quantity in goals().items():
@@ -110,20 +100,20 @@ class FeelStage(PageStage):
                 else:
                     self._factors[goal] = FactorGoal(quantity, partial(self._number_chosen, goal))
         with ui.element("div").classes("section") as self._parts[FEEL_OF]:
-            self._textures = Gallery("as rough as", lambda name: change(feel_of=name))
-            self._runs = select("or the result of a run", {}, lambda run: change(feel_of=run))
+            self._textures = controls.Gallery("as rough as", lambda name: change(feel_of=name))
+            self._runs = controls.select("or the result of a run", {}, lambda run: change(feel_of=run))
 
     def _build_region(self) -> None:
         self._paint = ui.switch("Only where I paint", on_change=self._painting_turned)
         with ui.element("div").classes("section") as self._tools:
-            self._size = choice(BRUSHES, value=0.12, on_change=self.refresh).props("spread")
+            self._size = controls.choice(BRUSHES, value=0.12, on_change=self.refresh).props("spread")
             self._strength_text = ui.label()
             label = "share of the way to the goal"
             self._strength = Range(label, "%", STRENGTHS, 5.0, self._strength_chosen)
             with ui.element("div").classes("row-of"):
                 self._soft = ui.switch("Soft edge", on_change=self.refresh)
                 self._erase = ui.switch("Erase", on_change=self.refresh)
-                button("Clear", self._clear)
+                controls.button("Clear", self._clear)
         self._where = ui.label().classes("hint")
 
     def commands(self) -> list[list[str]]:
@@ -143,7 +133,7 @@ class FeelStage(PageStage):
         self._paint.set_value(painting)
         self._where.set_text(self._where_text(painting))
         self._skin.set_value(feel.skin)
-        self._printer.set_value(feel.printer or NO_PRINTER)
+        self._printer.set_value(feel.printer or controls.NO_PRINTER)
         self._fast.set_value(feel.fast)
         self._fault.set_text(session.activity.faults.get("reach", ""))
 

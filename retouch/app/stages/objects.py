@@ -4,18 +4,7 @@ from pathlib import Path
 
 from nicegui import events, ui
 
-from retouch.app.stages.controls import (
-    NO_PRINTER,
-    NO_RESULT,
-    LineTable,
-    NumberField,
-    WrittenFile,
-    button,
-    fault_label,
-    printer_select,
-    section,
-    select,
-)
+from retouch.app.stages import controls
 from retouch.app.stages.elements import DropZone
 from retouch.app.stages.window import PageStage
 from retouch.app.values.folders import BUNDLED_OBJECTS, PARTS_FOLDER, SUFFIXES
@@ -40,30 +29,32 @@ class ObjectStage(PageStage):
     def build_side(self) -> None:
         """Put the choices and the result into the present slot."""
         change, outcomes = self.session.history.change_part, self.session.outcomes
-        with section("Object"):
+        with controls.section("Object"):
             self._what = ui.label().classes("hint")
             suffixes = SUFFIXES[PARTS_FOLDER]
             zone = DropZone("Choose a part", "or drop one: STL, OBJ, PLY, GLB, 3MF", "/app/part", suffixes)
             zone.on("kept", lambda event: change(mesh=str(event.args["file"])))
-            self._mesh = select("Object", {}, lambda mesh: change(mesh=mesh))
-            self._along = select(
+            self._mesh = controls.select("Object", {}, lambda mesh: change(mesh=mesh))
+            self._along = controls.select(
                 "The texture's top points",
                 DIRECTIONS,
                 lambda along: change(along="" if along == AS_FOUND else along),
             )
-            self._printer = printer_select(lambda name: change(printer=name))
-            self._turn = NumberField("Turn, degrees", (-360.0, 360.0), lambda value: change(turn_deg=value))
+            self._printer = controls.printer_select(lambda name: change(printer=name))
+            self._turn = controls.NumberField(
+                "Turn, degrees", (-360.0, 360.0), lambda value: change(turn_deg=value)
+            )
             self._mask = ui.input("Where, as in z>2 & angle<80", on_change=self._masked)
             self._mask.props("outlined dense debounce=400")
-        with section("Result"):
+        with controls.section("Result"):
             with ui.element("div").classes("row-of"):
-                self._show = button("Show", outcomes.preview_part, "primary")
-                self._wrap = button("Write the file", outcomes.wrap_part)
-                self._feel = button("Feel in colours", outcomes.feel_part)
+                self._show = controls.button("Show", outcomes.preview_part, "primary")
+                self._wrap = controls.button("Write the file", outcomes.wrap_part)
+                self._feel = controls.button("Feel in colours", outcomes.feel_part)
             self._old = ui.label().classes("hint")
-            self._lines = LineTable()
-            self._written = WrittenFile()
-            self._fault = fault_label()
+            self._lines = controls.LineTable()
+            self._written = controls.WrittenFile()
+            self._fault = controls.fault_label()
 
     def commands(self) -> list[list[str]]:
         """The command that wraps, without `retouch`."""
@@ -74,7 +65,7 @@ class ObjectStage(PageStage):
         """Bring its elements to the state of the session."""
         activity, outcomes, document = self.session.activity, self.session.outcomes, self.session.document
         ready = outcomes.sides is not None
-        self._what.set_text(f"The result of {document.run} lies on it." if ready else NO_RESULT)
+        self._what.set_text(f"The result of {document.run} lies on it." if ready else controls.NO_RESULT)
         self._show_choices()
         if self._frame.props.get("src", "") != outcomes.address:
             self._frame.props["src"] = outcomes.address
@@ -96,7 +87,7 @@ class ObjectStage(PageStage):
             self._mesh.set_options(meshes)
         self._mesh.set_value(part.mesh)
         self._along.set_value(part.along if part.along in DIRECTIONS else AS_FOUND)
-        self._printer.set_value(part.printer or NO_PRINTER)
+        self._printer.set_value(part.printer or controls.NO_PRINTER)
         self._turn.show(part.turn_deg)
         self._mask.set_value(part.mask)
 

@@ -48,7 +48,7 @@ class Numbers:
     def source(self) -> Source | None:
         """The picture as it was found; None until known."""
         picture = self._history.document.picture
-        if self.opened is None or picture is None or self.opened.file != picture.file:
+        if self.opened is None or picture is None or self.opened.picture.file != picture.file:
             return None
         return self.opened
 
