@@ -109,7 +109,7 @@ class CompareStage(PageStage):
             self._run.set_options(names)
         run = session.document.run
         self._run.set_value(run if run in names else None)
-        sides = session.outcomes.sides
+        sides = session.outcomes.sides.answer
         self._none.set_visibility(sides is None and "sides" not in session.activity.under_way)
         self._fault.set_text(session.activity.faults.get("sides", ""))
         self._show_ways(sides)

@@ -153,7 +153,7 @@ class FeelStage(PageStage):
         self._runs.set_value(feel.feel_of if feel.feel_of in runs else NO_RUN)
 
     def _show_jnd(self) -> None:
-        reach = self.session.numbers.reach
+        reach = self.session.numbers.reach.answer
         waiting = WAITING if "reach" in self.session.activity.under_way else ""
         curve: dict[str, Any] = {"costs": [], "smoother": 0.0, "rougher": 0.0}
         if reach is not None:

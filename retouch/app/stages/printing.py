@@ -47,7 +47,7 @@ class PrintStage(PageStage):
 
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
-        session, sides = self.session, self.session.outcomes.sides
+        session, sides = self.session, self.session.outcomes.sides.answer
         self._what.set_text(controls.NO_RESULT if sides is None else f"The result of {session.document.run}.")
         self.window.light_up(self._view, None if sides is None else sides.after)
         self._view.set_visibility(sides is not None)
@@ -64,7 +64,7 @@ class PrintStage(PageStage):
         return usual if self._own_base_mm is None else self._own_base_mm
 
     def _plan(self) -> list[tuple[str, str]]:
-        sides = self.session.outcomes.sides
+        sides = self.session.outcomes.sides.answer
         if sides is None:
             return []
         side_mm = sides.after.width_mm * self._repeat

@@ -57,7 +57,7 @@ class RunStage(PageStage):
         """Bring its elements to the state of the session."""
         session = self.session
         job = session.running.shown()
-        best = None if job is None else session.running.best
+        best = None if job is None else session.running.best.answer
         self.window.light_up(self._view, *(best or (session.numbers.relief, None)))
         self._caption.set_text("Left the original, right the best so far." if best else "")
         self._goal.set_text(session.document.feel.sentence())

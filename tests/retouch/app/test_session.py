@@ -294,12 +294,12 @@ def test_how_far_the_feel_can_change_is_of_the_picture_that_is_shown(monkeypatch
         one.want_reach()
 
     one = settled(estimated)
-    assert one.numbers.reach == found
+    assert one.numbers.reach.answer == found
 
     async def another(one: Session) -> None:
         await one.choose("dots")
 
-    assert settled(another, one).numbers.reach is None
+    assert settled(another, one).numbers.reach.answer is None
 
 
 def test_a_file_is_told_of_the_run_that_it_was_made_of(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -316,7 +316,7 @@ def test_a_file_is_told_of_the_run_that_it_was_made_of(monkeypatch: pytest.Monke
 
     async def printed(one: Session) -> None:
         one.history.look_at("runs/a-1")
-        while one.outcomes.sides is None:
+        while one.outcomes.sides.answer is None:
             await asyncio.sleep(0)
         await one.outcomes.write_print(".3mf", None, 1, None)
 
