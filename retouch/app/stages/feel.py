@@ -20,7 +20,7 @@ from retouch.app.values.document import FEEL_OF, JND, MOST_JND, goals
 from tactile.quantities import Quantity
 
 FACTOR_ENDS = (0.4, 1.6)
-"""Ends of the slider of a quantity, as factors on the original's: what reliefs of up to 3 mm reach."""
+"""Ends of the slider of a quantity, as factors on the original's value."""
 COSTS = 49
 """Changes of the feel whose cost for the look is drawn."""
 BRUSHES = {0.06: "small", 0.12: "medium", 0.25: "large"}
