@@ -126,7 +126,11 @@ class AdamDescent:
         if self._views:
             return fixed_pictures(heights, self._views, problem.shadow_edges) * self._unit
         pictures = problem.scene.render(
-            heights, None, problem.samples, problem.seed, problem.look, shadow_edges=problem.shadow_edges
+            heights,
+            samples=problem.samples,
+            seed=problem.seed,
+            model=problem.look,
+            shadow_edges=problem.shadow_edges,
         )
         return pictures * self._unit
 

@@ -69,9 +69,9 @@ def add_routes(app: FastAPI, addresses: Addresses) -> None:
     @app.get("/app/page/{name}")
     def page(name: str) -> Response:
         file = RUNS_FOLDER / name
-        found = _file(file, name.endswith(".html"), headers={"content-security-policy": SANDBOX})
-        if found.status_code != 200:
-            return found
+        answer = _file(file, name.endswith(".html"), headers={"content-security-policy": SANDBOX})
+        if answer.status_code != 200:
+            return answer
         # Within the app, which says the rest, only the object is wanted.
         content = file.read_text(encoding="utf-8", errors="replace").replace("</head>", f"{FRAMED}</head>", 1)
         return HTMLResponse(content, headers={"content-security-policy": SANDBOX})

@@ -11,7 +11,7 @@ import retouch
 from relief.ground.errors import InputError
 from relief.ground.files import write_atomically
 from relief.ground.limits import LARGEST_SIDE, PATCH_SIDE_MM
-from retouch.app.computing.warnings_kept import kept_warnings
+from retouch.app.computing.warnings_kept import kept_warnings, warning_lines
 from retouch.app.values.document import USUAL_RELIEF_MM, PictureChoice
 from retouch.app.values.findings import Lines, PreparedPicture, Source
 from retouch.app.values.folders import picture_file
@@ -51,22 +51,15 @@ def source(file: str) -> Source:
         # Numbers without a header are mm, or else far too high.
         span = float(np.ptp(picture.values((0, 0, picture.width, picture.height), "luminance")))
         relief_mm = span if 0.01 <= span <= 20.0 else USUAL_RELIEF_MM
-    return Source(
-        file,
-        picture.width,
-        picture.height,
-        relief_mm,
-        lengths.get("size_mm", PATCH_SIDE_MM),
-        notes,
-        thumbnail.getvalue(),
-    )
+    whole = PictureChoice(file, relief_mm=relief_mm, size_mm=lengths.get("size_mm", PATCH_SIDE_MM))
+    return Source(whole, picture.width, picture.height, notes, thumbnail.getvalue())
 
 
 @lru_cache(maxsize=8)
 def _prepared(picture: PictureChoice) -> tuple[Any, Lines]:
     with kept_warnings() as warnings:
         prepared = retouch.prepare(picture_file(picture.file), **picture.arguments())
-    return prepared, warnings.lines
+    return prepared, warning_lines(warnings)
 
 
 def prepare(picture: PictureChoice) -> PreparedPicture:

@@ -1,6 +1,5 @@
 """What a run has made: its relief so far, maps of what differs, files for printers, and objects."""
 
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,9 +14,9 @@ from optimize.verification.verification import Places
 from relief.ground.arrays import Array
 from relief.relief import Relief
 from retouch.app.computing.touch import MODEL, middle, touch
-from retouch.app.computing.warnings_kept import kept_warnings
+from retouch.app.computing.warnings_kept import kept_warnings, warning_lines
 from retouch.app.values.document import ObjectChoice
-from retouch.app.values.findings import Lines, Map, Sides, Written
+from retouch.app.values.findings import Map, Sides, Written
 from retouch.app.values.folders import RUNS_FOLDER
 from retouch.pages.colour_maps import PURPLE_ORANGE, VIRIDIS, Table, bar_uri, map_uri
 from retouch.pages.place_figures import place_figures
@@ -84,31 +83,31 @@ def _map(values: Array, low: float, high: float, table: Table, unit: str) -> Map
 def export(run: str, out: str, base_mm: float | None, repeat: int, printer: str | None) -> Written:
     """Write the result of a run for a printer, as `retouch export`. Raises InputError or OSError."""
     with kept_warnings() as warnings:
-        made = retouch.export(run, out, base_mm=base_mm, repeat=(repeat, repeat), printer=printer)
-    lines = [("file", str(made.file)), ("size", f"{made.width_mm:.4g} × {made.height_mm:.4g} mm")]
-    if made.thickness_mm is not None:
-        lines.append(("highest point", f"{made.thickness_mm:.3g} mm"))
-        if made.printer is not None:
-            layers = round(made.thickness_mm / made.printer.layer_mm)
-            lines.append(("layers", f"{layers} of {made.printer.layer_um:g} µm"))
-    return Written(str(made.file), (*lines, _file_size(made.file), *warnings.lines))
+        exported = retouch.export(run, out, base_mm=base_mm, repeat=(repeat, repeat), printer=printer)
+    lines = [("file", str(exported.file)), ("size", f"{exported.width_mm:.4g} × {exported.height_mm:.4g} mm")]
+    if exported.thickness_mm is not None:
+        lines.append(("highest point", f"{exported.thickness_mm:.3g} mm"))
+        if exported.printer is not None:
+            layers = round(exported.thickness_mm / exported.printer.layer_mm)
+            lines.append(("layers", f"{layers} of {exported.printer.layer_um:g} µm"))
+    return Written(str(exported.file), (*lines, _file_size(exported.file), *warning_lines(warnings)))
 
 
 def preview_object(run: str, part: ObjectChoice, page: str) -> Written:
     """Write a page that shows the result of a run on an object. Raises InputError."""
-    made = retouch.preview_wrap(run, part.mesh, page, **part.options)
-    preview = made.preview
+    written = retouch.preview_wrap(run, part.mesh, page, **part.options)
+    preview = written.preview
     triangles = f"about {preview.faces:,} in the file, {len(preview.shown.body.faces):,} shown"
     lines = (_sides(preview.shown), ("triangles", triangles), ("time", f"about {preview.seconds:.0f} s"))
-    return Written(page, lines + _warning_lines(made.warnings))
+    return Written(page, lines + warning_lines(written.warnings))
 
 
 def wrap_object(run: str, part: ObjectChoice, out: str) -> Written:
     """Lay the result of a run over an object, and write the solid. Raises InputError or OSError."""
-    made = retouch.wrap(run, part.mesh, out, **part.options)
-    triangles = f"{len(made.wrapped.body.faces):,}"
-    lines = (("file", out), _sides(made.wrapped), ("triangles", triangles), _file_size(made.file))
-    return Written(out, lines + _warning_lines(made.warnings))
+    wrapped = retouch.wrap(run, part.mesh, out, **part.options)
+    triangles = f"{len(wrapped.wrapped.body.faces):,}"
+    lines = (("file", out), _sides(wrapped.wrapped), ("triangles", triangles), _file_size(wrapped.file))
+    return Written(out, lines + warning_lines(wrapped.warnings))
 
 
 def feel_object(file: str, mesh: str, skin: str) -> Written:
@@ -129,7 +128,3 @@ def _sides(wrapped: "Wrapped") -> tuple[str, str]:
 
 def _file_size(file: Path) -> tuple[str, str]:
     return "file size", f"{file.stat().st_size / 2**20:.1f} MiB"
-
-
-def _warning_lines(warnings: Iterable[str]) -> Lines:
-    return tuple(("warning", line) for line in warnings)

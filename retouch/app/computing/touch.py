@@ -13,7 +13,7 @@ from relief.ground.arrays import Index
 from relief.ground.errors import InputError
 from relief.places import places
 from relief.relief import Relief
-from retouch.app.computing.warnings_kept import kept_warnings
+from retouch.app.computing.warnings_kept import kept_warnings, warning_lines
 from retouch.app.values.document import FeelChoice
 from retouch.app.values.findings import CONTACT, Lines
 from retouch.app.values.folders import picture_file
@@ -69,7 +69,7 @@ def forecast(heights: str, feel: FeelChoice, out: str) -> Lines:
         run = retouch.run_from_scene(DEFAULT_SCENE, heights, feel.overrides(), shared=shared)
         run.check_texture()
         lines = tuple(retouch.forecast(run, out).lines())
-    return lines + warnings.lines
+    return lines + warning_lines(warnings)
 
 
 def middle(relief: Relief) -> Index:

@@ -1,7 +1,7 @@
 """Warnings of the models, for the page: what the command would print."""
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 from retouch.app.values.findings import Lines
@@ -10,30 +10,29 @@ OWN_PACKAGES = ("relief", "tactile", "visual", "optimize", "retouch", "mitsuba_s
 """Packages whose warnings are for the person."""
 
 
-class KeptWarnings(logging.Handler):
-    """Keeps the warnings of the packages."""
+class _Kept(logging.Handler):
+    """Keeps the warnings of the packages, each once."""
 
     def __init__(self) -> None:
         super().__init__(logging.WARNING)
-        self._texts: list[str] = []
+        self.texts: dict[str, None] = {}
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keep a record."""
         if record.name.partition(".")[0] in OWN_PACKAGES:
-            self._texts.append(record.getMessage())
-
-    @property
-    def lines(self) -> Lines:
-        """Each warning once, under the word "warning"."""
-        return tuple(("warning", text) for text in dict.fromkeys(self._texts))
+            self.texts[record.getMessage()] = None
 
 
 @contextmanager
-def kept_warnings() -> Iterator[KeptWarnings]:
-    """Keeps the warnings of a block."""
-    handler = KeptWarnings()
+def kept_warnings() -> Iterator[Iterable[str]]:
+    """The warnings of a block, each once, as they come."""
+    handler = _Kept()
     logging.getLogger().addHandler(handler)
     try:
-        yield handler
+        yield handler.texts
     finally:
         logging.getLogger().removeHandler(handler)
+
+
+def warning_lines(warnings: Iterable[str]) -> Lines:
+    """Warnings as lines, under the word "warning"."""
+    return tuple(("warning", text) for text in warnings)

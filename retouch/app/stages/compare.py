@@ -8,7 +8,7 @@ from optimize.run_directory.finished_run import read_verification
 from optimize.run_directory.key import REPORT
 from optimize.verification.verification import Verification
 from relief.ground.limits import PATCH_SIDE_MM
-from retouch.app.stages.controls import LineTable, Number, button, choice, fault_label, section, select
+from retouch.app.stages import controls
 from retouch.app.stages.elements import ReliefView
 from retouch.app.stages.window import AppWindow, PageStage
 from retouch.app.state.runs import earlier_runs, state_of
@@ -64,7 +64,7 @@ class CompareStage(PageStage):
 
     def build_work(self) -> None:
         """Put the views and maps into the present slot."""
-        self._ways = choice(list(WAYS), value=self._way, on_change=self._other_way).classes("ways")
+        self._ways = controls.choice(list(WAYS), value=self._way, on_change=self._other_way).classes("ways")
         with ui.element("div").classes("compared"):
             self._one = self.window.view("original", "result", moved=self.refresh)
             with ui.element("div").classes("views") as self._two:
@@ -75,7 +75,7 @@ class CompareStage(PageStage):
                 ui.label(PLACES_NOTE).classes("hint")
                 # The maps of the report: no text in them comes from a person.
                 self._felt = ui.html(sanitize=False).classes("boards")
-        self._none = ui.label("No run has a result yet.").classes("hint")
+        self._none = ui.label(controls.NO_RESULT).classes("hint")
 
     def _named(self, name: str) -> ReliefView:
         with ui.element("div").classes("named"):
@@ -84,18 +84,18 @@ class CompareStage(PageStage):
 
     def build_side(self) -> None:
         """Put the choice of the run and its numbers into the present slot."""
-        with section("Run"):
-            self._run = select("Run", {}, self.session.history.look_at)
+        with controls.section("Run"):
+            self._run = controls.select("Run", {}, self.session.history.look_at)
             self._stop = ui.label().classes("hint")
-            self._fault = fault_label()
-        with section("Numbers"):
+            self._fault = controls.fault_label()
+        with controls.section("Numbers"):
             with ui.element("div").classes("numbers"):
-                self._jnd = Number("from the original", "JND")
-                self._look = Number("change of the pictures", "%")
-            self._table = LineTable()
+                self._jnd = controls.Number("from the original", "JND")
+                self._look = controls.Number("change of the pictures", "%")
+            self._table = controls.LineTable()
             with ui.element("div").classes("row-of"):
                 self._report = ui.link("Open the report", "", new_tab=True).classes("button")
-                button("Go on to the print", lambda: self.window.show("Print"), "primary")
+                controls.button("Go on to the print", lambda: self.window.show("Print"), "primary")
 
     def commands(self) -> list[list[str]]:
         """The command that compares, without `retouch`."""
@@ -110,7 +110,7 @@ class CompareStage(PageStage):
             self._run.set_options(names)
         run = session.document.run
         self._run.set_value(run if run in names else None)
-        sides = session.outcomes.sides
+        sides = session.outcomes.sides.answer
         self._none.set_visibility(sides is None and "sides" not in session.activity.under_way)
         self._fault.set_text(session.activity.faults.get("sides", ""))
         self._show_ways(sides)

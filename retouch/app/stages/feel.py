@@ -12,16 +12,7 @@ import numpy as np
 from nicegui import events, ui
 
 from relief.ground.limits import PATCH_SIDE_MM
-from retouch.app.stages.controls import (
-    Gallery,
-    button,
-    choice,
-    fault_label,
-    finger_select,
-    printer_select,
-    section,
-    select,
-)
+from retouch.app.stages import controls
 from retouch.app.stages.elements import Brush, JndSlider, Range
 from retouch.app.stages.window import AppWindow, PageStage
 from retouch.app.state.runs import finished_runs
@@ -29,7 +20,7 @@ from retouch.app.values.document import FEEL_OF, JND, MOST_JND, goals
 from tactile.quantities import Quantity
 
 FACTOR_ENDS = (0.4, 1.6)
-"""Ends of the slider of a quantity, as factors on the original's: what reliefs of up to 3 mm reach."""
+"""Ends of the slider of a quantity, as factors on the original's value."""
 COSTS = 49
 """Changes of the feel whose cost for the look is drawn."""
 BRUSHES = {0.06: "small", 0.12: "medium", 0.25: "large"}
@@ -81,25 +72,25 @@ class FeelStage(PageStage):
 
     def build_side(self) -> None:
         """Put the goals, the region and the way there into the present slot."""
-        with section("The feel to reach"):
+        with controls.section("The feel to reach"):
             self._build_goals()
-            self._fault = fault_label()
-        with section("Where"):
+            self._fault = controls.fault_label()
+        with controls.section("Where"):
             self._build_region()
         change = self.session.history.change_feel
-        with section("How"):
-            self._skin = finger_select(lambda name: change(skin=name))
-            self._printer = printer_select(lambda name: change(printer=name))
+        with controls.section("How"):
+            self._skin = controls.finger_select(lambda name: change(skin=name))
+            self._printer = controls.printer_select(lambda name: change(printer=name))
             fast = "Fast models for the steps"
             self._fast = ui.switch(fast, on_change=lambda event: change(fast=bool(event.value)))
             ui.label("The result is verified by exact models all the same.").classes("hint")
-        button("Go on to the run", lambda: self.window.show("Run"), "primary wide")
+        controls.button("Go on to the run", lambda: self.window.show("Run"), "primary wide")
 
     def _build_goals(self) -> None:
         change = self.session.history.change_feel
         names = {goal: quantity.label.capitalize() for goal, quantity in goals().items()}
         names |= {FEEL_OF: "Like another"}
-        self._goal = choice(names, on_change=self._other_goal).props("spread")
+        self._goal = controls.choice(names, on_change=self._other_goal).props("spread")
         self._parts: dict[str, ui.element] = {}
         self._factors: dict[str, FactorGoal] = {}
         for goal, quantity in goals().items():
@@ -109,20 +100,20 @@ class FeelStage(PageStage):
                 else:
                     self._factors[goal] = FactorGoal(quantity, partial(self._number_chosen, goal))
         with ui.element("div").classes("section") as self._parts[FEEL_OF]:
-            self._textures = Gallery("as rough as", lambda name: change(feel_of=name))
-            self._runs = select("or the result of a run", {}, lambda run: change(feel_of=run))
+            self._textures = controls.Gallery("as rough as", lambda name: change(feel_of=name))
+            self._runs = controls.select("or the result of a run", {}, lambda run: change(feel_of=run))
 
     def _build_region(self) -> None:
         self._paint = ui.switch("Only where I paint", on_change=self._painting_turned)
         with ui.element("div").classes("section") as self._tools:
-            self._size = choice(BRUSHES, value=0.12, on_change=self.refresh).props("spread")
+            self._size = controls.choice(BRUSHES, value=0.12, on_change=self.refresh).props("spread")
             self._strength_text = ui.label()
             label = "share of the way to the goal"
             self._strength = Range(label, "%", STRENGTHS, 5.0, self._strength_chosen)
             with ui.element("div").classes("row-of"):
                 self._soft = ui.switch("Soft edge", on_change=self.refresh)
                 self._erase = ui.switch("Erase", on_change=self.refresh)
-                button("Clear", self._clear)
+                controls.button("Clear", self._clear)
         self._where = ui.label().classes("hint")
 
     def commands(self) -> list[list[str]]:
@@ -162,7 +153,7 @@ class FeelStage(PageStage):
         self._runs.set_value(feel.feel_of if feel.feel_of in runs else NO_RUN)
 
     def _show_jnd(self) -> None:
-        reach = self.session.numbers.reach
+        reach = self.session.numbers.reach.answer
         waiting = WAITING if "reach" in self.session.activity.under_way else ""
         curve: dict[str, Any] = {"costs": [], "smoother": 0.0, "rougher": 0.0}
         if reach is not None:

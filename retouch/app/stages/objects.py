@@ -6,15 +6,7 @@ from pathlib import Path
 from nicegui import ui
 
 from relief.solids.names import OBJECTS
-from retouch.app.stages.controls import (
-    LineTable,
-    WrittenFile,
-    button,
-    fault_label,
-    option_field,
-    section,
-    select,
-)
+from retouch.app.stages import controls
 from retouch.app.stages.elements import DropZone
 from retouch.app.stages.window import PageStage
 from retouch.app.values.document import object_options
@@ -37,24 +29,25 @@ class ObjectStage(PageStage):
     def build_side(self) -> None:
         """Put the choices and the result into the present slot."""
         change, outcomes = self.session.history.change_part, self.session.outcomes
-        with section("Object"):
+        with controls.section("Object"):
             self._what = ui.label().classes("hint")
             suffixes = SUFFIXES[PARTS_FOLDER]
             zone = DropZone("Choose a part", "or drop one: STL, OBJ, PLY, GLB, 3MF", "/app/part", suffixes)
             zone.on("kept", lambda event: change(mesh=str(event.args["file"])))
-            self._mesh = select("Object", {}, lambda mesh: change(mesh=mesh))
+            self._mesh = controls.select("Object", {}, lambda mesh: change(mesh=mesh))
             self._fields = {
-                name: option_field(one, partial(self._chosen, name)) for name, one in object_options().items()
+                name: controls.option_field(one, partial(self._chosen, name))
+                for name, one in object_options().items()
             }
-        with section("Result"):
+        with controls.section("Result"):
             with ui.element("div").classes("row-of"):
-                self._show = button("Show", outcomes.preview_part, "primary")
-                self._wrap = button("Write the file", outcomes.wrap_part)
-                self._feel = button("Feel in colours", outcomes.feel_part)
+                self._show = controls.button("Show", outcomes.preview_part, "primary")
+                self._wrap = controls.button("Write the file", outcomes.wrap_part)
+                self._feel = controls.button("Feel in colours", outcomes.feel_part)
             self._old = ui.label().classes("hint")
-            self._lines = LineTable()
-            self._written = WrittenFile()
-            self._fault = fault_label()
+            self._lines = controls.LineTable()
+            self._written = controls.WrittenFile()
+            self._fault = controls.fault_label()
 
     def commands(self) -> list[list[str]]:
         """The command that wraps, without `retouch`."""
@@ -64,9 +57,8 @@ class ObjectStage(PageStage):
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
         activity, outcomes, document = self.session.activity, self.session.outcomes, self.session.document
-        ready = outcomes.sides is not None
-        missing = "No run has a result yet."
-        self._what.set_text(f"The result of {document.run} lies on it." if ready else missing)
+        ready = outcomes.sides.answer is not None
+        self._what.set_text(f"The result of {document.run} lies on it." if ready else controls.NO_RESULT)
         self._show_choices()
         if self._frame.props.get("src", "") != outcomes.address:
             self._frame.props["src"] = outcomes.address

@@ -7,18 +7,7 @@ from statistics import fmean
 from nicegui import events, ui
 
 from relief.ground.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_PLATE_MM, SMALLEST_RELIEF_MM
-from retouch.app.stages.controls import (
-    Gallery,
-    LineTable,
-    Number,
-    NumberField,
-    button,
-    details,
-    fault_label,
-    finger_select,
-    section,
-    select,
-)
+from retouch.app.stages import controls
 from retouch.app.stages.elements import CropBox, DropZone, Range, TextureScale
 from retouch.app.stages.window import AppWindow, PageStage
 from retouch.app.values.document import PictureChoice
@@ -55,7 +44,7 @@ class PictureStage(PageStage):
         self._view = self.window.view("relief", "")
         with ui.element("section").classes("strip").props('aria-label="how it feels"'):
             self._figures = {
-                name: Number(f"{quantity.label} {quantity.symbol}", quantity.unit)
+                name: controls.Number(f"{quantity.label} {quantity.symbol}", quantity.unit)
                 for name, quantity in QUANTITIES.items()
             }
             with ui.element("div").classes("grow"):
@@ -64,19 +53,19 @@ class PictureStage(PageStage):
 
     def build_side(self) -> None:
         """Put the choice of a picture, and of its shape, into the present slot."""
-        with section("Picture"):
+        with controls.section("Picture"):
             suffixes = SUFFIXES[PICTURES_FOLDER]
             hint = "or drop one anywhere on this page"
             DropZone("Choose a picture", hint, "/app/picture", suffixes).on("kept", self._kept)
-            self._textures = Gallery("texture", self.session.choose)
+            self._textures = controls.Gallery("texture", self.session.choose)
             self._crop = CropBox().on("crop", self._cropped)
             self._notes = ui.label().classes("hint")
-            self._warnings = LineTable()
-            self._fault = fault_label()
-        with section("Shape"):
+            self._warnings = controls.LineTable()
+            self._fault = controls.fault_label()
+        with controls.section("Shape"):
             self._build_shape()
-        with details("What was done"):
-            self._lines = LineTable()
+        with controls.details("What was done"):
+            self._lines = controls.LineTable()
 
     def _build_shape(self) -> None:
         history = self.session.history
@@ -86,16 +75,16 @@ class PictureStage(PageStage):
         self._slider = Range("relief", "mm", RELIEF_ENDS_MM, 0.05, lambda mm: slid(relief_mm=mm))
         with ui.element("div").classes("pair"):
             ends = SMALLEST_RELIEF_MM, LARGEST_RELIEF_MM
-            self._relief = NumberField("Relief, mm", ends, lambda mm: change(relief_mm=mm))
+            self._relief = controls.NumberField("Relief, mm", ends, lambda mm: change(relief_mm=mm))
             ends = SMALLEST_PLATE_MM, LARGEST_PLATE_MM
-            self._size = NumberField("Size, mm", ends, lambda mm: change(size_mm=mm))
+            self._size = controls.NumberField("Size, mm", ends, lambda mm: change(size_mm=mm))
         with ui.element("div").classes("row-of"):
-            button("Turn left", partial(self._turn, 90))
-            button("Turn right", partial(self._turn, 270))
+            controls.button("Turn left", partial(self._turn, 90))
+            controls.button("Turn right", partial(self._turn, 270))
         self._invert = ui.switch("Dark is high", on_change=lambda e: change(invert=bool(e.value)))
         self._tile = ui.switch(TILED, on_change=self._tiled)
-        self._samples = select("Samples a side", SAMPLES, self._samples_chosen)
-        self._skin = finger_select(lambda name: history.change_feel(skin=name))
+        self._samples = controls.select("Samples a side", SAMPLES, self._samples_chosen)
+        self._skin = controls.finger_select(lambda name: history.change_feel(skin=name))
 
     def commands(self) -> list[list[str]]:
         """The command that prepares the picture, without `retouch`."""

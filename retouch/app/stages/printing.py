@@ -5,16 +5,7 @@ from nicegui import events, ui
 from relief.ground.formats import FORMATS
 from relief.ground.limits import BASE_MM
 from relief.printers import PRINTERS
-from retouch.app.stages.controls import (
-    LineTable,
-    NumberField,
-    WrittenFile,
-    button,
-    choice,
-    fault_label,
-    printer_select,
-    section,
-)
+from retouch.app.stages import controls
 from retouch.app.stages.window import AppWindow, PageStage
 
 BASE_ENDS_MM = (0.2, 50.0)
@@ -38,25 +29,26 @@ class PrintStage(PageStage):
 
     def build_side(self) -> None:
         """Put the choices and the written file into the present slot."""
-        with section("File"):
+        with controls.section("File"):
             self._what = ui.label().classes("hint")
             suffixes = {suffix: suffix[1:].upper() for suffix in FORMATS}
-            choice(suffixes, value=self._suffix, on_change=self._format_chosen).props("spread")
-            printer_select(self._printer_chosen)
+            controls.choice(suffixes, value=self._suffix, on_change=self._format_chosen).props("spread")
+            controls.printer_select(self._printer_chosen)
             with ui.element("div").classes("pair"):
-                self._base = NumberField("Base, mm", BASE_ENDS_MM, self._base_chosen)
-                NumberField("Tiles a side", (1, MOST_REPEATS), self._repeat_chosen).show(self._repeat)
-            self._planned = LineTable()
-            self._button = button("Write the file", self._write, "primary wide")
-            self._fault = fault_label()
-        with section("Written"):
-            self._written = WrittenFile()
+                self._base = controls.NumberField("Base, mm", BASE_ENDS_MM, self._base_chosen)
+                controls.NumberField("Tiles a side", (1, MOST_REPEATS), self._repeat_chosen).show(
+                    self._repeat
+                )
+            self._planned = controls.LineTable()
+            self._button = controls.button("Write the file", self._write, "primary wide")
+            self._fault = controls.fault_label()
+        with controls.section("Written"):
+            self._written = controls.WrittenFile()
 
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
-        session, sides = self.session, self.session.outcomes.sides
-        missing = "No run has a result yet."
-        self._what.set_text(missing if sides is None else f"The result of {session.document.run}.")
+        session, sides = self.session, self.session.outcomes.sides.answer
+        self._what.set_text(controls.NO_RESULT if sides is None else f"The result of {session.document.run}.")
         self.window.light_up(self._view, None if sides is None else sides.after)
         self._view.set_visibility(sides is not None)
         self._button.set_enabled(sides is not None and "print" not in session.activity.under_way)
@@ -72,7 +64,7 @@ class PrintStage(PageStage):
         return usual if self._own_base_mm is None else self._own_base_mm
 
     def _plan(self) -> list[tuple[str, str]]:
-        sides = self.session.outcomes.sides
+        sides = self.session.outcomes.sides.answer
         if sides is None:
             return []
         side_mm = sides.after.width_mm * self._repeat

@@ -57,7 +57,7 @@ class RunStage(PageStage):
         """Bring its elements to the state of the session."""
         session = self.session
         job = session.running.shown()
-        best = None if job is None else session.running.best
+        best = None if job is None else session.running.best.answer
         self.window.light_up(self._view, *(best or (session.numbers.relief, None)))
         self._caption.set_text("Left the original, right the best so far." if best else "")
         self._goal.set_text(session.document.feel.sentence())
@@ -79,11 +79,11 @@ class RunStage(PageStage):
             return
         self._state.set_text(f"{job.folder.name}: {job.state.value}")
         shown, said = [], job.lines()
-        made = steps(job.folder)
-        target = made[-1].target_roughness if made else None
-        self._chart.give(values=[step.roughness for step in made], target=target, name="roughness")
-        if made:
-            last = made[-1]
+        history = steps(job.folder)
+        target = history[-1].target_roughness if history else None
+        self._chart.give(values=[step.roughness for step in history], target=target, name="roughness")
+        if history:
+            last = history[-1]
             shown.append(("step", f"{last.step}, after {last.seconds:.0f} s"))
             shown.append(("roughness", f"{last.roughness:.4f}"))
             if target is not None:

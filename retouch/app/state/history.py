@@ -55,18 +55,15 @@ class UndoHistory:
 
     def change_picture(self, *, slid: str = "", **fields: Any) -> None:
         """Change fields of the picture; `slid` as of `change`."""
-        if self.document.picture is not None:
-            picture = replace(self.document.picture, **fields)
-            self.change(replace(self.document, picture=picture), slid=slid)
+        self._change_fields("picture", slid, fields)
 
     def change_feel(self, *, slid: str = "", **fields: Any) -> None:
         """Change fields of the feel; `slid` as of `change`."""
-        feel = replace(self.document.feel, **fields)
-        self.change(replace(self.document, feel=feel), slid=slid)
+        self._change_fields("feel", slid, fields)
 
     def change_part(self, **fields: Any) -> None:
         """Change fields of the object."""
-        self.change(replace(self.document, part=replace(self.document.part, **fields)))
+        self._change_fields("part", "", fields)
 
     def change_option(self, name: str, value: object) -> None:
         """Change an option of the object; None and the value without the option leave the option out."""
@@ -74,6 +71,11 @@ class UndoHistory:
         if value not in (None, object_options()[name].value):
             options[name] = value
         self.change_part(options=options)
+
+    def _change_fields(self, name: str, slid: str, fields: dict[str, Any]) -> None:
+        earlier = getattr(self.document, name)
+        if earlier is not None:
+            self.change(replace(self.document, **{name: replace(earlier, **fields)}), slid=slid)
 
     def look_at(self, run: str) -> None:
         """Look at another run; that is no step to undo."""

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
 from retouch.app.computing.worker import Superseded
@@ -11,38 +12,33 @@ Key = TypeVar("Key")
 Answer = TypeVar("Answer")
 
 
+@dataclass(eq=False)
 class Latest(Generic[Key, Answer]):
     """The answer for the latest key, computed by one piece of work at a time.
 
     While work is under way, keys may come and go: the latest one is computed next, the others never. An
     answer is kept if its topic is still the wanted one, and an error only if its key is.
 
-    Args:
+    Attributes:
         activity: lists the work under way, and keeps its errors.
         subject: name of the work in `activity`.
         work: computes the answer for a key.
         stop: ends the work under way, which then raises `Superseded`; None: outdated work runs to its end, or
             to its next `check`.
-
-    Attributes:
         key: that is wanted; None for none.
         answer: for the wanted key, or for an earlier one of its topic; None until there is one.
     """
 
-    def __init__(
-        self,
-        activity: Activity,
-        subject: str,
-        work: Callable[[Key], Awaitable[Answer]],
-        stop: Callable[[], None] | None = None,
-    ) -> None:
-        self.key: Key | None = None
-        self.answer: Answer | None = None
-        self._activity, self._subject, self._work, self._stop = activity, subject, work, stop
-        self._topic: object = None
-        self._doing = ""
-        self._computed: Key | None = None
-        self._task: asyncio.Task[Any] | None = None
+    activity: Activity
+    subject: str
+    work: Callable[[Key], Awaitable[Answer]]
+    stop: Callable[[], None] | None = None
+    key: Key | None = field(default=None, init=False)
+    answer: Answer | None = field(default=None, init=False)
+    _topic: object = field(default=None, init=False)
+    _doing: str = field(default="", init=False)
+    _computed: Key | None = field(default=None, init=False)
+    _task: asyncio.Task[Any] | None = field(default=None, init=False)
 
     @property
     def busy(self) -> bool:
@@ -63,15 +59,15 @@ class Latest(Generic[Key, Answer]):
         topic = key if topic is None else topic
         if topic != self._topic:
             self.answer = None
-            self._activity.faults.pop(self._subject, None)
+            self.activity.faults.pop(self.subject, None)
         self.key, self._topic, self._doing = key, topic, doing
         if not self.busy:
             if key is not None:
-                self._task = self._activity.in_background(self._follow())
-        elif self._stop is not None:
+                self._task = self.activity.in_background(self._follow())
+        elif self.stop is not None:
             # Whatever is being computed is lost, even if its key is wanted again before the work has ended.
             self._computed = None
-            self._stop()
+            self.stop()
 
     def check(self) -> None:
         """Let outdated work end: raises Superseded if another key is wanted than the one being computed."""
@@ -91,23 +87,23 @@ class Latest(Generic[Key, Answer]):
         finally:
             # Before the listeners, who may want the next key.
             self._task = None
-            self._activity.under_way.pop(self._subject, None)
-            self._activity.notify()
+            self.activity.under_way.pop(self.subject, None)
+            self.activity.notify()
 
     async def _compute(self, key: Key, topic: object) -> None:
         self._computed = key
         if self._doing:
-            self._activity.under_way[self._subject] = self._doing
-        self._activity.notify()
+            self.activity.under_way[self.subject] = self._doing
+        self.activity.notify()
         try:
-            answer = await self._work(key)
+            answer = await self.work(key)
         except Superseded:
             return
         except Exception as error:
             if key == self.key:
-                self._activity.fail(self._subject, error)
+                self.activity.fail(self.subject, error)
             return
         if topic == self._topic:
             self.answer = answer
         if key == self.key:
-            self._activity.faults.pop(self._subject, None)
+            self.activity.faults.pop(self.subject, None)

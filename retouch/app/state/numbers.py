@@ -27,6 +27,7 @@ class Numbers:
         prepared: the relief of the picture; None until known.
         felt_here, felt: values of the quantities at one place of the finger and all over; None until known.
         scale: roughness of the bundled textures, by name.
+        reach: how far the feel can change.
     """
 
     def __init__(self, history: UndoHistory, activity: Activity, live: Worker, idle: Worker) -> None:
@@ -38,7 +39,7 @@ class Numbers:
         self._history, self._activity, self._live = history, activity, live
         self._pressing = Latest(activity, "numbers", self._press)
         self._pressed: tuple[PictureChoice, str] | None = None
-        self._reaching: Latest[tuple[Relief, str], Reach] = Latest(
+        self.reach: Latest[tuple[Relief, str], Reach] = Latest(
             activity, "reach", lambda key: idle(touch.reach, *key), stop=idle.close
         )
         self._scales: dict[str, dict[str, float]] = {}
@@ -48,18 +49,14 @@ class Numbers:
     def source(self) -> Source | None:
         """The picture as it was found; None until known."""
         picture = self._history.document.picture
-        known = self.opened is not None and picture is not None and self.opened.file == picture.file
-        return self.opened if known else None
+        if self.opened is None or picture is None or self.opened.picture.file != picture.file:
+            return None
+        return self.opened
 
     @property
     def relief(self) -> Relief | None:
         """The relief of the picture; None until known."""
         return None if self.prepared is None else self.prepared.relief
-
-    @property
-    def reach(self) -> Reach | None:
-        """How far the feel can change; None until known."""
-        return self._reaching.answer
 
     @property
     def settled(self) -> bool:
@@ -125,8 +122,8 @@ class Numbers:
         waiting = self._pressing.busy or "picture" in self._activity.under_way
         if self.relief is not None and self.settled and not waiting:
             key = self.relief, self._history.document.feel.skin
-            self._reaching.want(key, "estimating how far the feel can change")
+            self.reach.want(key, "estimating how far the feel can change")
 
     def forget_reach(self) -> None:
         """End the estimate of how far the feel can change: it is of another picture, or in the way."""
-        self._reaching.want(None)
+        self.reach.want(None)

@@ -21,6 +21,7 @@ class Outcomes:
     """What is known of the run that is looked at. Errors are kept in `activity.faults`.
 
     Attributes:
+        sides: original and result.
         written, wrapped: the last file for a printer, and the last object.
         page: the last page about the object.
         shown_part: that the page is about.
@@ -34,15 +35,10 @@ class Outcomes:
         self.shown_part: ObjectChoice | None = None
         self.address = ""
         self._history, self._activity, self._slow = history, activity, slow
-        self._reading: Latest[tuple[str, tuple[int, ...]], Sides] = Latest(
+        self.sides: Latest[tuple[str, tuple[int, ...]], Sides] = Latest(
             activity, "sides", lambda key: live(results.sides, key[0])
         )
         history.follow(self._changed)
-
-    @property
-    def sides(self) -> Sides | None:
-        """Original and result; None until there is a result."""
-        return self._reading.answer
 
     def _changed(self, before: AppDocument, after: AppDocument) -> None:
         if before.run != after.run:
@@ -56,13 +52,13 @@ class Outcomes:
         run = self._history.document.run
         written = () if run is None else _written_at(Path(run))
         if run is None or not written:
-            self._reading.want(None)
+            self.sides.want(None)
         else:
-            self._reading.want((run, written), "reading the run", topic=run)
+            self.sides.want((run, written), "reading the run", topic=run)
 
     def _looked_at(self) -> str:
         run = self._history.document.run
-        if run is None or self.sides is None:
+        if run is None or self.sides.answer is None:
             raise InputError("no run with a result is looked at")
         return run
 

@@ -26,25 +26,21 @@ class Running:
     Attributes:
         queue: the runs.
         forecast: what the next one would take.
+        best: original and best relief so far of the run under way.
     """
 
     def __init__(self, history: UndoHistory, activity: Activity, live: Worker, slow: Worker) -> None:
         self.queue = Queue()
         self.forecast: Lines = ()
         self._history, self._activity, self._live, self._slow = history, activity, live, slow
-        self._reading: Latest[tuple[Path, int], tuple[Relief, Relief]] = Latest(
+        self.best: Latest[tuple[Path, int], tuple[Relief, Relief]] = Latest(
             activity, "best", lambda key: live(results.best_so_far, str(key[0]))
         )
         history.follow(self._changed)
 
-    @property
-    def best(self) -> tuple[Relief, Relief] | None:
-        """Original and best relief so far of the run under way; None until known."""
-        return self._reading.answer
-
     def _changed(self, before: AppDocument, after: AppDocument) -> None:
         if before.run != after.run:
-            self._reading.want(None)
+            self.best.want(None)
         if (before.picture, before.feel) != (after.picture, after.feel):
             # A forecast of another run would be taken for that of this one.
             self.forecast = ()
@@ -144,7 +140,7 @@ class Running:
             return
         checkpoint = job.folder / RUN_CHECKPOINT
         key = (job.folder, checkpoint.stat().st_mtime_ns) if checkpoint.is_file() else None
-        self._reading.want(key, topic=job.folder)
+        self.best.want(key, topic=job.folder)
 
     def as_json(self) -> list[dict[str, Any]]:
         """The queue for the next start: what is not done."""

@@ -168,12 +168,12 @@ def state_of(folder: Path) -> State:
 
 def steps(folder: Path) -> list[Step]:
     """The steps of a run so far."""
-    made = []
+    rows = []
     for line in _read(folder / RUN_HISTORY).splitlines():
         # The last line may be half written.
         with suppress(ValidationError):
-            made.append(Step.model_validate_json(line))
-    return made
+            rows.append(Step.model_validate_json(line))
+    return rows
 
 
 def _read(file: Path) -> bytes:

@@ -180,8 +180,8 @@ class Session:
             content = json.loads(read_limited(KEPT, LARGEST_KEPT))
             document = TypeAdapter(AppDocument).validate_python(content["document"])
             self.running.queue = read_queue(content["queue"])
-            known = document.run is None or is_run(document.run)
-            self.history.document = document if known else replace(document, run=None)
+            own_run = document.run is None or is_run(document.run)
+            self.history.document = document if own_run else replace(document, run=None)
         except (InputError, ValidationError, ValueError, TypeError, LookupError, RecursionError) as error:
             _log.warning("%s: not read, the app begins anew: %s", KEPT, type(error).__name__)
 

@@ -31,7 +31,7 @@ MOST_JND = 6.0
 JND, FEEL_OF = "jnd", "feel_of"
 """Goals that are no factors: a change of the roughness, and another texture's feel."""
 USUAL_JND, USUAL_FACTOR = 2.0, 0.8
-"""Numbers of the goals until others are chosen: a change that everybody feels, JND, and a factor."""
+"""Numbers of the goals until others are chosen: just-noticeable differences, and a factor."""
 
 
 def goals() -> dict[str, Quantity]:

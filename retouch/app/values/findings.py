@@ -16,25 +16,17 @@ class Source:
     """A picture as it was found.
 
     Attributes:
-        file: its path, or the name of a bundled texture.
+        picture: the whole of it, with the lengths of its header, or the usual ones where there is none.
         width, height: pixels.
-        relief_mm, size_mm: of its header; the usual ones where there is none.
         notes: what the picture is, in words.
         thumbnail: PNG.
     """
 
-    file: str
+    picture: PictureChoice
     width: int
     height: int
-    relief_mm: float
-    size_mm: float
     notes: str
     thumbnail: bytes
-
-    @property
-    def picture(self) -> PictureChoice:
-        """The choice of this picture, with its lengths."""
-        return PictureChoice(self.file, relief_mm=self.relief_mm, size_mm=self.size_mm)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,5 +1,7 @@
 """The commands that the app shows are those that do what the app does."""
 
+import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ from relief.ground.formats import RUN_HEIGHTS
 from relief.ground.options import given
 from retouch.app.values.document import (
     FeelChoice,
+    KeptFeel,
     KeptObject,
     ObjectChoice,
     PictureChoice,
@@ -72,6 +75,16 @@ def test_the_run_that_is_forecast_is_that_of_the_command(heights: str, feel: Fee
     shared = FAST_MODELS if feel.fast else ()
     forecast = retouch.run_from_scene(DEFAULT_SCENE, heights, feel.overrides(), shared=shared)
     assert shown == forecast
+
+
+def test_a_feel_is_kept_with_the_numbers_of_its_goals_beside_the_other_fields() -> None:
+    feel = FeelChoice("contact_area_scale", {"jnd": 1.5, "contact_area_scale": 0.7}, settings=("a=1",))
+    content = json.loads(json.dumps(feel.as_json()))
+    assert content["jnd"] == 1.5 and content["contact_area_scale"] == 0.7 and "numbers" not in content
+    kept: TypeAdapter[FeelChoice] = TypeAdapter(KeptFeel)
+    assert kept.validate_python(content) == feel
+    del content["jnd"]  # as of a quantity that is new in the table
+    assert kept.validate_python(content) == replace(feel, numbers={"jnd": 2.0, "contact_area_scale": 0.7})
 
 
 def test_an_object_is_that_of_the_command() -> None:

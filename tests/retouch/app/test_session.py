@@ -294,12 +294,40 @@ def test_how_far_the_feel_can_change_is_of_the_picture_that_is_shown(monkeypatch
         one.want_reach()
 
     one = settled(estimated)
-    assert one.numbers.reach == found
+    assert one.numbers.reach.answer == found
 
     async def another(one: Session) -> None:
         await one.choose("dots")
 
-    assert settled(another, one).numbers.reach is None
+    assert settled(another, one).numbers.reach.answer is None
+
+
+def test_how_far_the_feel_can_change_is_estimated_again_after_an_undone_change(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    reliefs = []
+
+    def reach(relief: Relief, skin: str) -> Reach:
+        reliefs.append(relief)
+        return Reach(ChangeCurve(1.0, True, ()), ChangeCurve(2.0, True, ()), "quick", "fast", 50.0)
+
+    monkeypatch.setattr(touch, "reach", reach)
+
+    async def undone(one: Session) -> None:
+        await chosen(one)
+        for change in (lambda: one.history.change_picture(relief_mm=0.4), one.history.undo):
+            while not one.activity.idle:
+                await asyncio.sleep(0.01)
+            one.want_reach()
+            await one.numbers.reach.finished()
+            change()
+        while not one.activity.idle:
+            await asyncio.sleep(0.01)
+        assert one.numbers.reach.answer is None
+        one.want_reach()
+
+    one = settled(undone)
+    assert one.numbers.reach.answer is not None and len(reliefs) == 3 and reliefs[-1] is one.numbers.relief
 
 
 def test_a_file_is_told_of_the_run_that_it_was_made_of(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -316,7 +344,7 @@ def test_a_file_is_told_of_the_run_that_it_was_made_of(monkeypatch: pytest.Monke
 
     async def printed(one: Session) -> None:
         one.history.look_at("runs/a-1")
-        while one.outcomes.sides is None:
+        while one.outcomes.sides.answer is None:
             await asyncio.sleep(0)
         await one.outcomes.write_print(".3mf", None, 1, None)
 
@@ -359,6 +387,16 @@ def test_of_two_pictures_chosen_at_once_the_later_counts() -> None:
 
     document = settled(both).document
     assert document.picture is not None and document.picture.file == "knit"
+
+
+def test_a_broken_picture_is_not_reported_once_another_is_chosen() -> None:
+    async def both(one: Session) -> None:
+        Path("broken.png").write_bytes(b"no picture")
+        await asyncio.gather(one.choose("broken.png"), one.choose("brick"))
+
+    one = settled(both)
+    assert one.document.picture is not None and one.document.picture.file == "brick"
+    assert one.activity.faults == {}
 
 
 def test_a_forecast_is_not_shown_for_another_run(monkeypatch: pytest.MonkeyPatch) -> None:

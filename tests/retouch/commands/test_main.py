@@ -468,7 +468,7 @@ def test_a_descent_renders_the_look_to_keep_once(method: str, monkeypatch: pytes
         return evaluate(view, heights, jacobian, edges)
 
     def counted_render(scene: Scene, heights: Any = None, *arguments: Any, **options: Any) -> Any:
-        steered = options["samples"] == FEW
+        steered = options.get("samples") == FEW
         targets.extend(["adam"] * (steered and not heights.requires_grad))
         return render(scene, heights, *arguments, **options)
 
