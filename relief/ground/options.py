@@ -289,13 +289,7 @@ def by_keywords(
             chosen = {name: value for name, value in keywords.items() if name in names}
             return function(*arguments, options=options(**chosen), **own)  # type: ignore[call-arg]
 
-        own = inspect.signature(function)
-        parameters = [parameter for parameter in own.parameters.values() if parameter.name != "options"]
-        parameters += inspect.signature(options).parameters.values()
-        called.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
-        lines = [f"    {name}: {_help(one)}." for name, one in declared(options).items()]  # type: ignore[arg-type]
-        lines += ["    quiet, progress: how progress is shown, as in `optimize`."] * hasattr(options, "quiet")
-        called.__doc__ = "\n".join((f"{function.__doc__ or ''}\n\nKeywords:", *lines))
+        _describe(called, function, options)
         return called
 
     return with_keywords

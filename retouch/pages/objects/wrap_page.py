@@ -16,8 +16,6 @@ from retouch.pages.viewer.models import Layer, Model
 
 LEAST_TOLD = 0.005
 """Part of the area from which on it is told that lengths are off there."""
-LEAST_LOST = 5e-4
-"""Part of the surface from which on it is told that it is too thin for the printer."""
 BARE, TEXTURED, SEAM, LOWERED = "#d8d3ca", "#2f7f96", "#c2560f", "#8a3ffc"
 """Colours of what carries no texture, of what does, of what patches that do not fit share, and of where
 nothing is left of the relief."""
