@@ -1,7 +1,7 @@
 """Evaluation: how a relief or a solid feels at each place of the finger, and how far a change can go."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self, Unpack
@@ -13,10 +13,11 @@ from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.estimates.reach import Reach
 from optimize.estimates.reach import reach as reach_of
 from optimize.settings.skins import OWN, described_skin, load_skin
-from optimize.verification.solids.mesh_feel import MeshFeel, feel_of
+from optimize.verification.solids.mesh_feel import ESTIMATED, TAKEN_OUT, UNDER, MeshFeel, feel_of
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
 from relief.ground.formats import MESHES
+from relief.ground.formatting import number, percent
 from relief.ground.lengths import Lengths
 from relief.ground.limits import MOST_MESH_PLACES, PATCH_SIDE_MM
 from relief.ground.progress import Progress, say, stage
@@ -30,12 +31,13 @@ from relief.solids.meshes import Mesh, outer_body, read_mesh
 from relief.solids.objects.table import OBJECTS
 from relief.surface import Repeats
 from retouch.pages.objects.mesh_colouring import write_coloured
+from retouch.pages.sentences import print_deviation
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source, printer_of, refuse, relief_of
 from tactile.jnd import jnd_unless_smooth
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
-from tactile.quantities import CONTACT_AREA, ROUGHNESS
+from tactile.quantities import CONTACT_AREA, LARGEST_JND, LIMIT_PERCENT, ROUGHNESS
 from tactile.skin import Skin
 from visual.scene import Scene, load_scene
 
@@ -133,6 +135,25 @@ class Evaluation:
         felt = {**self.touch.means, "contact_fraction": self.contact_fraction}
         return felt | ({"places": self.touch.ends} if self.touch.ends["count"] > 1 else {})
 
+    def lines(self) -> Iterator[str]:
+        """Sentences for a person about the reach of a relief, and about a solid."""
+        if self.reach is not None and self.scene is not None:
+            of_mean = f"{percent(self.reach.limit_percent_of_mean)} of the mean picture"
+            limit = f"its pictures in {self.scene.stem} change by {of_mean} ({LIMIT_PERCENT:g} % of white)"
+            yield f"{self.name} can be made {_ways(self.reach)} before {limit}."
+        if not isinstance(felt := self.touch, MeshFeel):
+            return
+        sides = " x ".join(number(side) for side in felt.sides_mm)
+        own = f"The object's own curvature is {felt.curvature}"
+        if felt.curvature == ESTIMATED:
+            own += f"; with it roughness is {number(float(felt.as_pressed[ROUGHNESS.name].mean()))}"
+        yield f"{self.name} ({sides} mm): {_pressed_places(felt)}. {own}."
+        if (printed := self.printed) is not None:
+            deviation = print_deviation(printed.rms_mm, printed.lost)
+            yield f"As printed by {printed.printer.name}: {deviation}"
+        if self.files:
+            yield f"Roughness in colours: {', '.join(map(str, self.files))}"
+
     def as_json(self, first: Self | None = None) -> dict[str, Any]:
         """An entry of what `retouch evaluate --json` prints.
 
@@ -155,6 +176,31 @@ class Evaluation:
             entry["size_mm"] = self.relief.width_mm
         of_skin = described_skin(self.skin, self.skin_name)
         return entry | {"skin": of_skin, "model": self.model, "printer": printer and printer.name}
+
+
+def _ways(reach: Reach) -> str:
+    """A reach in words."""
+    ways = []
+    for sense, way in (("rougher", reach.rougher), ("smoother", reach.smoother)):
+        jnd = f"{number(way.jnd, 2)} JND"
+        beyond = way.jnd >= LARGEST_JND or not way.arrived
+        ways.append(f"{jnd} or more {sense}" if beyond else f"about {jnd} {sense}")
+    return " or ".join(ways)
+
+
+def _pressed_places(felt: MeshFeel) -> str:
+    """Where the finger pressed on a solid, and which places were left out."""
+    count = len(felt.crops)
+    pressed = "felt at one place" if count == 1 else f"mean over {count} places"
+    if felt.crops[0].on_edge:
+        where = "on an edge" if count == 1 else "all on edges"
+        return (
+            f"{pressed}, {where}, where a finger feels the shape (of a plate as small as a finger, "
+            "evaluate the height map or the folder of its run)"
+        )
+    if felt.curvature in (TAKEN_OUT, UNDER):
+        return f"{pressed}; {felt.edges} on edges or without texture are left out"
+    return f"{pressed}; {felt.edges} on edges and {felt.flat} flat ones are left out"
 
 
 def evaluate(

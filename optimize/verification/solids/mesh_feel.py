@@ -83,8 +83,14 @@ class MeshFeel:
             ends[f"{name}_std"] = float(values.std())
         return ends
 
+    @property
+    def sides_mm(self) -> list[float]:
+        """Extent of the body along x, y and z."""
+        sides: list[float] = np.ptp(self.body.vertices, axis=0).tolist()
+        return sides
+
     def details(self) -> dict[str, Any]:
-        """What is told of a mesh beside the numbers of a texture: edges, curvature, sides, every touch."""
+        """Numbers of a mesh beside those of a texture: edges, curvature, sides, every touch."""
         return {
             "on_edge": self.edges,
             "flat": self.flat,
@@ -92,7 +98,7 @@ class MeshFeel:
             "curvature": self.curvature,
             "as_pressed": means(self.as_pressed),
             "surface_mm2": self.area_mm2,
-            "sides_mm": np.ptp(self.body.vertices, axis=0).tolist(),
+            "sides_mm": self.sides_mm,
             "touches": [
                 {
                     "at_mm": crop.frame.at.tolist(),
