@@ -31,6 +31,9 @@ LAYOUT_TOKENS = {
 }
 """Tokens that make no line a line of code."""
 
+ABOVE = "retouch"
+"""Package above the run, whose values are counted that have no type of their own."""
+
 Sources = Mapping[PurePosixPath, str]
 """Python files of a tree by path."""
 
@@ -152,6 +155,10 @@ def main() -> None:
         print(f"\n{version}\n\n{as_text(layout)}")
     counts = [(name, len(wish.before), len(wish.now)) for name, wish in WISHES.items()]
     print("\n" + table(("files to open for", START, NOW), counts))
+    trees = [ast.parse(text) for path, text in of_tree(ROOT).items() if path.parts[0] == ABOVE]
+    typed = {"dict[str, Any]": any_dicts, "subscripts by a string": string_subscripts}
+    rows = [(name, sum(map(function, trees))) for name, function in typed.items()]
+    print("\n" + table((f"untyped values in {ABOVE}", "count"), rows))
 
 
 def of_tree(root: Path) -> Sources:
@@ -231,6 +238,36 @@ def inner_imports(tree: ast.AST) -> int:
     functions = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
     inside = (child for node in ast.walk(tree) if isinstance(node, functions) for child in ast.walk(node))
     return len({id(node) for node in inside if isinstance(node, ast.Import | ast.ImportFrom)})
+
+
+def any_dicts(tree: ast.AST) -> int:
+    """Mentions of `dict[str, Any]`, but for what `as_json` returns."""
+    written = {
+        id(node.returns)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef) and node.name == "as_json"
+    }
+    mentioned = (node for node in ast.walk(tree) if isinstance(node, ast.Subscript))
+    return sum(ast.unparse(node) == "dict[str, Any]" for node in mentioned if id(node) not in written)
+
+
+def string_subscripts(tree: ast.AST) -> int:
+    """Subscripts by a literal string, but for annotations."""
+    annotations = {
+        id(inner)
+        for node in ast.walk(tree)
+        for annotation in (getattr(node, "annotation", None), getattr(node, "returns", None))
+        if annotation is not None
+        for inner in ast.walk(annotation)
+    }
+    return sum(
+        isinstance(node, ast.Subscript)
+        and isinstance(node.slice, ast.Constant)
+        and isinstance(node.slice.value, str)
+        and ast.unparse(node.value) != "Literal"
+        and id(node) not in annotations
+        for node in ast.walk(tree)
+    )
 
 
 def circles(trees: Mapping[PurePosixPath, ast.Module]) -> list[list[str]]:

@@ -133,7 +133,8 @@ class Evaluation:
     def numbers(self) -> dict[str, Any]:
         """Means over the places, and their least and largest values if there are several, for JSON."""
         felt = {**self.touch.means, "contact_fraction": self.contact_fraction}
-        return felt | ({"places": self.touch.ends} if self.touch.ends["count"] > 1 else {})
+        several = len(self.touch.values[ROUGHNESS.name]) > 1
+        return felt | ({"places": self.touch.ends} if several else {})
 
     def lines(self) -> Iterator[str]:
         """Sentences for a person about the reach of a relief, and about a solid."""
@@ -160,22 +161,21 @@ class Evaluation:
         Args:
             first: with `jnd_from_first`, counted from this one.
         """
-        entry = {"texture": self.name, **self.numbers}
-        if isinstance(self.touch, MeshFeel):
-            entry |= self.touch.details()
+        solid = self.touch if isinstance(self.touch, MeshFeel) else None
+        entry = {"texture": self.name, **self.numbers, **({} if solid is None else solid.details())}
         if first is not None:
-            entry["jnd_from_first"] = self.jnd_from(first)
+            entry |= {"jnd_from_first": self.jnd_from(first)}
         if self.reach is not None:
-            entry["reach"] = {"scene": str(self.scene), **self.reach.as_json()}
-        printer = self.printer
-        if isinstance(self.relief, Mesh):
-            entry |= {"size_mm": entry["sides_mm"][0], "warnings": list(self.relief.warnings)}
+            entry |= {"reach": {"scene": str(self.scene), **self.reach.as_json()}}
+        if isinstance(self.relief, Relief):
+            entry |= {"size_mm": self.relief.width_mm}
+        elif solid is not None:
+            entry |= {"size_mm": solid.sides_mm[0], "warnings": list(self.relief.warnings)}
             entry |= {"files": [str(file) for file in self.files]} if self.files else {}
-            entry["print"] = self.printed and self.printed.as_json()
-        else:
-            entry["size_mm"] = self.relief.width_mm
+            entry |= {"print": self.printed and self.printed.as_json()}
         of_skin = described_skin(self.skin, self.skin_name)
-        return entry | {"skin": of_skin, "model": self.model, "printer": printer and printer.name}
+        printer = self.printer and self.printer.name
+        return entry | {"skin": of_skin, "model": self.model, "printer": printer}
 
 
 def _ways(reach: Reach) -> str:

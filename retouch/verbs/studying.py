@@ -3,7 +3,7 @@
 import logging
 import os
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ from mitsuba_scenes.studies import bundled_studies, find_study
 from relief.ground.progress import Progress
 from retouch.laboratory.studies import engine
 from retouch.laboratory.studies.document import Document, flat_rows, read_document
-from retouch.laboratory.studies.rough_time import about
+from retouch.laboratory.studies.rough_time import RoughTime, about
 from retouch.laboratory.studies.rows import expand
 from retouch.laboratory.studies.study_file import load_study
 from retouch.laboratory.studies.writing import write_study
@@ -131,10 +131,22 @@ def _shortened(lines: Iterable[str]) -> Iterator[str]:
         yield f"... and {len(every) - MOST_SHOWN} more, which the page lists"
 
 
+@dataclass(frozen=True)
+class ListedStudy:
+    """A bundled study: its name and title, and its rough time whole and with `quick`."""
+
+    name: str
+    title: str
+    whole: RoughTime
+    quick: RoughTime
+
+
+def listed_studies() -> list[ListedStudy]:
+    """The bundled studies."""
+    studies = [load_study(path) for path in bundled_studies()]
+    return [ListedStudy(one.name, one.title, about(one, False), about(one, True)) for one in studies]
+
+
 def list_studies() -> list[dict[str, Any]]:
     """The bundled studies: `name`, `title`, and number of `rows` and `minutes` here, `whole` and `quick`."""
-    studies = [load_study(path) for path in bundled_studies()]
-    return [
-        {"name": one.name, "title": one.title, "whole": about(one, False), "quick": about(one, True)}
-        for one in studies
-    ]
+    return [asdict(one) for one in listed_studies()]

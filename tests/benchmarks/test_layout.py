@@ -5,7 +5,16 @@ from pathlib import PurePosixPath
 
 import pytest
 
-from benchmarks.runs.layout import NOW, WISHES, as_text, code_lines, measured, of_tree
+from benchmarks.runs.layout import (
+    NOW,
+    WISHES,
+    any_dicts,
+    as_text,
+    code_lines,
+    measured,
+    of_tree,
+    string_subscripts,
+)
 from benchmarks.shared.common import ROOT
 
 SOURCES = {
@@ -42,6 +51,20 @@ def test_circles_run_through_functions_and_leave_tests_out() -> None:
 def test_strings_that_are_values_are_code() -> None:
     text = 'def one() -> str:\n    """Doc."""\n    return """a\n    b"""\n'
     assert code_lines(text, ast.parse(text)) == 3
+
+
+def test_untyped_values_are_counted_but_for_documents_and_annotations() -> None:
+    source = """
+def read(rows: dict[str, Any]) -> "list[str]":
+    return [rows["name"], rows["size"]["mm"], rows[key]]
+
+def of(kind: Literal["touch"]) -> None: ...
+
+class Result:
+    def as_json(self) -> dict[str, Any]: ...
+"""
+    tree = ast.parse(source)
+    assert any_dicts(tree) == 1 and string_subscripts(tree) == 3
 
 
 @pytest.mark.parametrize("wish", WISHES)
