@@ -77,7 +77,7 @@ def measured_changes(look: PictureChange) -> tuple[MeanAndRms, list[MeanAndRms]]
 
 
 def odds(jnd: float | None) -> Context:
-    """How often of 100 tries a person tells the rougher relief, as a number and as dots; None if unknown."""
+    """How often of 100 tries a person names the rougher relief, as a number and as dots; None if unknown."""
     tries = None if jnd is None else tries_of_100(jnd)
     return {"tries": tries, "tries_chart": None if tries is None else svg.tries_chart(tries)}
 

@@ -27,7 +27,7 @@ SHADE_SIDE = 512
 
 
 @dataclass(frozen=True)
-class Places:
+class PlaceArrays:
     """Roughness at n places.
 
     Attributes:
@@ -49,7 +49,7 @@ class Places:
         return None if self.goal is None else _jnd(self.reached, self.goal)
 
 
-def read_places(measured: verification.Places) -> Places:
+def read_places(measured: verification.Places) -> PlaceArrays:
     """Roughness at all places of a verification."""
     sides, name = measured.sides, ROUGHNESS.name
     centres, original, reached = (
@@ -61,7 +61,7 @@ def read_places(measured: verification.Places) -> Places:
         )
     )
     goals = [np.array(side.target[name]) for side in sides if name in side.target]
-    return Places(
+    return PlaceArrays(
         centres,
         np.repeat([True, False][: len(sides)], [len(side.centres_mm) for side in sides]),
         original,
@@ -162,14 +162,14 @@ class _Board:
         radii: of a disc down and to the right, mm; along a strip, discs are stretched across it.
     """
 
-    places: Places
+    places: PlaceArrays
     width: float
     height: float
     shifts: Array
     radii: svg.Range
 
     @classmethod
-    def of(cls, result: Relief, places: Places) -> "_Board":
+    def of(cls, result: Relief, places: PlaceArrays) -> "_Board":
         surface = result.surface
         height, width = surface.size_mm
         down, right = (
@@ -208,7 +208,7 @@ class _Board:
         self,
         name: str,
         values: Array,
-        axis: svg.Axis,
+        axis: svg.ChartAxis,
         table: colour_maps.Table,
         texts: list[str],
         legend: str,
@@ -273,13 +273,13 @@ class _Board:
         )
 
 
-def _along(places: Places) -> int | None:
+def _along(places: PlaceArrays) -> int | None:
     """The axis along which all places lie in one line, 0 down and 1 to the right; None if they do not."""
     spread = np.ptp(places.centres, axis=0)
     return int(np.argmax(spread)) if spread.min() < 1e-6 else None
 
 
-def _line(places: Places) -> Markup | None:
+def _line(places: PlaceArrays) -> Markup | None:
     """Roughness along a surface whose places lie in one line; None for other surfaces."""
     along = _along(places)
     if along is None:
@@ -310,7 +310,7 @@ def _ends(*values: Array) -> svg.Range:
     return min(float(each.min()) for each in values), max(float(each.max()) for each in values)
 
 
-def _extremes(places: Places, jnd: Array) -> Extremes | None:
+def _extremes(places: PlaceArrays, jnd: Array) -> Extremes | None:
     """Least, mean and largest difference, and where it is largest; None where all places are flat."""
     if not np.isfinite(jnd).any():
         return None

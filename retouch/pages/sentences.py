@@ -36,7 +36,7 @@ def jnd_in_words(jnd: float) -> str:
 
 
 def told_apart(jnd: float) -> str:
-    """How often a person tells a difference, in a clause."""
+    """How often a person notices a difference, in a clause."""
     return f"told apart in {tries_of_100(jnd)} of 100 tries"
 
 

@@ -230,7 +230,7 @@ def evaluate(
         printer: name of a printer, or a printer, whose print of the relief or the solid is pressed.
         units: of a print file, as in `read_solid`.
         without_texture: the solid before its texture, whose own curvature is then known and taken out;
-            without it, each patch tells its own.
+            without it, each patch estimates its own.
         on_shape: press on the texture where it lies, on the solid before its texture, and take out the strain
             under the bare solid, as textures are steered with `touch.curved_x_mm`.
         model: of touch.

@@ -10,7 +10,7 @@ from typing import Any
 from mitsuba_scenes.studies import bundled_studies, find_study
 from relief.ground.progress import Progress
 from retouch.laboratory.studies import engine
-from retouch.laboratory.studies.document import Document, flat_rows, read_document
+from retouch.laboratory.studies.document import StudyDocument, flat_rows, read_document
 from retouch.laboratory.studies.rough_time import RoughTime, about
 from retouch.laboratory.studies.rows import expand
 from retouch.laboratory.studies.study_file import load_study
@@ -21,7 +21,7 @@ from retouch.verbs.progress_display import followed
 _log = logging.getLogger(__name__)
 
 MOST_SHOWN = 10
-"""Most faults and failures that are told; the page lists all."""
+"""Most faults and failures that are printed; the page lists all."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class StudyTables:
     """
 
     folder: Path
-    document: Document
+    document: StudyDocument
     faults: tuple[str, ...]
     failed: tuple[str, ...]
     done: int

@@ -20,8 +20,8 @@ PRECISION = 0.1
 SPREAD = 0.25
 """Standard deviation of people's logarithms of s that is assumed; 0.25 has two people in three within a
 quarter of the middle either way. The people of an experiment say their own."""
-LAPSES, PREFERENCES = 0.02, 0.3
-"""Lapse rate and standard deviation of side preferences, JND, that are assumed."""
+LAPSES = 0.02
+"""Lapse rate that is assumed."""
 TRIALS = (20, 40, 80, 120, 240, 480)
 """Trials of a person for which the people are counted."""
 SIGMAS = float(stats.norm.ppf(0.975))
@@ -36,9 +36,9 @@ def information(differences: Array, noise: float) -> float:
     """
     z = differences / noise
     density = stats.norm.pdf(z) * (1.0 - LAPSES)
-    told = 0.5 * LAPSES + (1.0 - LAPSES) * stats.norm.cdf(z)
+    probability = 0.5 * LAPSES + (1.0 - LAPSES) * stats.norm.cdf(z)
     gradient = np.array([-density * z, -density, 0.5 - stats.norm.cdf(z)])
-    matrix = (gradient / (told * (1.0 - told))) @ gradient.T / len(differences)
+    matrix = (gradient / (probability * (1.0 - probability))) @ gradient.T / len(differences)
     return float(matrix[0, 0] - matrix[0, 1:] @ np.linalg.pinv(matrix[1:, 1:]) @ matrix[1:, 0])
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from optimize.run_directory.key import REPORT
 from relief.ground.formatting import number
 from retouch.laboratory.studies.columns import Column, filled, heading
-from retouch.laboratory.studies.document import Document, TableOfDocument
+from retouch.laboratory.studies.document import StudyDocument, TableOfDocument
 from retouch.laboratory.studies.engine import ROWS
 from retouch.laboratory.studies.plots import charts
 from retouch.laboratory.studies.records import Cell
@@ -22,7 +22,7 @@ RENDERS, BEFORE = "renders", "-before.png"
 """Folder of the pictures of a run, and the end of the names of those of the original."""
 
 
-def page(content: Document, out: Path) -> bytes:
+def page(content: StudyDocument, out: Path) -> bytes:
     """The page.
 
     Pictures are not in the page; a click loads those of a row from its run directory, so that they are shown
@@ -76,7 +76,7 @@ def _summary(cells: Mapping[str, Mapping[str, Cell]], rows: int, failed: int) ->
     }
 
 
-def _table(content: Document, table: TableOfDocument, out: Path) -> dict[str, object]:
+def _table(content: StudyDocument, table: TableOfDocument, out: Path) -> dict[str, object]:
     """A table for the template: headings, and for each row its cells with the values that they sort by."""
     cells_of = [content.records[row.key].cells if row.key in content.records else {} for row in table.rows]
     columns = filled(cells_of)
