@@ -154,7 +154,7 @@ _ALLOWED = {
     "retouch.verbs.objects": (
         "mitsuba_scenes optimize.settings relief relief.ground relief.solids relief.solids.export "
         "relief.solids.mending relief.solids.meshes relief.solids.objects relief.solids.wrapping "
-        "retouch.pages.objects retouch.verbs"
+        "retouch.pages retouch.pages.objects retouch.verbs"
     ),
     "retouch.verbs.scans": "relief relief.ground relief.scans retouch.pages retouch.verbs tactile",
 }

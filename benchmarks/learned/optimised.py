@@ -23,7 +23,7 @@ from optimize.run_directory.finished_run import read_result
 from optimize.settings.run_file import run_from_scene
 from retouch.laboratory.studies.engine import compute, row_folder
 from retouch.laboratory.studies.row_key import row_key
-from retouch.laboratory.studies.rows import Expanded, Row, Table
+from retouch.laboratory.studies.rows import Expanded, StudyRow, Table
 from retouch.laboratory.training.fields import STUDIO
 from retouch.laboratory.workers.choice import runner
 from retouch.verbs.progress_display import shown
@@ -64,7 +64,7 @@ def main() -> None:
     print(f"{folder}: {len(found)} textures; {len(done.failures)} failed")
 
 
-def row(path: Path, texture: corpus.Recipe) -> Row:
+def row(path: Path, texture: corpus.Recipe) -> StudyRow:
     """The run of a texture, whose heights are written, to a target that their checksum draws."""
     heights = corpus.heights(texture, by_name(bundled()))
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -72,7 +72,7 @@ def row(path: Path, texture: corpus.Recipe) -> Row:
     draw = np.random.default_rng(int(checksum(heights)[:16], 16))
     jnd = float(draw.uniform(LEAST_JND, MOST_JND) * draw.choice((-1.0, 1.0)))
     settings = run_from_scene(STUDIO, path, [*SETTINGS, f"touch.jnd={jnd}"])
-    return Row({"texture": path.stem}, settings, row_key(settings))
+    return StudyRow({"texture": path.stem}, settings, row_key(settings))
 
 
 def chosen(seed: int) -> Iterator[corpus.Recipe]:

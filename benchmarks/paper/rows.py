@@ -7,14 +7,14 @@ from typing import Any
 
 from benchmarks.shared import studies
 from relief.ground.errors import InputError
-from retouch.laboratory.studies.document import Document, read_document
+from retouch.laboratory.studies.document import StudyDocument, read_document
 from retouch.laboratory.studies.measuring.measures import MEASURES
 
 RUNS = Path("runs")
 """Folder of studies by name, where `retouch study NAME` puts them."""
 
 
-def document_of(study: str) -> Document:
+def document_of(study: str) -> StudyDocument:
     """The document of a study.
 
     Raises:

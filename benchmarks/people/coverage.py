@@ -21,7 +21,7 @@ from scipy.special import ndtr
 
 from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
 from relief.ground.arrays import Array
-from retouch.laboratory.people.likelihood import LAPSE_RATES, Grid, PairAnswers, log_likelihoods
+from retouch.laboratory.people.likelihood import LAPSE_RATES, LikelihoodGrid, PairAnswers, log_likelihoods
 from retouch.laboratory.people.population import Estimate, fit, weber
 from retouch.laboratory.people.power import half_width, information
 from tactile.jnd import ROUGHNESS_JND
@@ -106,7 +106,7 @@ def holds(interval: Estimate, truth: float) -> bool:
 
 def bootstrapped(people: Sequence[PairAnswers], rng: np.random.Generator) -> Estimate:
     """The usual way: people drawn anew with replacement, all taken as one; 2.5 to 97.5 % of the JNDs."""
-    grid = Grid.for_answers(len(people[0]))
+    grid = LikelihoodGrid.for_answers(len(people[0]))
     logs = log_likelihoods(people, grid)
     drawn_people = rng.multinomial(len(people), np.full(len(people), 1.0 / len(people)), RESAMPLES)
     best = (drawn_people @ logs.reshape(len(people), -1)).argmax(axis=1)
@@ -117,7 +117,7 @@ def bootstrapped(people: Sequence[PairAnswers], rng: np.random.Generator) -> Est
 
 def bootstrapped_person(person: PairAnswers, rng: np.random.Generator) -> Estimate:
     """The same for one person: answers drawn anew."""
-    grid = Grid.for_answers(len(person))
+    grid = LikelihoodGrid.for_answers(len(person))
     some = rng.integers(len(person), size=(RESAMPLES // 3, len(person)))
     again = [PairAnswers(person.differences[each], person.second[each]) for each in some]
     best = log_likelihoods(again, grid).reshape(len(again), -1).argmax(axis=1)

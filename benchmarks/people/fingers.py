@@ -28,7 +28,7 @@ from benchmarks.shared.common import load, machine, parser_of, put, save, table
 from retouch.laboratory.people.comparisons import Question
 from retouch.laboratory.people.plan import plan
 from retouch.laboratory.people.plates import SetPlate, levels_of, read_plates
-from retouch.laboratory.people.reading import ROUGHER, Pair
+from retouch.laboratory.people.reading import ROUGHER, JudgedPair
 from retouch.laboratory.people.skin_fit.proposal import fitted_skin, held_out
 from retouch.laboratory.people.skin_fit.tried_fingers import (
     DEPTHS,
@@ -61,7 +61,7 @@ NAMED = {
 def all_pairs(plates: dict[str, SetPlate]) -> Question:
     """Every pair of levels once, so that every plate is felt."""
     pairs = [
-        Pair("A", one.label, other.label, one.label)
+        JudgedPair("A", one.label, other.label, one.label)
         for each in levels_of(plates).values()
         for one in each
         for other in each
@@ -147,7 +147,7 @@ def told(
     ]
     lines = answered(ROUGHER, plan(plates, Experiment(seed=seed)), plates, people, rng).decode().splitlines()
     rows = [line.split(",") for line in lines[1:]]
-    return Question.of(ROUGHER, [Pair(row[0], row[2], row[3], row[4]) for row in rows])
+    return Question.of(ROUGHER, [JudgedPair(row[0], row[2], row[3], row[4]) for row in rows])
 
 
 def summary(experiments: list[dict[str, Any]]) -> str:

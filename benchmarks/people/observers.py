@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from retouch.laboratory.people.plan import Plan
+from retouch.laboratory.people.plan import TrialPlan
 from retouch.laboratory.people.plates import SetPlate
 from retouch.laboratory.people.reading import COLDER, MAGNITUDES, NO, ROUGHER, SAME, SORTS, YES
 
@@ -64,7 +64,7 @@ class Observer:
 
 def answered(
     question: str,
-    plan: Plan,
+    plan: TrialPlan,
     plates: Mapping[str, SetPlate],
     observers: Sequence[Observer],
     rng: np.random.Generator,
@@ -116,7 +116,7 @@ def _sorted(
 
 
 def write_answers(
-    folder: Path, plan: Plan, plates: Mapping[str, SetPlate], observers: Sequence[Observer], seed: int
+    folder: Path, plan: TrialPlan, plates: Mapping[str, SetPlate], observers: Sequence[Observer], seed: int
 ) -> list[Path]:
     """Answer every question of a plan into files of a folder."""
     rng = np.random.default_rng(seed)

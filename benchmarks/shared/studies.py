@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.shared.common import RESULTS
-from retouch.laboratory.studies.document import Document, flat_rows, read_document
+from retouch.laboratory.studies.document import StudyDocument, flat_rows, read_document
 from retouch.laboratory.studies.engine import ROWS
 from retouch.laboratory.studies.row_key import SHORT
 
@@ -19,7 +19,7 @@ FILE = "study.json"
 Row = Mapping[str, Any]
 
 
-def rows_of(document: Document, table: str | None = None) -> list[Row]:
+def rows_of(document: StudyDocument, table: str | None = None) -> list[Row]:
     """The rows that are done, of one table or of all."""
     rows: list[Row] = [row for row in flat_rows(document) if row.get("reason") is not None]
     return [row for row in rows if table in (None, row["table"])]

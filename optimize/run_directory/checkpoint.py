@@ -62,7 +62,7 @@ def _not_all_zero(goal: tuple[float, ...]) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True)
-class _Iterate:
+class _SavedIterate:
     """The numbers of an iterate; its arrays are tensors of the file."""
 
     step: _Step
@@ -76,14 +76,14 @@ class _Iterate:
 
 
 @dataclass(frozen=True)
-class _Target:
+class _SavedTarget:
     quantity: str
     goal: Annotated[tuple[NotNegative, ...], Field(min_length=1), AfterValidator(_not_all_zero)]
     tolerance: Annotated[float, Field(gt=0, lt=1)]
 
 
 @dataclass(frozen=True)
-class _OuterIteration:
+class _SavedOuterIteration:
     surrogate_goals: dict[str, Positive]
     values: _Values
     verified: _Values
@@ -92,22 +92,22 @@ class _OuterIteration:
 
 
 @dataclass(frozen=True)
-class _Header:
+class _CheckpointText:
     """The text of the file: everything but arrays."""
 
     seconds: NotNegative
     key: dict[str, Any]
     history: str
-    targets: Annotated[tuple[_Target, ...], Field(min_length=1)]
-    iterations: tuple[_OuterIteration, ...]
-    current: _Iterate
-    best: _Iterate
-    closest: _Iterate | None
+    targets: Annotated[tuple[_SavedTarget, ...], Field(min_length=1)]
+    iterations: tuple[_SavedOuterIteration, ...]
+    current: _SavedIterate
+    best: _SavedIterate
+    closest: _SavedIterate | None
 
     __pydantic_config__ = ConfigDict(extra="forbid")
 
 
-_HEADER = TypeAdapter(_Header)
+_HEADER = TypeAdapter(_CheckpointText)
 
 
 def check_key(settings_file: Path, settings: Run, key: Mapping[str, Any]) -> None:
@@ -160,8 +160,8 @@ def save_checkpoint(run_dir: Path, checkpoint: Checkpoint) -> None:
 
 
 def _numbers(iterate: Iterate) -> dict[str, Any]:
-    """What `_Iterate` holds, of JSON types."""
-    numbers = {key: getattr(iterate, key) for key in _Iterate.__annotations__}
+    """What `_SavedIterate` holds, of JSON types."""
+    numbers = {key: getattr(iterate, key) for key in _SavedIterate.__annotations__}
     return numbers | {"values": {name: each.tolist() for name, each in iterate.values.items()}}
 
 
@@ -205,7 +205,7 @@ def load_checkpoint(run_dir: Path) -> Checkpoint:
     return Checkpoint(current, best, state, header.seconds, header.key, header.history)
 
 
-def _iterate(name: str, numbers: _Iterate, tensors: Mapping[str, Array]) -> Iterate:
+def _iterate(name: str, numbers: _SavedIterate, tensors: Mapping[str, Array]) -> Iterate:
     start = f"{name}.memory."
     heights = tensors[f"{name}.heights"]
     memory = {key.removeprefix(start): value for key, value in tensors.items() if key.startswith(start)}

@@ -31,7 +31,7 @@ WRITTEN = (
 
 
 def write_settings(run_dir: Path, settings: Run) -> None:
-    """run.toml: the run with every default written out, under a line that tells the folder from any other."""
+    """run.toml: the run with every default written out, under a line that marks the folder."""
     write_atomically(run_dir / SETTINGS, MARK + dump_resolved(settings).encode())
 
 

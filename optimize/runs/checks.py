@@ -1,4 +1,4 @@
-"""Checks of many runs before the first of them begins: what one lacks is told before hours of others."""
+"""Checks of many runs before the first of them begins: what one lacks is reported before hours of others."""
 
 from collections.abc import Hashable, Mapping
 

@@ -46,7 +46,7 @@ class Other:
 
 
 @dataclass(frozen=True, eq=False)
-class Feel:
+class OtherFeel:
     """What a finger gets from the other relief.
 
     Attributes:
@@ -141,7 +141,7 @@ def _read(file: Path, relief_mm: float | None, repeats: Repeats | None) -> Relie
         raise InputError(line, for_command) from error
 
 
-def feel(other: Other, settings: Run, model: ModelName) -> Feel:
+def feel(other: Other, settings: Run, model: ModelName) -> OtherFeel:
     """Press on the other relief with the skin of a run, everywhere, and say what is felt.
 
     Raises:
@@ -153,7 +153,7 @@ def feel(other: Other, settings: Run, model: ModelName) -> Feel:
             felt = measure_touch(other.relief, touch.finger, model, mesh, at=other.at)
         except ContactError as error:
             raise InputError(str(error)) from error
-    result = Feel(other, touch.feel_of_quantities, felt)
+    result = OtherFeel(other, touch.feel_of_quantities, felt)
     values = ", ".join(f"{one.label} {one.text(felt.means[one.name])}" for one in result.quantities)
     average = f", the mean of {len(other.at)} places" if len(other.at) > 1 else ""
     say(f"the feel of {other.name}: {values}{average}")

@@ -1,4 +1,4 @@
-"""Bounds of goals: how far from the original a run goes at most, and what tells how far the look is kept."""
+"""Bounds of goals: how far from the original a run goes at most, and how to see how far the look is kept."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -44,7 +44,7 @@ def check_distance(quantity: Quantity, goal: float, original: float) -> None:
 
 @contextmanager
 def telling_reach(settings: Run, quantity: Quantity) -> Iterator[None]:
-    """Let an InputError of the block about a goal name the texture, and what tells how far a run may go."""
+    """Prefix errors of the block with the texture and the reachable range."""
     texture, relief_mm = settings.texture, settings.relief_mm
     try:
         yield

@@ -33,12 +33,12 @@ GREY_STEP = 1.0 / 255.0
 ROUNDING = 1e-9
 """Rounding error of a sum of shares."""
 FELT_SHARE = 0.5
-"""A warning tells of the mixture that is felt where no finger has at least this share of its patch in a
+"""A warning names the mixture that is felt where no finger has at least this share of its patch in a
 region. Of a graded region it is a part of the greatest share of its mask."""
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class GoalPart:
     """A part of the surface and its goal.
 
     Attributes:
@@ -64,7 +64,7 @@ class GoalMap:
     name: str
     quantity: Quantity
     surface: Surface
-    parts: tuple[Part, ...]
+    parts: tuple[GoalPart, ...]
 
     def goals(self, at: Index, original: Array) -> Array:
         """(k,) goals at places (k, 2), by the original's own values (k,) there."""
@@ -78,7 +78,7 @@ class GoalMap:
         return goals
 
     def words(self, spacing_mm: float) -> str:
-        """The goals over the lattice of places, as `retouch optimize --dry-run` tells them."""
+        """The goals over the lattice of places, as `retouch optimize --dry-run` prints them."""
         at = places(self.surface, spacing_mm)
         if self.name == "region":
             parts = "one region" if len(self.parts) == 1 else f"{len(self.parts)} regions"
@@ -157,7 +157,7 @@ def goal_maps(touch: Touch, surface: Surface, at: Index) -> tuple[GoalMap, ...]:
 
 
 def _of_everywhere(quantity: Quantity, name: str, surface: Surface, values: Array) -> GoalMap:
-    return GoalMap(name, quantity, surface, (Part(quantity.goals[0], np.ones(surface.shape), values),))
+    return GoalMap(name, quantity, surface, (GoalPart(quantity.goals[0], np.ones(surface.shape), values),))
 
 
 def _mapped(varied: Varied, file: Path, surface: Surface) -> Array:
@@ -201,7 +201,7 @@ def _regions(touch: Touch, surface: Surface, at: Index) -> tuple[GoalMap, ...]:
     """One goal map for each quantity that regions state. Raises InputError."""
     if not touch.region:
         return ()
-    covered = _Covered(surface.shape)
+    covered = _CoveredSurface(surface.shape)
     shares = []
     for number, region in enumerate(touch.region):
         with naming(f"touch.region.{number}.mask"):
@@ -210,10 +210,10 @@ def _regions(touch: Touch, surface: Surface, at: Index) -> tuple[GoalMap, ...]:
         _warn_of_mixture(number, region, shares[-1], means_under(shares[-1], surface, at))
     # Shares whose sum exceeds 1 by rounding alone: a goal lies between those of its regions, not beyond them.
     whole = np.maximum(covered.total, 1.0)
-    parts: dict[str, list[Part]] = {}
+    parts: dict[str, list[GoalPart]] = {}
     for region, each in zip(touch.region, shares, strict=True):
         for quantity, key, value in region.goals():
-            parts.setdefault(quantity.name, []).append(Part(key, each / whole, value))
+            parts.setdefault(quantity.name, []).append(GoalPart(key, each / whole, value))
     return tuple(GoalMap("region", QUANTITIES[name], surface, tuple(each)) for name, each in parts.items())
 
 
@@ -232,7 +232,7 @@ def _shares(region: Region, surface: Surface) -> Array:
     return shares
 
 
-class _Covered:
+class _CoveredSurface:
     """What the regions so far take of a surface.
 
     Attributes:

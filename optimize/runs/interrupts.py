@@ -1,4 +1,4 @@
-"""Interrupts: Ctrl-C and a polite kill end work in the same way, after a person was told.
+"""Interrupts: Ctrl-C and a polite kill end work in the same way, after a line for the person.
 
 An exception that breaks into an import leaves a module half loaded. NumPy, torch and Mitsuba then end in
 errors of many kinds or by a segmentation fault, or go on as if nothing had come. So a command that imports
@@ -71,20 +71,20 @@ def interruptible(
             signal.signal(number, handler)
 
 
-def leave_interrupted(told: str = "", stderr: int = 2) -> NoReturn:
+def leave_interrupted(addition: str = "", stderr: int = 2) -> NoReturn:
     """End the process as interrupted, with the one line that says so.
 
     Args:
-        told: what the line adds.
+        addition: to the line.
         stderr: descriptor of the stream; Python's own may be in the middle of a line.
     """
     with suppress(OSError):
-        os.write(stderr, f"{CLEARED if os.isatty(stderr) else ''}retouch: interrupted{told}\n".encode())
+        os.write(stderr, f"{CLEARED if os.isatty(stderr) else ''}retouch: interrupted{addition}\n".encode())
     os._exit(INTERRUPTED)
 
 
 def leave_on_signal(status: int) -> None:
-    """Let either signal end the process with this status from now on: all is done and told."""
+    """Let either signal end the process with this status from now on: all is done and printed."""
     for number in SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, lambda *_: os._exit(status))

@@ -107,7 +107,7 @@ def run(
     force: bool = False,
     publish: Publish | None = None,
 ) -> Result:
-    """Optimise one texture and write its run directory, as `retouch.optimize`, which tells the rest.
+    """Optimise one texture and write its run directory, as `retouch.optimize`, which describes the rest.
 
     Args:
         publish: called once the result is written; `retouch.optimize` writes the report so.
@@ -136,7 +136,7 @@ def resume(
     variant: str | None = None,
     publish: Publish | None = None,
 ) -> Result:
-    """Go on with a run from its checkpoint, as `retouch.resume`, which tells the rest."""
+    """Go on with a run from its checkpoint, as `retouch.resume`, which describes the rest."""
     run_dir = Path(run_dir)
     settings = load_settings(run_dir / SETTINGS)
     with only_writer(run_dir):

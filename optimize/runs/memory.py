@@ -1,4 +1,4 @@
-"""Memory that a run takes, told before any work begins."""
+"""Memory that a run takes, estimated before any work begins."""
 
 import os
 from pathlib import Path
@@ -9,7 +9,7 @@ from relief.patches import STEERING_SAMPLES as PATCH_SAMPLES
 
 MEMORY_GIB, SAMPLE_GIB, FURTHER_SAMPLE_GIB = 0.5, 1.5e-5, 5e-6
 """Peak memory, GiB: of any run, for each height sample, and for each beyond those that are solved at once.
-Runs take 0.63 to 1.04 of what these tell, the fast look less than the exact one."""
+Runs take 0.63 to 1.04 of these estimates, the fast look less than the exact one."""
 PLACE_BYTES = 8
 """Bytes for each height sample at each place of the finger: the response to its force, and a copy."""
 WINDOW = (CORE + PATCH_SAMPLES + 2 * MARGIN) ** 2

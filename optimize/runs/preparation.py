@@ -13,7 +13,7 @@ from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
 from optimize.descent.methods import METHODS
 from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.targets import Target, Targets
-from optimize.runs.feel_of import Feel, Other, feel, read_other
+from optimize.runs.feel_of import Other, OtherFeel, feel, read_other
 from optimize.runs.goal_bounds import check_distance, telling_reach
 from optimize.runs.goal_maps import GoalMap, RunGoals, goal_maps
 from optimize.runs.memory import check_memory_of
@@ -200,7 +200,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
 
 def press_original(
     settings: Run, relief: Relief, maps: Sequence[GoalMap], other: Other | None
-) -> tuple[TouchMeasures, Targets, Feel | None]:
+) -> tuple[TouchMeasures, Targets, OtherFeel | None]:
     """Press on the original of a run, and on another relief whose feel is the target, by the verifying model.
 
     Returns:

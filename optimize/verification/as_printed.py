@@ -1,4 +1,4 @@
-"""What a run tells of printing: the prints of original and result beside the original's design."""
+"""Numbers of printing: the prints of original and result beside the original's design."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy import ndimage
 from optimize.descent.problem import Problem
 from optimize.settings.run_file import Run
 from optimize.verification.picture_metrics import pixel_weights, pixels_per_degree
-from optimize.verification.verification import Design, Faults, Print
+from optimize.verification.verification import DesignNumbers, Faults, PrintNumbers
 from relief.ground.arrays import Array
 from relief.ground.progress import stage
 from relief.printed import faults, on_pixels
@@ -34,7 +34,7 @@ class AsPrinted:
         design: (conditions, rows, cols) radiance, pictures of the original before layers are cut.
     """
 
-    numbers: Print
+    numbers: PrintNumbers
     design: Array
 
 
@@ -42,7 +42,7 @@ class AsPrinted:
 def as_printed(
     settings: Run, problem: Problem, result: Array, pictures: tuple[Array, Array]
 ) -> AsPrinted | None:
-    """The part of a run's results that tells of printing; None without a printer.
+    """The part of a run's results about printing; None without a printer.
 
     Args:
         settings: of the run.
@@ -71,14 +71,14 @@ def as_printed(
     def beyond_limits(relief: Array) -> Faults:
         return Faults(**faults(relief, surface.pitch_mm, printer, surface.repeats))
 
-    numbers = Print(
+    numbers = PrintNumbers(
         printer=printer.name,
         **printer.numbers(),
         keep_features=printer.keep_features,
         pixels=surface.shape,
         acuity_arcmin=ACUITY_ARCMIN,
         seen_change_percent=seen(before, after),
-        design=Design(
+        design=DesignNumbers(
             jnd_of_print=jnd_apart(rough[1], rough[0]) if min(rough) > 0.0 else None,
             seen_change_percent=seen(design_pictures, before),
             too_steep_percent=100.0 * float((slopes > math.tan(math.radians(steepest))).mean()),

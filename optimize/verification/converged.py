@@ -50,7 +50,7 @@ def converged(
         that of the light with fewest.
     """
     suns = len(scene.lit_scenes()[0])
-    lights = [_Part(light, number, seed) for number, light in enumerate(scene.light_scenes())]
+    lights = [_LightPictures(light, number, seed) for number, light in enumerate(scene.light_scenes())]
     # The relief that the scene holds goes first, and all lights of one relief together: a new relief takes as
     # long as a picture.
     reliefs: list[tuple[int, Array]] = [(0, scene.levelled(before)), (1, scene.levelled(after))]
@@ -114,7 +114,7 @@ def colour_pictures(scene: Scene, before: Array, after: Array, seed: int = 0) ->
 
 
 @dataclass
-class _Part:
+class _LightPictures:
     """Pictures of two reliefs under one light.
 
     Attributes:
@@ -159,7 +159,7 @@ def _seeds(seed: int, samples: int) -> list[int]:
 
 
 def _render(
-    lights: Sequence[_Part], reliefs: Sequence[tuple[int, Array]], samples: Sequence[int], name: str
+    lights: Sequence[_LightPictures], reliefs: Sequence[tuple[int, Array]], samples: Sequence[int], name: str
 ) -> None:
     """Add samples to the pictures of both reliefs.
 
@@ -180,7 +180,7 @@ def _render(
         light.add(np.array(new), count)
 
 
-def _pictures(lights: Sequence[_Part], suns: int, relief: int) -> Batches:
+def _pictures(lights: Sequence[_LightPictures], suns: int, relief: int) -> Batches:
     each = [light.pictures[relief] for light in lights if light.pictures is not None]
     ambient = each[suns] if len(each) > suns else None
     return Batches(condition_pictures(each[:suns], ambient), min(light.samples for light in lights))

@@ -86,7 +86,7 @@ class Outcome:
         fingers: how the change feels to other fingers.
         measured: how it feels to a finger that was measured.
         surface_bands: change of the skin's surface by bands of wavelength.
-        printed: what there is to tell of printing; None without a printer.
+        printed: numbers and pictures of printing; None without a printer.
         colours: before and after in linear RGB, (conditions, rows, cols, 3); None if the scene is grey.
         feel_of: the feel of another relief that is the target; None if none is.
         baseline_pictures: (conditions, rows, cols) radiance, converged; None where linear scaling cannot

@@ -8,7 +8,7 @@ import torch
 
 import tactile
 from optimize.settings.skins import load_skin
-from optimize.verification.verification import Finger, Fingers, Measured
+from optimize.verification.verification import FingerChange, Fingers, Measured
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
@@ -52,7 +52,7 @@ def felt_by_fingers(before: Relief, after: Relief, skin: Skin) -> Fingers | None
             return None
         counts.append(patches.count)
     each = tuple(
-        Finger(
+        FingerChange(
             name=finger.name,
             young_modulus_mpa=finger.skin.young_modulus_mpa,
             depth_mm=finger.skin.depth_mm,
@@ -99,8 +99,8 @@ def felt_by_measured(before: Relief, after: Relief, at: Index) -> Measured | Non
         _log.info("nothing to a measured finger: %s", error)
         return None
     jnds = [jnd_unless_smooth(then, first) for first, then in zip(*each, strict=True)]
-    told = [jnd for jnd in jnds if jnd is not None]
-    ends = {"jnd_min": min(told), "jnd_max": max(told)} if len(told) == len(jnds) else {}
+    known = [jnd for jnd in jnds if jnd is not None]
+    ends = {"jnd_min": min(known), "jnd_max": max(known)} if len(known) == len(jnds) else {}
     first, then = (fmean(of_relief) for of_relief in each)
     return Measured(
         skin=MEASURED,

@@ -2,7 +2,7 @@
 
 Strain at the depth of the receptors has lost short waves: of one of 0.4 mm it keeps 1e-4, of one of 0.2 mm
 1e-9. A finger that slides meets such waves as vibration of its *surface*, which follows the relief where it
-touches and spans the hollows between. The displacement of that surface, and its change, are told by octaves
+touches and spans the hollows between. The displacement of that surface, and its change, are given by octaves
 of wavelength, as root mean squares. With fields f on patches, a Hann window w and the discrete Fourier
 transform F of w (f - mean),
 

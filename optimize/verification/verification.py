@@ -35,7 +35,7 @@ class Stop(Section):
     best_step: int | None = None
 
 
-class Finger(Section):
+class FingerChange(Section):
     """What one of the other fingers feels; `jnd` is None if one of the reliefs is smooth."""
 
     name: str
@@ -63,7 +63,7 @@ class Fingers(Section):
     jnd_min: float | None
     jnd_max: float | None
     jnd_std: float | None
-    each: tuple[Finger, ...]
+    each: tuple[FingerChange, ...]
     weight: float | None = None
 
 
@@ -325,7 +325,7 @@ class Faults(Section):
     too_high_mm: float
 
 
-class Design(Section):
+class DesignNumbers(Section):
     """The original before layers are cut, against its print."""
 
     jnd_of_print: float | None
@@ -333,7 +333,7 @@ class Design(Section):
     too_steep_percent: float
 
 
-class Print(Section):
+class PrintNumbers(Section):
     """The prints of original and result, and the numbers of their printer."""
 
     printer: str
@@ -346,7 +346,7 @@ class Print(Section):
     pixels: tuple[int, ...]
     acuity_arcmin: float
     seen_change_percent: float
-    design: Design
+    design: DesignNumbers
     faults_before: Faults
     faults_after: Faults
 
@@ -371,7 +371,7 @@ class Verification(Section):
     outer: Annotated[OuterIterations, Keys(("verification",))] = OuterIterations()
     look: PictureChange
     heights: Heights
-    printed: Annotated[Print | None, Keys(("print",))] = None
+    printed: Annotated[PrintNumbers | None, Keys(("print",))] = None
     time_s: Mapping[str, float]
     cpu_s: Mapping[str, float] = Field(default_factory=dict)
     skin: Mapping[str, Any] = Field(default_factory=dict)

@@ -1,7 +1,6 @@
 """`retouch evaluate`: roughness and contact area of textures and print files, and how far a change can go."""
 
 import argparse
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,12 +11,11 @@ from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.run_options import CURVED
 from relief.ground.errors import InputError, naming
 from relief.ground.formats import MESHES
-from relief.ground.formatting import number, percent
 from relief.ground.limits import MOST_MESH_PLACES as MOST_PLACES
 from relief.ground.progress import stage
 from relief.printers import find_printer
 from relief.surface import Repeats, repeats_along
-from retouch.commands.mesh_entries import add_meshes, check_mesh_options, is_mesh, mesh_lines
+from retouch.commands.mesh_entries import add_meshes, check_mesh_options, is_mesh
 from retouch.commands.options import (
     LENGTHS,
     TEXTURE,
@@ -36,7 +34,7 @@ from retouch.commands.options import (
 )
 from retouch.commands.touch_entries import table
 from tactile.limits import MODEL_NAMES, model_name
-from tactile.quantities import GAPS_COUNT, LARGEST_JND, LIMIT_PERCENT
+from tactile.quantities import GAPS_COUNT
 
 if TYPE_CHECKING:
     from retouch import Evaluation, Scene, Skin
@@ -148,23 +146,18 @@ def run(arguments: argparse.Namespace) -> int:
                     )
                 )
             advance()
-    entries = [one.as_json(evaluations[0] if len(evaluations) > 1 else None) for one in evaluations]
     if arguments.json:
-        print_json(entries)
+        first = evaluations[0] if len(evaluations) > 1 else None
+        print_json([one.as_json(first) for one in evaluations])
     else:
-        _tell(evaluations, entries, arguments, scene)
+        _print(evaluations, arguments)
     return 0
 
 
-def _tell(
-    evaluations: "list[Evaluation]",
-    entries: list[dict[str, Any]],
-    arguments: argparse.Namespace,
-    scene: Path | None,
-) -> None:
+def _print(evaluations: "list[Evaluation]", arguments: argparse.Namespace) -> None:
     """Print what is felt for a person."""
     screen = console()
-    screen.print(table(entries))
+    screen.print(table(evaluations))
     # Of height maps first, as their sizes differ.
     pressed = [one.patch_mm for one in sorted(evaluations, key=lambda one: is_mesh(Path(one.name)))]
     patches = " and ".join(f"{side:.4g} x {side:.4g}" for side in dict.fromkeys(pressed))
@@ -176,15 +169,9 @@ def _tell(
         f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {patches} mm{by}.\n"
         f"{GAPS_COUNT[:1].upper()}{GAPS_COUNT[1:]}; in contact is the share of {under} under pressure."
     )
-    if scene is not None:
-        for entry in entries:
-            reach = entry["reach"]
-            of_mean = f"{percent(reach['limit_percent_of_mean'])} of the mean picture"
-            limit = f"its pictures in {scene.stem} change by {of_mean} ({LIMIT_PERCENT:g} % of white)"
-            line = f"{entry['texture']} can be made {_ways(reach)} before {limit}."
+    for one in evaluations:
+        for line in one.lines():
             screen.print(line, markup=False)
-    for line in mesh_lines(entries):
-        screen.print(line, markup=False)
 
 
 def _skin(arguments: argparse.Namespace) -> "Skin | str":
@@ -226,14 +213,3 @@ def _loaded(scene: Path, texture: Path, arguments: argparse.Namespace, repeats: 
         lengths = given(arguments, *LENGTHS)
         relief = retouch.scene_relief(scene, defines, texture, **lengths, repeats=repeats)
         return retouch.load_scene(scene, defines, arguments.variant, relief=relief)
-
-
-def _ways(reach: Mapping[str, Any]) -> str:
-    """A reach in words."""
-    ways = []
-    for sense in ("rougher", "smoother"):
-        way = reach[sense]
-        jnd = f"{number(way['jnd'], 2)} JND"
-        beyond = way["jnd"] >= LARGEST_JND or not way["arrived"]
-        ways.append(f"{jnd} or more {sense}" if beyond else f"about {jnd} {sense}")
-    return " or ".join(ways)

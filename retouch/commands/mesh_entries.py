@@ -1,14 +1,12 @@
-"""Print files in `retouch evaluate`: their options, and what is told of them."""
+"""Print files in `retouch evaluate`: their options."""
 
 import argparse
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from optimize.settings.run_options import CURVED
 from relief.ground.errors import InputError
 from relief.ground.formats import MESHES, UNITS
-from relief.ground.formatting import number
 from retouch.commands.options import LENGTHS
 
 
@@ -73,44 +71,3 @@ def check_mesh_options(arguments: argparse.Namespace, textures: Sequence[Path]) 
         raise InputError("--on-shape: the net is trained for flat objects; use --model layer")
     if arguments.out is not None and arguments.out.exists() and not arguments.out.is_dir():
         raise InputError(f"{arguments.out}: -o: is no folder")
-
-
-def mesh_lines(entries: Iterable[Mapping[str, Any]]) -> list[str]:
-    """Sentences for a person about the meshes among the entries."""
-    lines = []
-    for entry in entries:
-        if "touches" not in entry:
-            continue
-        name, count, on_edge = entry["texture"], entry.get("places", {}).get("count", 1), entry["on_edge"]
-        sides = " x ".join(number(side) for side in entry["sides_mm"])
-        felt = "felt at one place" if count == 1 else f"mean over {count} places"
-        places = f"{felt}; {on_edge} on edges and {entry['flat']} flat ones are left out"
-        if entry["curvature"].endswith("taken out") and not entry["curvature"].startswith("estimated"):
-            places = f"{felt}; {on_edge} on edges or without texture are left out"
-        if entry["all_on_edge"]:
-            where = "on an edge" if count == 1 else "all on edges"
-            places = (
-                f"{felt}, {where}, where a finger feels the shape (of a plate as small as a finger, "
-                "evaluate the height map or the folder of its run)"
-            )
-        own = f"The object's own curvature is {entry['curvature']}"
-        if entry["curvature"] == "estimated and taken out":
-            own += f"; with it roughness is {number(entry['as_pressed']['roughness'])}"
-        lines.append(f"{name} ({sides} mm): {places}. {own}.")
-        if entry.get("print"):
-            lines.append(f"As printed by {entry['printer']}: {print_words(entry['print'])}")
-        if "files" in entry:
-            lines.append(f"Roughness in colours: {', '.join(entry['files'])}")
-    return lines
-
-
-def print_words(told: Mapping[str, Any]) -> str:
-    """How far a print is from its file, for a person.
-
-    Args:
-        told: `rms_mm`, and the share of the area that is `lost`.
-    """
-    line = f"{number(1000.0 * told['rms_mm'], 2)} µm (rms) from the surface of the file"
-    if told["lost"] >= 0.001:
-        line += f"; {100.0 * told['lost']:.1f} % of the surface is too thin to be printed"
-    return line + ". Layers lie across z of the file."

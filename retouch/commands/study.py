@@ -11,7 +11,9 @@ import retouch
 from mitsuba_scenes.studies import bundled_studies, find_study
 from relief.ground.errors import InputError
 from relief.ground.formatting import duration
-from retouch.commands.options import add_talk, add_workers, console, given, print_json, table
+from retouch.commands.options import add_talk, add_workers, given, print_json
+from retouch.commands.printing import print_lines
+from retouch.pages.sentences import TextTable
 
 if TYPE_CHECKING:
     from retouch import StudyTables
@@ -123,15 +125,17 @@ def _study(path: Path, out: Path, arguments: argparse.Namespace) -> "StudyTables
 
 def _list(arguments: argparse.Namespace) -> int:
     """Print the bundled studies."""
-    studies = retouch.list_studies()
     if arguments.json:
-        print_json(studies)
+        print_json(retouch.list_studies())
         return COMPLETE
+    # Where nothing is listed, the studies' rooms need not be imported.
+    from retouch.verbs.studying import listed_studies
+
     rows = []
-    for one in studies:
-        forms = (one["whole"], one["quick"])
-        texts = [f"{form['rows']}, about {math.ceil(form['minutes'])}" for form in forms]
-        rows.append((one["name"], one["title"], *texts))
+    for study in listed_studies():
+        forms = (study.whole, study.quick)
+        texts = [f"{form.rows}, about {math.ceil(form.minutes)}" for form in forms]
+        rows.append((study.name, study.title, *texts))
     headings = ("name", "title", "rows, minutes", "with --quick")
-    console().print(table([(heading, "") for heading in headings], rows, gap=1))
+    print_lines([TextTable([(heading, "") for heading in headings], rows, gap=1)])
     return COMPLETE

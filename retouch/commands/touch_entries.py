@@ -1,7 +1,7 @@
-"""Entries of `retouch evaluate` as a table for a person."""
+"""Evaluations of `retouch evaluate` as a table for a person."""
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from relief.ground.formatting import number
 from retouch.commands import options
@@ -10,27 +10,29 @@ from tactile.quantities import QUANTITIES, ROUGHNESS
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from retouch import Evaluation
 
-def table(entries: Sequence[Mapping[str, Any]]) -> "Table":
-    """A table for a person, one row a texture."""
-    several = "jnd_from_first" in entries[0]
-    spread = any("places" in entry for entry in entries)
+
+def table(evaluations: "Sequence[Evaluation]") -> "Table":
+    """A table for a person, one row a texture or solid."""
+    several = len(evaluations) > 1
+    spread = any(len(one.touch.values[ROUGHNESS.name]) > 1 for one in evaluations)
     headings = [*(quantity.label for quantity in QUANTITIES.values()), "in contact"]
     headings += ["JND from first"] * several + ["over the places"] * spread
     columns = [("texture", "text"), *((heading, "number") for heading in headings)]
     rows = []
-    for entry in entries:
-        values = [f"{number(entry[name])} {quantity.unit}".rstrip() for name, quantity in QUANTITIES.items()]
-        apart = [number(entry["jnd_from_first"])] if several else []
-        contact = f"{100.0 * entry['contact_fraction']:.0f} %"
-        rows.append([entry["texture"], *values, contact, *apart, *([_spread(entry)] if spread else [])])
+    for one in evaluations:
+        means = one.touch.means
+        values = [f"{number(means[name])} {quantity.unit}".rstrip() for name, quantity in QUANTITIES.items()]
+        apart = [number(one.jnd_from(evaluations[0]))] if several else []
+        contact = f"{100.0 * one.contact_fraction:.0f} %"
+        rows.append([one.name, *values, contact, *apart, *([_spread(one)] if spread else [])])
     return options.table(columns, rows)
 
 
-def _spread(entry: Mapping[str, Any]) -> str:
+def _spread(one: "Evaluation") -> str:
     """Number of the places, least and largest roughness."""
-    if "places" not in entry:
+    values = one.touch.values[ROUGHNESS.name]
+    if len(values) == 1:
         return "1 place"
-    places = entry["places"]
-    least, largest = (number(places[f"{ROUGHNESS.name}_{end}"]) for end in ("min", "max"))
-    return f"{places['count']} places, {least} to {largest}"
+    return f"{len(values)} places, {number(float(values.min()))} to {number(float(values.max()))}"

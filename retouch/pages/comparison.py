@@ -1,13 +1,12 @@
 """The page of a comparison: two reliefs side by side, in one file that needs no network."""
 
 from pathlib import Path
-from typing import Any
 
 from relief.ground.files import write_atomically
 from retouch.pages import figures
 from retouch.pages.compared import Compared
 from retouch.pages.content import Comparison
-from retouch.pages.rendering import leaves, render_page
+from retouch.pages.rendering import Context, leaves, render_page
 from tactile.limits import model_name
 from tactile.quantities import QUANTITIES, ROUGHNESS
 
@@ -38,7 +37,7 @@ def write_comparison(path: Path, comparison: Comparison) -> Path:
     return path
 
 
-def _roughness(numbers: Compared) -> dict[str, Any]:
+def _roughness(numbers: Compared) -> Context:
     """Both roughnesses in just-noticeable differences from the first, and the odds of telling them apart."""
     jnd, first = numbers.jnd_apart, numbers.first.values[ROUGHNESS.name]
     chart = None

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -17,6 +16,7 @@ from retouch.pages import colour_maps, svg
 from retouch.pages.content import Baseline, Pair, Report
 from retouch.pages.plate_viewer.appearance import STUDIO, Appearance
 from retouch.pages.plate_viewer.figure import NamedRelief, plate_figure
+from retouch.pages.rendering import Context
 from tactile.jnd import jnd_apart, tries_of_100
 
 PICTURE_BYTES = 3.0e6
@@ -76,8 +76,8 @@ def measured_changes(look: PictureChange) -> tuple[MeanAndRms, list[MeanAndRms]]
     return whole, [less_noise(*each) for each in conditions]
 
 
-def odds(jnd: float | None) -> dict[str, Any]:
-    """How often of 100 tries a person tells the rougher relief, as a number and as dots; None if unknown."""
+def odds(jnd: float | None) -> Context:
+    """How often of 100 tries a person names the rougher relief, as a number and as dots; None if unknown."""
     tries = None if jnd is None else tries_of_100(jnd)
     return {"tries": tries, "tries_chart": None if tries is None else svg.tries_chart(tries)}
 
@@ -134,7 +134,7 @@ def print_figures(report: Report) -> list[tuple[str, str]]:
     return [(name, colour_maps.picture_uri(each, exposed, SHOWN_SIDE)) for name, each in pictures.items()]
 
 
-def look_figures(pair: Pair, look: PictureChange, baseline: Baseline | None = None) -> dict[str, Any]:
+def look_figures(pair: Pair, look: PictureChange, baseline: Baseline | None = None) -> Context:
     """Pictures of both reliefs and their difference; all conditions and the baseline share the scales.
 
     Args:
@@ -155,7 +155,7 @@ def look_figures(pair: Pair, look: PictureChange, baseline: Baseline | None = No
 
     def rows(
         pictures: FloatArray, changes: Sequence[MeanAndRms], drawn: tuple[FloatArray, FloatArray]
-    ) -> list[dict[str, Any]]:
+    ) -> list[Context]:
         return [
             {
                 "name": name,
@@ -180,7 +180,7 @@ def look_figures(pair: Pair, look: PictureChange, baseline: Baseline | None = No
     drawn = before, after
     if pair.before.colours is not None and pair.after.colours is not None:
         drawn = pair.before.colours, pair.after.colours
-    context: dict[str, Any] = {
+    context: Context = {
         "change": whole,
         "coloured": pair.before.colours is not None,
         "looks": rows(after, conditions, drawn),
@@ -199,12 +199,12 @@ def look_figures(pair: Pair, look: PictureChange, baseline: Baseline | None = No
     return context
 
 
-def touch_maps(pair: Pair) -> dict[str, Any]:
+def touch_maps(pair: Pair) -> Context:
     """Maps of strain and pressure; both reliefs share a scale."""
     strains = [side.strain for side in pair.sides]
     low, high = (float(v) for v in np.percentile(_values(strains), [100.0 - PERCENTILE, PERCENTILE]))
     high = max(high, low + 1e-6)
-    context: dict[str, Any] = {
+    context: Context = {
         "strain": [colour_maps.map_uri(s, low, high, colour_maps.VIRIDIS, SHOWN_SIDE) for s in strains],
         "strain_bar": svg.colour_bar(
             colour_maps.VIRIDIS,
@@ -228,7 +228,7 @@ def touch_maps(pair: Pair) -> dict[str, Any]:
     return context
 
 
-def relief_figures(pair: Pair) -> dict[str, Any]:
+def relief_figures(pair: Pair) -> Context:
     """Hill shading, numbers of the heights, map of their change, and the heights for the profile of a row.
 
     The change is that of heights at the same places: those of the finer relief are averaged to the samples of
@@ -241,7 +241,7 @@ def relief_figures(pair: Pair) -> dict[str, Any]:
     profiles = [
         svg.Profile(averaged(h, PROFILE_SIDE), size_mm) for h, size_mm in zip(heights, sizes_mm, strict=True)
     ]
-    context: dict[str, Any] = {
+    context: Context = {
         "shades": [
             colour_maps.picture_uri(colour_maps.hillshade(h, size_mm), 1.4, SHOWN_SIDE)
             for h, size_mm in zip(heights, sizes_mm, strict=True)

@@ -122,7 +122,7 @@ def row_chart(title: str, series: Sequence[Means], words: Sequence[str], axis_na
     ).format(title, _legend(series), len(words) + 1, lines, _join(rows), _x_ticks(axis), axis_name)
 
 
-def _marks(axis: svg.Axis, mean: Mean, number: int, count: int) -> Markup:
+def _marks(axis: svg.ChartAxis, mean: Mean, number: int, count: int) -> Markup:
     """A mean of a row chart: the series of a row lie below one another."""
     top = 100.0 * (number + 1) / (count + 1)
     interval = Markup("")
@@ -151,7 +151,7 @@ def _style(number: int) -> str:
     return f"s{number % COLOURS}" + (" more" if number // COLOURS % 2 else "")
 
 
-def _down(axis: svg.Axis, value: float) -> float:
+def _down(axis: svg.ChartAxis, value: float) -> float:
     return 100.0 - axis.percent(value)
 
 
@@ -160,7 +160,7 @@ def _path(style: str, points: Sequence[tuple[float, float]]) -> Markup:
     return Markup('<path class="{}" d="{}"/>').format(style, data)
 
 
-def _x_ticks(axis: svg.Axis) -> Markup:
+def _x_ticks(axis: svg.ChartAxis) -> Markup:
     return _join(
         Markup('<span class="tick x{}" style="left:{:.2f}%">{}</span>').format(
             axis.side(tick), axis.percent(tick), axis.label(tick)

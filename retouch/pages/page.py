@@ -1,7 +1,6 @@
 """The report page of a run: `report.html`, one file that needs no network."""
 
 from pathlib import Path
-from typing import Any
 
 from optimize.verification.verification import Touch
 from relief.ground.files import write_atomically
@@ -9,7 +8,7 @@ from relief.ground.formats import DISPLACEMENT, FORMATS
 from retouch.pages import figures, run_figures
 from retouch.pages.content import Report
 from retouch.pages.place_figures import place_figures
-from retouch.pages.rendering import leaves, render_page
+from retouch.pages.rendering import Context, leaves, render_page
 from tactile.limits import model_name
 from tactile.quantities import QUANTITIES, Quantity
 
@@ -44,7 +43,7 @@ def write_report(run_dir: Path, report: Report) -> Path:
         **_context(report),
         lamp_figures=figures.lamp_figures(report),
         **figures.touch_maps(report),
-        **place_figures(report.verification.touch.places, report.after.relief),
+        places=place_figures(report.verification.touch.places, report.after.relief),
         **figures.relief_figures(report),
         prints=figures.print_figures(report),
     )
@@ -53,7 +52,7 @@ def write_report(run_dir: Path, report: Report) -> Path:
     return path
 
 
-def _context(report: Report) -> dict[str, Any]:
+def _context(report: Report) -> Context:
     """What the template needs of the verification, and the figures drawn from it."""
     verification = report.verification
     times = dict(verification.time_s)
@@ -74,7 +73,7 @@ def _context(report: Report) -> dict[str, Any]:
     }
 
 
-def _quantity(quantity: Quantity, touch: Touch) -> dict[str, Any]:
+def _quantity(quantity: Quantity, touch: Touch) -> Context:
     """A quantity of touch for the page: label, unit, and its value at each stage (None where unknown)."""
     name = quantity.name
     return {

@@ -1,7 +1,6 @@
 """Figures of the feel over a surface: at each place of the finger, what was wanted and what was reached."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -28,7 +27,7 @@ SHADE_SIDE = 512
 
 
 @dataclass(frozen=True)
-class Places:
+class PlaceArrays:
     """Roughness at n places.
 
     Attributes:
@@ -50,7 +49,7 @@ class Places:
         return None if self.goal is None else _jnd(self.reached, self.goal)
 
 
-def read_places(measured: verification.Places) -> Places:
+def read_places(measured: verification.Places) -> PlaceArrays:
     """Roughness at all places of a verification."""
     sides, name = measured.sides, ROUGHNESS.name
     centres, original, reached = (
@@ -62,7 +61,7 @@ def read_places(measured: verification.Places) -> Places:
         )
     )
     goals = [np.array(side.target[name]) for side in sides if name in side.target]
-    return Places(
+    return PlaceArrays(
         centres,
         np.repeat([True, False][: len(sides)], [len(side.centres_mm) for side in sides]),
         original,
@@ -71,15 +70,58 @@ def read_places(measured: verification.Places) -> Places:
     )
 
 
-def place_figures(measured: verification.Places | None, result: Relief) -> dict[str, Any]:
-    """Maps of the feel over the surface and their words; `places` is None if there is one place in all.
+@dataclass(frozen=True)
+class Extremes:
+    """Least, mean and largest difference over the places, and the middle of the place that has the largest.
+
+    Attributes:
+        least, mean, largest: just-noticeable differences as text.
+        right, down: mm from the left and the top, as text.
+    """
+
+    least: str
+    mean: str
+    largest: str
+    right: str
+    down: str
+
+
+@dataclass(frozen=True)
+class PlaceFigures:
+    """Maps of the feel over a surface, and their words.
+
+    Attributes:
+        maps: of the values at the places.
+        strip: whether the surface is one.
+        repeats: whether it is a tile.
+        varied: whether the targets vary over it.
+        line: the roughness along a strip; None of other surfaces.
+        relief: the shaded relief below the discs.
+        steered, between: number of places of the descent, and between them.
+        change, off: change from the original, and distance from the target; None where unknown.
+    """
+
+    maps: list[Markup]
+    strip: bool
+    repeats: bool
+    varied: bool
+    line: Markup | None
+    relief: Markup
+    steered: int
+    between: int
+    change: Extremes | None
+    off: Extremes | None
+
+
+def place_figures(measured: verification.Places | None, result: Relief) -> PlaceFigures | None:
+    """Maps of the feel over the surface and their words; None if there is one place in all.
 
     Args:
         measured: the feel at the places of a verification.
         result: the relief that was pressed.
     """
     if measured is None or measured.count < 2:
-        return {"places": None}
+        return None
     places = read_places(measured)
     board = _Board.of(result, places)
     change, off = _jnd(places.reached, places.original), places.off
@@ -92,23 +134,21 @@ def place_figures(measured: verification.Places | None, result: Relief) -> dict[
         assert places.goal is not None
         ends = _ends(places.original, places.goal, places.reached)
         each = (("Original", places.original), ("Target", places.goal), ("Reached", places.reached))
-        maps += [board.map(name, of, ends, "roughness") for name, of in each]
+        maps += [board.map(name, values, ends, "roughness") for name, values in each]
     if off is not None:
         maps.append(board.signed("Distance from the target", off, "JND from the target; orange: rougher"))
-    return {
-        "places": {
-            "maps": maps,
-            "strip": board.strip,
-            "repeats": len(board.shifts) > 1,
-            "varied": measured.varied,
-            "line": _line(places),
-            "relief": board.relief(result),
-            "steered": int(places.steered.sum()),
-            "between": int((~places.steered).sum()),
-            **_extremes("change", places, change),
-            **({"off": None} if off is None else _extremes("off", places, np.abs(off))),
-        }
-    }
+    return PlaceFigures(
+        maps=maps,
+        strip=board.strip,
+        repeats=len(board.shifts) > 1,
+        varied=measured.varied,
+        line=_line(places),
+        relief=board.relief(result),
+        steered=int(places.steered.sum()),
+        between=int((~places.steered).sum()),
+        change=_extremes(places, change),
+        off=None if off is None else _extremes(places, np.abs(off)),
+    )
 
 
 @dataclass(frozen=True)
@@ -122,14 +162,14 @@ class _Board:
         radii: of a disc down and to the right, mm; along a strip, discs are stretched across it.
     """
 
-    places: Places
+    places: PlaceArrays
     width: float
     height: float
     shifts: Array
     radii: svg.Range
 
     @classmethod
-    def of(cls, result: Relief, places: Places) -> "_Board":
+    def of(cls, result: Relief, places: PlaceArrays) -> "_Board":
         surface = result.surface
         height, width = surface.size_mm
         down, right = (
@@ -168,7 +208,7 @@ class _Board:
         self,
         name: str,
         values: Array,
-        axis: svg.Axis,
+        axis: svg.ChartAxis,
         table: colour_maps.Table,
         texts: list[str],
         legend: str,
@@ -233,13 +273,13 @@ class _Board:
         )
 
 
-def _along(places: Places) -> int | None:
+def _along(places: PlaceArrays) -> int | None:
     """The axis along which all places lie in one line, 0 down and 1 to the right; None if they do not."""
     spread = np.ptp(places.centres, axis=0)
     return int(np.argmax(spread)) if spread.min() < 1e-6 else None
 
 
-def _line(places: Places) -> Markup | None:
+def _line(places: PlaceArrays) -> Markup | None:
     """Roughness along a surface whose places lie in one line; None for other surfaces."""
     along = _along(places)
     if along is None:
@@ -270,17 +310,15 @@ def _ends(*values: Array) -> svg.Range:
     return min(float(each.min()) for each in values), max(float(each.max()) for each in values)
 
 
-def _extremes(key: str, places: Places, jnd: Array) -> dict[str, Any]:
-    """Least, mean and largest, and the middle of the place that has the largest, for the words."""
+def _extremes(places: PlaceArrays, jnd: Array) -> Extremes | None:
+    """Least, mean and largest difference, and where it is largest; None where all places are flat."""
     if not np.isfinite(jnd).any():
-        return {key: None}
+        return None
     down, right = places.centres[int(np.nanargmax(jnd))]
-    return {
-        key: {
-            "least": _signed(float(np.nanmin(jnd))),
-            "mean": _signed(float(np.nanmean(jnd))),
-            "largest": _signed(float(np.nanmax(jnd))),
-            "right": f"{right:.3g}",
-            "down": f"{down:.3g}",
-        }
-    }
+    return Extremes(
+        least=_signed(float(np.nanmin(jnd))),
+        mean=_signed(float(np.nanmean(jnd))),
+        largest=_signed(float(np.nanmax(jnd))),
+        right=f"{right:.3g}",
+        down=f"{down:.3g}",
+    )

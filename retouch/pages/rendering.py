@@ -13,6 +13,9 @@ from retouch.pages.meanings import MEANINGS
 from retouch.pages.plate_viewer import figure as plate_viewer
 from retouch.pages.viewer.figure import asset
 
+Context = dict[str, Any]
+"""Values of a template, by the names in it."""
+
 
 def render_page(
     template: str,

@@ -1,18 +1,18 @@
 """Figures of a run: its roughnesses in just-noticeable differences, and the course of the descent."""
 
 import math
-from typing import Any
 
 from markupsafe import Markup
 
 from retouch.pages import svg
 from retouch.pages.content import Report
 from retouch.pages.figures import ladder, odds
+from retouch.pages.rendering import Context
 from tactile.limits import model_name
 from tactile.quantities import QUANTITIES, ROUGHNESS
 
 
-def roughness_figures(report: Report) -> dict[str, Any]:
+def roughness_figures(report: Report) -> Context:
     """Roughness before, after and verified in just-noticeable differences, and the odds of telling it."""
     touch, name = report.verification.touch, ROUGHNESS.name
     original, target, achieved = (each.get(name) for each in (touch.initial, touch.target, touch.achieved))

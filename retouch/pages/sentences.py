@@ -11,6 +11,9 @@ from tactile.jnd import tries_of_100
 if TYPE_CHECKING:
     from optimize.verification.verification import Fingers, Measured
 
+LEAST_LOST = 0.001
+"""Share of a surface that a printer does not make, from which the screen says so: 0.1 % with one decimal."""
+
 
 @dataclass(frozen=True)
 class TextTable:
@@ -33,7 +36,7 @@ def jnd_in_words(jnd: float) -> str:
 
 
 def told_apart(jnd: float) -> str:
-    """How often a person tells a difference, in a clause."""
+    """How often a person notices a difference, in a clause."""
     return f"told apart in {tries_of_100(jnd)} of 100 tries"
 
 
@@ -71,3 +74,16 @@ def interval(value: float | None, low: float | None, high: float | None, form: s
 
 def _formatted(value: float | None, form: str, missing: str) -> str:
     return missing if value is None or not math.isfinite(value) else f"{value:{form}}"
+
+
+def print_deviation(rms_mm: float, lost: float) -> str:
+    """How far a print is from its file.
+
+    Args:
+        rms_mm: root of the mean square distance of the surfaces, mm.
+        lost: share of the area that is too thin to be printed.
+    """
+    line = f"{number(1000.0 * rms_mm, 2)} µm (rms) from the surface of the file"
+    if lost >= LEAST_LOST:
+        line += f"; {100.0 * lost:.1f} % of the surface is too thin to be printed"
+    return line + ". Layers lie across z of the file."

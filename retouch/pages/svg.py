@@ -24,7 +24,7 @@ END_PERCENT = 4.0
 
 
 @dataclass(frozen=True)
-class Axis:
+class ChartAxis:
     """A linear axis.
 
     Attributes:
@@ -46,9 +46,9 @@ class Axis:
         decimals = next((d for d in range(8) if math.isclose(round(step, d), step, rel_tol=1e-6)), 8)
         return f"{tick + 0.0:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
 
-    def whole(self) -> "Axis":
+    def whole(self) -> "ChartAxis":
         """The same axis with the ticks at whole numbers only."""
-        return Axis(self.low, self.high, tuple(t for t in self.ticks if t % 1 == 0))
+        return ChartAxis(self.low, self.high, tuple(t for t in self.ticks if t % 1 == 0))
 
     def side(self, tick: float) -> str:
         """CSS class, after a space, of a label that would reach beyond an end of the axis; else empty."""
@@ -56,7 +56,7 @@ class Axis:
         return " first" if place < END_PERCENT else " last" if place > 100.0 - END_PERCENT else ""
 
 
-def nice_axis(low: float, high: float, count: int = 5, *, tight: bool = False) -> Axis:
+def nice_axis(low: float, high: float, count: int = 5, *, tight: bool = False) -> ChartAxis:
     """An axis over [low, high] whose ticks are multiples of 1, 2 or 5 times a power of ten.
 
     Args:
@@ -74,12 +74,12 @@ def nice_axis(low: float, high: float, count: int = 5, *, tight: bool = False) -
     start = math.ceil(first - inward) if tight else math.floor(first - inward)
     stop = math.floor(last + inward) if tight else math.ceil(last + inward)
     ticks = tuple(step * k for k in range(start, stop + 1))
-    return Axis(low, high, ticks) if tight else Axis(ticks[0], ticks[-1], ticks)
+    return ChartAxis(low, high, ticks) if tight else ChartAxis(ticks[0], ticks[-1], ticks)
 
 
-def signed_axis(limit: float) -> Axis:
+def signed_axis(limit: float) -> ChartAxis:
     """An axis over [-limit, limit] with ticks at its ends, its middle and the quarters."""
-    return Axis(-limit, limit, tuple(limit * k / 2 for k in range(-2, 3)))
+    return ChartAxis(-limit, limit, tuple(limit * k / 2 for k in range(-2, 3)))
 
 
 def round_up(value: float) -> float:
@@ -192,7 +192,7 @@ def _dot_row(row: int, dot: Dot, left: float) -> Markup:
     ).format(row, dot.name, dot.style, left, side, dot.text)
 
 
-def colour_bar(table: Table, axis: Axis, name: str) -> Markup:
+def colour_bar(table: Table, axis: ChartAxis, name: str) -> Markup:
     """The legend of a map: colours along the axis, ticks, and the name of the quantity with its unit."""
     sign = "+" if axis.low < 0.0 < axis.high else ""
     ticks = _ticks(axis, sign)
@@ -241,7 +241,7 @@ def _label(style: str, side: str, percent: float, text: str) -> Markup:
     return Markup('<span class="{}" style="{}:{:.2f}%">{}</span>').format(style, side, percent, text)
 
 
-def _ticks(axis: Axis, sign: str = "") -> Markup:
+def _ticks(axis: ChartAxis, sign: str = "") -> Markup:
     """Labels below a horizontal axis; the sign stands before positive numbers."""
     return Markup("").join(
         _label(f"tick x{axis.side(t)}", "left", axis.percent(t), (sign if t > 0 else "") + axis.label(t))

@@ -65,11 +65,11 @@ def answers(
     quiet: bool | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> PeoplesAnswers:
-    """Say what people's answers to a set of stimuli tell, and write a page of it.
+    """Analyse people's answers to a set of stimuli, and write a page of the results.
 
     Args:
         folder: of a finished set (`stimuli`).
-        files: CSV tables of answers: pairs, sorts, magnitudes. None tells what the plan can tell.
+        files: CSV tables of answers: pairs, sorts, magnitudes. Without any, the plan alone is analysed.
         out: folder of `answers.html` and `answers.json`; None: that of the set.
         partial: whether people may have left trials of the plan out.
         without: names of people to leave out.

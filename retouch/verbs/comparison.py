@@ -142,14 +142,14 @@ class CompareOptions:
         name = str(DEFAULT_SKIN if self.skin is None else self.skin)
         return load_skin(name), name
 
-    def look(self, run: Run | None) -> "_Look":
+    def look(self, run: Run | None) -> "_ComparedLook":
         """The pictures: of the scene given, that of the run, or the studio. Raises InputError."""
         own = run if self.scene is None else None
         scene = find_file(own.scene if own is not None else self.scene or DEFAULT_SCENE, ".xml")
         defines = {} if own is None else dict(own.define)
         # The seed of a run's own pictures gives the numbers of its report.
         seed = 0 if run is None else run.seed + 1
-        return _Look(
+        return _ComparedLook(
             scene,
             defines | dict(self.defines),
             self.variant,
@@ -170,7 +170,7 @@ def compared(
     for subject in subjects:
         with naming(subject.file), stage(f"pressing on {subject.name}"):
             touches.append(measure_touch(subject.relief, finger, options.model))
-    felt = OtherFingers.of(one.relief, other.relief, finger)
+    felt = ComparedFingers.of(one.relief, other.relief, finger)
     seen = look.of(one, other)
     numbers = _numbers(subjects, touches, seen, felt, described_skin(finger, skin_name), look.scene)
     if page is None:
@@ -199,8 +199,8 @@ class Seen:
 
 
 @dataclass(frozen=True)
-class OtherFingers:
-    """What other fingers feel of both reliefs, and a measured one; None where that cannot be told."""
+class ComparedFingers:
+    """What other fingers feel of both reliefs, and a measured one; None where a contact does not converge."""
 
     fingers: Fingers | None
     measured: Measured | None
@@ -216,7 +216,7 @@ class OtherFingers:
 
 
 @dataclass(frozen=True)
-class _Look:
+class _ComparedLook:
     """How the pictures are made; the fields are those of `compare`."""
 
     scene: Path
@@ -270,7 +270,7 @@ def _numbers(
     subjects: tuple[Subject, Subject],
     touches: Sequence[TouchMeasures],
     seen: Seen,
-    felt: OtherFingers,
+    felt: ComparedFingers,
     skin: Mapping[str, Any],
     scene: Path,
 ) -> Compared:

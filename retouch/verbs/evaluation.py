@@ -1,7 +1,7 @@
 """Evaluation: how a relief or a solid feels at each place of the finger, and how far a change can go."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self, Unpack
@@ -13,10 +13,11 @@ from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.estimates.change_curves import Reach
 from optimize.estimates.reach import reach as reach_of
 from optimize.settings.skins import OWN, described_skin, load_skin
-from optimize.verification.solids.mesh_feel import MeshFeel, feel_of
+from optimize.verification.solids.mesh_feel import ESTIMATED, TAKEN_OUT, UNDER, MeshFeel, feel_of
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
 from relief.ground.formats import MESHES
+from relief.ground.formatting import number, percent
 from relief.ground.lengths import Lengths
 from relief.ground.limits import MOST_MESH_PLACES, PATCH_SIDE_MM
 from relief.ground.progress import Progress, say, stage
@@ -30,12 +31,13 @@ from relief.solids.meshes import Mesh, outer_body, read_mesh
 from relief.solids.objects.table import OBJECTS
 from relief.surface import Repeats
 from retouch.pages.objects.mesh_colouring import write_coloured
+from retouch.pages.sentences import print_deviation
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source, refuse, relief_of
 from tactile.jnd import jnd_unless_smooth
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
-from tactile.quantities import CONTACT_AREA, ROUGHNESS
+from tactile.quantities import CONTACT_AREA, LARGEST_JND, LIMIT_PERCENT, ROUGHNESS
 from tactile.skin import Skin
 from visual.scene import Scene, load_scene
 
@@ -131,7 +133,27 @@ class Evaluation:
     def numbers(self) -> dict[str, Any]:
         """Means over the places, and their least and largest values if there are several, for JSON."""
         felt = {**self.touch.means, "contact_fraction": self.contact_fraction}
-        return felt | ({"places": self.touch.ends} if self.touch.ends["count"] > 1 else {})
+        several = len(self.touch.values[ROUGHNESS.name]) > 1
+        return felt | ({"places": self.touch.ends} if several else {})
+
+    def lines(self) -> Iterator[str]:
+        """Sentences for a person about the reach of a relief, and about a solid."""
+        if self.reach is not None and self.scene is not None:
+            of_mean = f"{percent(self.reach.limit_percent_of_mean)} of the mean picture"
+            limit = f"its pictures in {self.scene.stem} change by {of_mean} ({LIMIT_PERCENT:g} % of white)"
+            yield f"{self.name} can be made {_ways(self.reach)} before {limit}."
+        if not isinstance(felt := self.touch, MeshFeel):
+            return
+        sides = " x ".join(number(side) for side in felt.sides_mm)
+        own = f"The object's own curvature is {felt.curvature}"
+        if felt.curvature == ESTIMATED:
+            own += f"; with it roughness is {number(float(felt.as_pressed[ROUGHNESS.name].mean()))}"
+        yield f"{self.name} ({sides} mm): {_pressed_places(felt)}. {own}."
+        if (printed := self.printed) is not None:
+            deviation = print_deviation(printed.rms_mm, printed.lost)
+            yield f"As printed by {printed.printer.name}: {deviation}"
+        if self.files:
+            yield f"Roughness in colours: {', '.join(map(str, self.files))}"
 
     def as_json(self, first: Self | None = None) -> dict[str, Any]:
         """An entry of what `retouch evaluate --json` prints.
@@ -139,22 +161,46 @@ class Evaluation:
         Args:
             first: with `jnd_from_first`, counted from this one.
         """
-        entry = {"texture": self.name, **self.numbers}
-        if isinstance(self.touch, MeshFeel):
-            entry |= self.touch.details()
+        solid = self.touch if isinstance(self.touch, MeshFeel) else None
+        entry = {"texture": self.name, **self.numbers, **({} if solid is None else solid.details())}
         if first is not None:
-            entry["jnd_from_first"] = self.jnd_from(first)
+            entry |= {"jnd_from_first": self.jnd_from(first)}
         if self.reach is not None:
-            entry["reach"] = {"scene": str(self.scene), **self.reach.as_json()}
-        printer = self.printer
-        if isinstance(self.relief, Mesh):
-            entry |= {"size_mm": entry["sides_mm"][0], "warnings": list(self.relief.warnings)}
+            entry |= {"reach": {"scene": str(self.scene), **self.reach.as_json()}}
+        if isinstance(self.relief, Relief):
+            entry |= {"size_mm": self.relief.width_mm}
+        elif solid is not None:
+            entry |= {"size_mm": solid.sides_mm[0], "warnings": list(self.relief.warnings)}
             entry |= {"files": [str(file) for file in self.files]} if self.files else {}
-            entry["print"] = self.printed and self.printed.as_json()
-        else:
-            entry["size_mm"] = self.relief.width_mm
+            entry |= {"print": self.printed and self.printed.as_json()}
         of_skin = described_skin(self.skin, self.skin_name)
-        return entry | {"skin": of_skin, "model": self.model, "printer": printer and printer.name}
+        printer = self.printer and self.printer.name
+        return entry | {"skin": of_skin, "model": self.model, "printer": printer}
+
+
+def _ways(reach: Reach) -> str:
+    """A reach in words."""
+    ways = []
+    for sense, way in (("rougher", reach.rougher), ("smoother", reach.smoother)):
+        jnd = f"{number(way.jnd, 2)} JND"
+        beyond = way.jnd >= LARGEST_JND or not way.arrived
+        ways.append(f"{jnd} or more {sense}" if beyond else f"about {jnd} {sense}")
+    return " or ".join(ways)
+
+
+def _pressed_places(felt: MeshFeel) -> str:
+    """Where the finger pressed on a solid, and which places were left out."""
+    count = len(felt.crops)
+    pressed = "felt at one place" if count == 1 else f"mean over {count} places"
+    if felt.crops[0].on_edge:
+        where = "on an edge" if count == 1 else "all on edges"
+        return (
+            f"{pressed}, {where}, where a finger feels the shape (of a plate as small as a finger, "
+            "evaluate the height map or the folder of its run)"
+        )
+    if felt.curvature in (TAKEN_OUT, UNDER):
+        return f"{pressed}; {felt.edges} on edges or without texture are left out"
+    return f"{pressed}; {felt.edges} on edges and {felt.flat} flat ones are left out"
 
 
 def evaluate(
@@ -184,7 +230,7 @@ def evaluate(
         printer: name of a printer, or a printer, whose print of the relief or the solid is pressed.
         units: of a print file, as in `read_solid`.
         without_texture: the solid before its texture, whose own curvature is then known and taken out;
-            without it, each patch tells its own.
+            without it, each patch estimates its own.
         on_shape: press on the texture where it lies, on the solid before its texture, and take out the strain
             under the bare solid, as textures are steered with `touch.curved_x_mm`.
         model: of touch.

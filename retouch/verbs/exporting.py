@@ -24,7 +24,7 @@ from retouch.verbs.reliefs import Source, relief_of
 _log = logging.getLogger(__name__)
 
 MANY_TRIANGLES = 4_000_000
-"""Triangles of a plate beyond which its size is told before the work: those of 1400 x 1400 samples."""
+"""Triangles of a plate beyond which its size is reported before the work: those of 1400 x 1400 samples."""
 
 
 @runtime_checkable
@@ -63,8 +63,8 @@ class Exported:
         if self.thickness_mm is None:
             strength = {"strength_mm": self.strength_mm, "midlevel": 0.0, "bits": 16}
             numbers = {"height_mm": self.height_mm, **strength}
-        told = {"file": str(self.file), "size_mm": self.width_mm, **numbers}
-        return told | {"bytes": self.file.stat().st_size, "printer": self.printer and self.printer.name}
+        content = {"file": str(self.file), "size_mm": self.width_mm, **numbers}
+        return content | {"bytes": self.file.stat().st_size, "printer": self.printer and self.printer.name}
 
 
 def export(

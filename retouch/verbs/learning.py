@@ -120,7 +120,7 @@ def dataset(
 
 
 def _teller(total: int) -> Callable[[ShardResult], None]:
-    """An observer that tells of each shard how many textures are done."""
+    """An observer that reports of each shard how many textures are done."""
     count = 0
 
     def observer(result: ShardResult) -> None:
@@ -180,11 +180,11 @@ def train(
         Path(data), Path(out), settings, device=chosen, resume=resume, widths=tuple(widths)
     )
 
-    def told(epoch: Epoch) -> None:
+    def report(epoch: Epoch) -> None:
         this_stage().tell(
             f"epoch {epoch.number} of at most {settings.epochs}: loss {epoch.loss:.4f}, "
             f"validation {epoch.error:.4f}, {epoch.seconds:.0f} s"
         )
 
     with followed(progress, quiet):
-        return TrainedNet(Path(out), train_net(net, request, told))
+        return TrainedNet(Path(out), train_net(net, request, report))

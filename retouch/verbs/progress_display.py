@@ -25,7 +25,7 @@ PATIENCE_S = 2.0
 PERIOD_S = 10.0
 """Seconds between two lines about one stage in a file or pipe."""
 LEAST_S = 1.0
-"""Seconds that a stage must have lasted before its pace tells anything about the rest."""
+"""Seconds that a stage must have lasted before its pace says anything about the rest."""
 TICK_S = 0.2
 """Seconds between two looks at the clock."""
 
@@ -62,7 +62,7 @@ def shown(quiet: bool = False) -> Iterator[None]:
 
 
 def followed(callback: Callable[[Progress], None] | None, quiet: bool | None) -> Any:
-    """A context whose stages are told to a callback, or shown: with `quiet` None in notebooks only."""
+    """A context whose stages are reported to a callback, or shown: with `quiet` None in notebooks only."""
     if callback is not None:
         return stages.progress(callback)
     if quiet is not None or stages.heard():
@@ -124,14 +124,14 @@ class _Watch:
         lasting = [one for one in self._under_way if now - one[1] >= PATIENCE_S]
         if not lasting:
             return None
-        phrases, told = [], False
+        phrases, estimated = [], False
         for progress, began, _ in lasting:
             # The rest of the outermost stage that knows it, beside its name: the rest of no other stage.
-            rest = "" if told else _rest(progress, now - began - progress.seconds)
-            told = told or bool(rest)
+            rest = "" if estimated else _rest(progress, now - began - progress.seconds)
+            estimated = estimated or bool(rest)
             phrases.append(f"{progress.detail or progress.stage}{_done(progress)}{rest}")
         text = ": ".join(phrases)
-        if not told:
+        if not estimated:
             text += f", {_time(now - lasting[0][1])} so far"
         fractions = [progress.fraction for progress, *_ in lasting if progress.fraction is not None]
         return Shown(text, lasting[0][2], fractions[0] if fractions else None)

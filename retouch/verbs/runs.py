@@ -72,7 +72,7 @@ def forecast(
     quiet: bool | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Forecast:
-    """Check a run as its beginning would, and tell about how much time and memory it takes; write nothing.
+    """Check a run as its beginning would, and estimate its time and memory; write nothing.
 
     Arguments are as in `optimize`. Raises InputError as `optimize` does, or if there is no room on the disk.
     """

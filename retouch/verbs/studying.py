@@ -3,15 +3,15 @@
 import logging
 import os
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from mitsuba_scenes.studies import bundled_studies, find_study
 from relief.ground.progress import Progress
 from retouch.laboratory.studies import engine
-from retouch.laboratory.studies.document import Document, flat_rows, read_document
-from retouch.laboratory.studies.rough_time import about
+from retouch.laboratory.studies.document import StudyDocument, flat_rows, read_document
+from retouch.laboratory.studies.rough_time import RoughTime, about
 from retouch.laboratory.studies.rows import expand
 from retouch.laboratory.studies.study_file import load_study
 from retouch.laboratory.studies.writing import write_study
@@ -21,7 +21,7 @@ from retouch.verbs.progress_display import followed
 _log = logging.getLogger(__name__)
 
 MOST_SHOWN = 10
-"""Most faults and failures that are told; the page lists all."""
+"""Most faults and failures that are printed; the page lists all."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class StudyTables:
     """
 
     folder: Path
-    document: Document
+    document: StudyDocument
     faults: tuple[str, ...]
     failed: tuple[str, ...]
     done: int
@@ -131,10 +131,22 @@ def _shortened(lines: Iterable[str]) -> Iterator[str]:
         yield f"... and {len(every) - MOST_SHOWN} more, which the page lists"
 
 
+@dataclass(frozen=True)
+class ListedStudy:
+    """A bundled study: its name and title, and its rough time whole and with `quick`."""
+
+    name: str
+    title: str
+    whole: RoughTime
+    quick: RoughTime
+
+
+def listed_studies() -> list[ListedStudy]:
+    """The bundled studies."""
+    studies = [load_study(path) for path in bundled_studies()]
+    return [ListedStudy(one.name, one.title, about(one, False), about(one, True)) for one in studies]
+
+
 def list_studies() -> list[dict[str, Any]]:
     """The bundled studies: `name`, `title`, and number of `rows` and `minutes` here, `whole` and `quick`."""
-    studies = [load_study(path) for path in bundled_studies()]
-    return [
-        {"name": one.name, "title": one.title, "whole": about(one, False), "quick": about(one, True)}
-        for one in studies
-    ]
+    return [asdict(one) for one in listed_studies()]

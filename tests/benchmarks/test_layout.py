@@ -5,7 +5,7 @@ from pathlib import PurePosixPath
 
 import pytest
 
-from benchmarks.runs.layout import as_text, code_lines, measured, of_tree
+from benchmarks.runs.layout import any_dicts, as_text, code_lines, measured, of_tree, string_subscripts
 from benchmarks.shared.common import ROOT
 
 SOURCES = {
@@ -52,6 +52,20 @@ def test_what_is_named_twice_or_spelled_by_hand_is_counted() -> None:
     pages = {PurePosixPath("README.md"): "Three words here", PurePosixPath("docs/a/b.md"): "no guide"}
     found = measured({**sources, **pages})["measures"]
     assert list(found.values()) == [2, 2, 1, 1, 6, 2, 3, 0, 0, 0]
+
+
+def test_untyped_values_are_counted_but_for_documents_and_annotations() -> None:
+    source = """
+def read(rows: dict[str, Any]) -> "list[str]":
+    return [rows["name"], rows["size"]["mm"], rows[key]]
+
+def of(kind: Literal["touch"]) -> None: ...
+
+class Result:
+    def as_json(self) -> dict[str, Any]: ...
+"""
+    tree = ast.parse(source)
+    assert any_dicts(tree) == 1 and string_subscripts(tree) == 3
 
 
 @pytest.mark.slow

@@ -83,8 +83,14 @@ class MeshFeel:
             ends[f"{name}_std"] = float(values.std())
         return ends
 
+    @property
+    def sides_mm(self) -> list[float]:
+        """Extent of the body along x, y and z."""
+        sides: list[float] = np.ptp(self.body.vertices, axis=0).tolist()
+        return sides
+
     def details(self) -> dict[str, Any]:
-        """What is told of a mesh beside the numbers of a texture: edges, curvature, sides, every touch."""
+        """Numbers of a mesh beside those of a texture: edges, curvature, sides, every touch."""
         return {
             "on_edge": self.edges,
             "flat": self.flat,
@@ -92,7 +98,7 @@ class MeshFeel:
             "curvature": self.curvature,
             "as_pressed": means(self.as_pressed),
             "surface_mm2": self.area_mm2,
-            "sides_mm": np.ptp(self.body.vertices, axis=0).tolist(),
+            "sides_mm": self.sides_mm,
             "touches": [
                 {
                     "at_mm": crop.frame.at.tolist(),
@@ -117,7 +123,7 @@ def feel_of(
     """Press the skin on places 2.5 mm apart, or as many as there may be, all over a mesh.
 
     The finger presses along the outward axis of the surroundings of a place, on a patch of 10 mm a side. That
-    of a round finger is wider, and the 10 mm in its middle tell whether the place is flat or on an edge. The
+    of a round finger is wider, and the 10 mm in its middle decide whether the place is flat or on an edge. The
     side that lies on the printer's bed, flat and lowest, is left out. Where the patch reaches over an edge
     the finger meets the shape and not a texture: such places are left out too, as are planes, unless there
     are no others, as on the rim of a coin.
@@ -130,9 +136,9 @@ def feel_of(
         without_texture: The object before its texture, at the same place. With it the finger presses on the
             heights of the texture over the unrolled object, so that the object's own curvature is no part of
             what is felt; places whose patch is not textured all over are left out. Without it the texture is
-            also told from the patch's own smooth shape, and its feel is what is headed by.
+            also separated from the patch's own smooth shape, and its feel is what is headed by.
         as_printed: The surface that a printer makes of the mesh, which is pressed in the mesh's stead at the
-            places that the mesh tells.
+            places of the mesh.
         on_shape: press on the texture where it lies, on the object without texture, and take out the strain
             under the bare object, as a texture is steered with `touch.curved_x_mm`.
 
@@ -185,7 +191,7 @@ def feel_of(
 
 
 def _of_print(crop: Crop, cropper: Cropper) -> Crop:
-    """What the print has at a place that the mesh tells; edges and planes are those of the mesh."""
+    """What the print has at a place of the mesh; edges and planes are those of the mesh."""
     if crop.on_edge or crop.flat:
         return crop
     return replace(cropper.crop(crop.frame), on_edge=False)

@@ -13,7 +13,7 @@ from relief.solids.meshes.unrolling import TEXTURED_MM, Unroller
 GROWTH_MM = 2.0
 """Width beside a patch, mm, in which the object must not be bare: as wide as a texture grows by default."""
 MAP_ERROR_MM = 0.5
-"""Error of ways on an unrolled surface, mm, that is allowed for where they are told by edges alone."""
+"""Error of ways on an unrolled surface, mm, that is allowed for where edges alone decide."""
 LEAST_WAY = 0.8
 """Least way over an unrolled surface, in that of the straight one, that is no error of the map."""
 RIM_MM = 1.875

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
-from relief.ground.formatting import number
 from relief.ground.limits import HEIGHT_LIMIT_MM
 from relief.ground.progress import stage
 from relief.printers import DRAWING, Printer
@@ -66,18 +65,6 @@ class PrintedPart:
     def as_json(self) -> dict[str, Any]:
         """What commands tell of it: all but the surfaces."""
         return {"printer": self.printer.name, "rms_mm": self.rms_mm, "lost": self.lost}
-
-    def words(self) -> str:
-        """How far the print is from the file, for a person."""
-        return print_words(self.rms_mm, self.lost)
-
-
-def print_words(rms_mm: float, lost: float) -> str:
-    """How far a print is from its file, mm, and the share of the surface that is lost, for a person."""
-    line = f"{number(1000.0 * rms_mm, 2)} µm (rms) from the surface of the file"
-    if lost >= 0.001:
-        line += f"; {100.0 * lost:.1f} % of the surface is too thin to be printed"
-    return line + ". Layers lie across z of the file."
 
 
 @stage("layers of the print")

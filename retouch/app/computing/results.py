@@ -67,13 +67,13 @@ def _places(felt: Places | None, result: Relief) -> str:
     if felt is None or sum(len(side.centres_mm) for side in felt.sides) > MOST_PLACES:
         return ""
     try:
-        figures = place_figures(felt, result)["places"]
+        figures = place_figures(felt, result)
     except (ValueError, AssertionError, ArithmeticError, LookupError):
         # Of a file that somebody has changed: the heights are worth showing without it.
         return ""
     if figures is None:
         return ""
-    return str(Markup(DEFINED).format(figures["relief"]) + Markup().join(figures["maps"]))
+    return str(Markup(DEFINED).format(figures.relief) + Markup().join(figures.maps))
 
 
 def _map(values: Array, low: float, high: float, table: Table, unit: str) -> Map:

@@ -1,1 +1,1 @@
-"""Experiments with people: plans of trials, pages that take answers, and what answers tell."""
+"""Experiments with people: plans of trials, pages that take answers, and results of answers."""

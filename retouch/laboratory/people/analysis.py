@@ -21,7 +21,7 @@ from retouch.laboratory.people.ranks import (
     sorted_plates,
 )
 from retouch.laboratory.people.reading import COLDER, ROUGHER, SAME, Answers, read_answers
-from retouch.laboratory.people.tables import Row
+from retouch.laboratory.people.tables import CsvRow
 from retouch.laboratory.people.whose_finger import FingerFit, fingers
 
 BEHIND = 3.0
@@ -129,7 +129,7 @@ def analysed(
 
 
 def _power(
-    plans: Mapping[str, Mapping[tuple[str, int], Row]], plates: Mapping[str, SetPlate]
+    plans: Mapping[str, Mapping[tuple[str, int], CsvRow]], plates: Mapping[str, SetPlate]
 ) -> dict[str, Power | None]:
     """What the plan can say, by question."""
     found: dict[str, Power | None] = {}

@@ -14,7 +14,7 @@ from relief.ground.progress import stage
 from retouch.laboratory.people.likelihood import PairAnswers
 from retouch.laboratory.people.plates import SetPlate
 from retouch.laboratory.people.population import Estimate, Fitted, fit, weber
-from retouch.laboratory.people.reading import COLDER, ROUGHER, Pair
+from retouch.laboratory.people.reading import COLDER, ROUGHER, JudgedPair
 from retouch.laboratory.stimulus_sets.prediction import CONTACT_JND
 from tactile.jnd import ROUGHNESS_JND
 
@@ -35,7 +35,7 @@ class Fractions:
 
     Attributes:
         weber: Weber fraction.
-        pse: ratio of the plates' values at which both are told equally often.
+        pse: ratio of the plates' values at which both are named equally often.
         lapse_rate, guess_rate: of answers that go by nothing felt, and half of it.
     """
 
@@ -96,7 +96,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Preference:
-    """How often a plate was told above another one of its texture, %."""
+    """How often a plate was ranked above another one of its texture, %."""
 
     texture: str
     above: str
@@ -177,12 +177,12 @@ class Question:
 
     name: str
     people: tuple[str, ...]
-    pairs: tuple[tuple[Pair, ...], ...]
+    pairs: tuple[tuple[JudgedPair, ...], ...]
 
     @classmethod
-    def of(cls, name: str, pairs: Sequence[Pair]) -> "Question":
+    def of(cls, name: str, pairs: Sequence[JudgedPair]) -> "Question":
         """The answers, by person."""
-        by_person: dict[str, list[Pair]] = {}
+        by_person: dict[str, list[JudgedPair]] = {}
         for pair in pairs:
             by_person.setdefault(pair.person, []).append(pair)
         return cls(name, tuple(by_person), tuple(tuple(each) for each in by_person.values()))
@@ -238,7 +238,7 @@ def _note(one: Fitted, answers: int) -> str | None:
 
 
 def _told_right(answers: Sequence[PairAnswers], ratio: float) -> tuple[float | None, float | None]:
-    """Percentage of pairs told as the prediction has them, and expected so; equal plates are left out."""
+    """Percentage of pairs ranked as predicted, and expected so; equal plates are left out."""
     differences = np.concatenate([one.differences for one in answers])
     second = np.concatenate([one.second for one in answers])
     some = differences != 0.0
@@ -275,7 +275,7 @@ def wilson(right: int, count: int) -> tuple[float, float]:
 def _matrix(
     question: Question, plates: Mapping[str, SetPlate], quantity: str, ratio: float
 ) -> list[Preference]:
-    """How often each plate was told above each other of its texture, and should be: the paper's figure 25."""
+    """How often each plate was ranked above each other of its texture, and should be: the paper's figure 25."""
     counts: dict[tuple[str, str], list[int]] = {}
     for pair in itertools.chain(*question.pairs):
         if plates[pair.first].texture == plates[pair.second].texture:
@@ -284,22 +284,22 @@ def _matrix(
             )
             counts.setdefault((upper, lower), []).append(pair.told == upper)
     rows = []
-    for (upper, lower), told in counts.items():
+    for (upper, lower), above in counts.items():
         jnd = math.log(getattr(plates[upper], quantity) / getattr(plates[lower], quantity)) / math.log(ratio)
-        low, high = wilson(sum(told), len(told))
-        shares = (100.0 * sum(told) / len(told), 100.0 * low, 100.0 * high, 100.0 * float(ndtr(jnd)))
-        rows.append(Preference(plates[upper].texture, upper, lower, len(told), *shares))
+        low, high = wilson(sum(above), len(above))
+        shares = (100.0 * sum(above) / len(above), 100.0 * low, 100.0 * high, 100.0 * float(ndtr(jnd)))
+        rows.append(Preference(plates[upper].texture, upper, lower, len(above), *shares))
     return sorted(rows, key=lambda row: (row.texture, row.above, row.below))
 
 
 def order(question: Question, plates: Mapping[str, SetPlate], quantity: str) -> tuple[RankCorrelation, ...]:
-    """Rank correlation of the quantity with how often plates were told above others, by texture."""
+    """Rank correlation of the quantity with how often plates were ranked above others, by texture."""
     above: dict[str, list[bool]] = {}
     for pair in itertools.chain(*question.pairs):
         if plates[pair.first].texture == plates[pair.second].texture:
             above.setdefault(pair.first, []).append(not pair.second_told)
             above.setdefault(pair.second, []).append(pair.second_told)
-    shares = {label: float(np.mean(told)) for label, told in above.items()}
+    shares = {label: float(np.mean(answers)) for label, answers in above.items()}
     return correlations(shares, plates, quantity)
 
 
@@ -312,11 +312,11 @@ def correlations(
         by_texture.setdefault(plates[label].texture, []).append(label)
     found = []
     for texture, labels in by_texture.items():
-        told = [scores[label] for label in labels]
+        ranked = [scores[label] for label in labels]
         values = [float(getattr(plates[label], quantity)) for label in labels]
-        if len(labels) < 3 or len(set(told)) < 2 or len(set(values)) < 2:
+        if len(labels) < 3 or len(set(ranked)) < 2 or len(set(values)) < 2:
             continue
-        spearman, kendall = stats.spearmanr(told, values), stats.kendalltau(told, values)
+        spearman, kendall = stats.spearmanr(ranked, values), stats.kendalltau(ranked, values)
         each = float(spearman.statistic), float(kendall.statistic)
         found.append(RankCorrelation(texture, len(labels), *each))
     return tuple(found)

@@ -3,14 +3,14 @@
 from pathlib import Path
 
 from relief.ground.files import write_atomically
-from retouch.laboratory.people.plan import FOLDER, Plan
+from retouch.laboratory.people.plan import FOLDER, TrialPlan
 from retouch.pages.rendering import render_page
 
 PAGE = "index.html"
 """The page, in the folder of the plan."""
 
 
-def write_experiment_page(folder: Path, of: Plan, title: str) -> Path:
+def write_experiment_page(folder: Path, of: TrialPlan, title: str) -> Path:
     """Write the page of a plan into the folder of its set.
 
     Args:

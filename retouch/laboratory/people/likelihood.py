@@ -1,13 +1,13 @@
 """How likely a person's answers to pairs are, by just-noticeable difference, side preference and lapses.
 
-Of two plates that differ by x, the logarithm of the ratio of their values V, a person tells the second above
+Of two plates that differ by x, the logarithm of the ratio of their values V, a person ranks the second above
 the first with the probability
 
     P(x) = g/2 + (1 - g) Phi(x / s - b)
 
 Phi is the normal distribution function, s the noise of a comparison, g the lapse rate: in lapses a person
 guesses, so that the guess rate is g/2 at either end. b is the side preference in units of s; the point of
-equality lies at x = b s. Without lapses and preference Phi(1) = 84 of 100 pairs are told right at x = s. The
+equality lies at x = b s. Without lapses and preference Phi(1) = 84 of 100 pairs are ranked rightly at x = s. The
 Weber fraction exp(s) - 1 is therefore one just-noticeable difference (JND), 0.19 in `tactile.jnd`.
 """
 
@@ -28,7 +28,7 @@ person's."""
 NARROW = math.log(5.0)
 """Range of noises either way of a likeliest one, as a logarithm, for many fits of the same answers."""
 PREFERENCE_RANGE = 3.0
-"""Largest side preference, JND either way: 99.9 % of equal plates told one way."""
+"""Largest side preference, JND either way: 99.9 % of equal plates ranked one way."""
 LAPSE_RATES = np.array([0.0, 0.005, 0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.1, 0.13, 0.16, 0.2, 0.25])
 """Lapse rates of a person, closer together where most people's are; 0.25 errs in an eighth of easy pairs."""
 SPREAD_PREFERENCES = np.array([0.0, 0.1, 0.2, 0.35, 0.5, 0.75, 1.1])
@@ -47,7 +47,7 @@ NEVER = 1e-300
 
 
 @dataclass(frozen=True)
-class Grid:
+class LikelihoodGrid:
     """Values of noise, side preference and lapse rate whose likelihoods are computed.
 
     Attributes:
@@ -59,7 +59,7 @@ class Grid:
     preference: Array
 
     @classmethod
-    def for_answers(cls, most: int) -> "Grid":
+    def for_answers(cls, most: int) -> "LikelihoodGrid":
         """The grid for people of at most so many answers each."""
         width = 1.2 / math.sqrt(max(most, 1))
         noise, preference = (float(np.clip(width, *STEPS[name])) for name in ("noise", "preference"))
@@ -70,10 +70,12 @@ class Grid:
             np.linspace(-PREFERENCE_RANGE, PREFERENCE_RANGE, 2 * half + 1),
         )
 
-    def about(self, noise: float) -> "Grid":
+    def about(self, noise: float) -> "LikelihoodGrid":
         """The part within `NARROW` of a noise's logarithm, and half of the preferences: five times faster."""
         near = np.abs(self.noise - noise) < NARROW
-        return Grid(self.noise[near], self.preference[np.abs(self.preference) <= 0.5 * PREFERENCE_RANGE])
+        return LikelihoodGrid(
+            self.noise[near], self.preference[np.abs(self.preference) <= 0.5 * PREFERENCE_RANGE]
+        )
 
     @cached_property
     def preference_weights(self) -> Array:
@@ -96,7 +98,7 @@ class PairAnswers:
 
     Attributes:
         differences: (n,) logarithms of the ratios of the second plate's value to the first's.
-        second: (n,) whether the second plate was told above the first.
+        second: (n,) whether the second plate was ranked above the first.
     """
 
     differences: Array
@@ -121,12 +123,12 @@ class PersonLikelihood:
     of_lapses: Array
 
 
-def likelihoods(people: Sequence[PairAnswers], grid: Grid) -> list[PersonLikelihood]:
+def likelihoods(people: Sequence[PairAnswers], grid: LikelihoodGrid) -> list[PersonLikelihood]:
     """The likelihood of each person's answers on the grid."""
     return [_summed(one, grid) for one in log_likelihoods(people, grid)]
 
 
-def log_likelihoods(people: Sequence[PairAnswers], grid: Grid) -> Array:
+def log_likelihoods(people: Sequence[PairAnswers], grid: LikelihoodGrid) -> Array:
     """(p, lapses, t, b) logarithms of the likelihood of each person's answers."""
     xs, counts, seconds = _counted(people)
     cells = (len(LAPSE_RATES), len(grid.noise), len(grid.preference))
@@ -134,14 +136,14 @@ def log_likelihoods(people: Sequence[PairAnswers], grid: Grid) -> Array:
     for start in range(0, len(xs), CHUNK):
         some = slice(start, start + CHUNK)
         z = xs[some] / np.exp(grid.noise)[:, None, None] - grid.preference[:, None]
-        told = LAPSE_RATES[:, None, None, None] / 2.0 + (1.0 - LAPSE_RATES[:, None, None, None]) * ndtr(z)
-        told = np.clip(told, CERTAIN, 1.0 - CERTAIN).reshape(-1, z.shape[-1])
-        logs += seconds[:, some] @ np.log(told).T + (counts - seconds)[:, some] @ np.log1p(-told).T
+        shares = LAPSE_RATES[:, None, None, None] / 2.0 + (1.0 - LAPSE_RATES[:, None, None, None]) * ndtr(z)
+        shares = np.clip(shares, CERTAIN, 1.0 - CERTAIN).reshape(-1, z.shape[-1])
+        logs += seconds[:, some] @ np.log(shares).T + (counts - seconds)[:, some] @ np.log1p(-shares).T
     return logs.reshape(len(people), *cells)
 
 
 def _counted(people: Sequence[PairAnswers]) -> tuple[Array, Array, Array]:
-    """Different differences (x,), how often each person had them, and told the second above, (people, x)."""
+    """Different differences (x,), how often each person had them, and ranked the second above, (people, x)."""
     xs, places = np.unique(
         np.round(np.concatenate([one.differences for one in people]), 9), return_inverse=True
     )
@@ -154,7 +156,7 @@ def _counted(people: Sequence[PairAnswers]) -> tuple[Array, Array, Array]:
     return xs, counts, seconds
 
 
-def _summed(logs: Array, grid: Grid) -> PersonLikelihood:
+def _summed(logs: Array, grid: LikelihoodGrid) -> PersonLikelihood:
     """Sums over what each likelihood of a person leaves out, of logarithms (lapses, noise, preference)."""
     most = logs.max()
     likelihood = np.exp(logs - most)

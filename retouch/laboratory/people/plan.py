@@ -21,7 +21,7 @@ from relief.ground.errors import InputError
 from relief.ground.files import write_atomically
 from retouch.laboratory.people.plates import SetPlate, areas_of, levels_of, read_plates
 from retouch.laboratory.people.reading import COLDER, HEADINGS, MAGNITUDES, ROUGHER, SAME, SORTS, TRIAL
-from retouch.laboratory.people.tables import Row, read_table
+from retouch.laboratory.people.tables import CsvRow, read_table
 from retouch.laboratory.stimulus_sets.levels import CONTACT, ROUGHNESS
 from retouch.laboratory.stimulus_sets.stimulus_set import Experiment
 
@@ -39,7 +39,7 @@ Trials = list[tuple[int, ...]]
 
 
 @dataclass(frozen=True)
-class Plan:
+class TrialPlan:
     """The plan of an experiment.
 
     Attributes:
@@ -84,7 +84,7 @@ class Plan:
                     yield [*begin, *labels, ""]
 
 
-def plan(plates: Mapping[str, SetPlate], experiment: Experiment) -> Plan:
+def plan(plates: Mapping[str, SetPlate], experiment: Experiment) -> TrialPlan:
     """The plan for the plates of a set; questions that they cannot answer are left out."""
     rng = np.random.default_rng(experiment.seed)
     labels = tuple(plates)
@@ -111,7 +111,7 @@ def plan(plates: Mapping[str, SetPlate], experiment: Experiment) -> Plan:
         }
     if rated:
         trials[MAGNITUDES] = _shared_out(rated, people, max(MOST_RATINGS, len(rated)), textures, rng)
-    return Plan(labels, textures, trials, experiment.seed)
+    return TrialPlan(labels, textures, trials, experiment.seed)
 
 
 def _both_orders(levels: Sequence[Sequence[int]]) -> Trials:
@@ -168,14 +168,14 @@ def _ordered(trials: Trials, textures: Sequence[str], rng: np.random.Generator) 
     return ordered
 
 
-def table_bytes(of: Plan, question: str) -> bytes:
+def table_bytes(of: TrialPlan, question: str) -> bytes:
     """A question's table as CSV."""
     text = io.StringIO()
     csv.writer(text).writerows(of.rows(question))
     return text.getvalue().encode()
 
 
-def write_plan(folder: Path, experiment: Experiment) -> Plan | None:
+def write_plan(folder: Path, experiment: Experiment) -> TrialPlan | None:
     """Write the tables of a plan into the folder of a set; None where the set has no two plates to compare.
 
     Raises:
@@ -191,13 +191,13 @@ def write_plan(folder: Path, experiment: Experiment) -> Plan | None:
     return of
 
 
-def planned(folder: Path) -> dict[str, dict[tuple[str, int], Row]]:
+def planned(folder: Path) -> dict[str, dict[tuple[str, int], CsvRow]]:
     """The first row of each trial of a set's plan, by question, person and number; empty without a plan.
 
     Raises:
         InputError: a table of the plan is damaged.
     """
-    found: dict[str, dict[tuple[str, int], Row]] = {}
+    found: dict[str, dict[tuple[str, int], CsvRow]] = {}
     for question, headings in HEADINGS.items():
         file = folder / FOLDER / f"{question}.csv"
         if not file.is_file():
@@ -213,6 +213,6 @@ def planned(folder: Path) -> dict[str, dict[tuple[str, int], Row]]:
     return found
 
 
-def pairs_of(trials: Mapping[tuple[str, int], Row]) -> list[tuple[str, str]]:
+def pairs_of(trials: Mapping[tuple[str, int], CsvRow]) -> list[tuple[str, str]]:
     """First and second plate of the trials of a question about pairs."""
     return [(row.text("first"), row.text("second")) for row in trials.values()]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from optimize.run_directory.finished_run import read_verification
 from relief.ground.errors import InputError
-from retouch.laboratory.people.tables import Row, read_table
+from retouch.laboratory.people.tables import CsvRow, read_table
 from retouch.laboratory.stimulus_sets.document import PLATES
 from retouch.laboratory.stimulus_sets.levels import CONTACT, ROUGHNESS
 from tactile.jnd import SMOOTH
@@ -13,7 +13,7 @@ from tactile.jnd import SMOOTH
 COLUMNS = ("texture", "label", "kind", "level", "roughness", "contact_area_mm2")
 """Columns of `plates.csv` without which there is no experiment."""
 MEASURED = "measured finger"
-"""Name of the finger whose feel every run tells besides (`optimize.verification.other_fingers`)."""
+"""Name of the measured finger of every run (`optimize.verification.other_fingers`)."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def read_plates(folder: Path, fingers: bool = False) -> dict[str, SetPlate]:
     return plates
 
 
-def _plate(row: Row, folder: Path, fingers: bool) -> SetPlate:
+def _plate(row: CsvRow, folder: Path, fingers: bool) -> SetPlate:
     roughness = row.number("roughness")
     if roughness < SMOOTH:
         raise row.fault(f"roughness: {roughness:g} is that of a smooth plate, of which ratios mean nothing")
@@ -98,7 +98,7 @@ def _plate(row: Row, folder: Path, fingers: bool) -> SetPlate:
 
 
 def _by_finger(folder: Path) -> dict[str, float]:
-    """Roughness of a result to each finger that its run tells of; empty where the run is not there."""
+    """Roughness of a result to each finger in the table of its run; empty where the run is not there."""
     result = read_verification(folder)
     if result is None:
         return {}

@@ -20,7 +20,7 @@ from relief.ground.arrays import Array
 from retouch.laboratory.people.likelihood import (
     LAPSE_RATES,
     NEVER,
-    Grid,
+    LikelihoodGrid,
     PairAnswers,
     PersonLikelihood,
     likelihoods,
@@ -92,14 +92,14 @@ class Population:
     of_people: Array
 
 
-def fit(people: Sequence[PairAnswers], grid: Grid | None = None) -> Population:
+def fit(people: Sequence[PairAnswers], grid: LikelihoodGrid | None = None) -> Population:
     """Fit the answers of one or more people; see the module.
 
     Args:
         people: their answers.
         grid: of likelihoods; None: one for so many answers.
     """
-    grid = grid or Grid.for_answers(max(len(one) for one in people))
+    grid = grid or LikelihoodGrid.for_answers(max(len(one) for one in people))
     each = likelihoods(people, grid)
     joint = _joint(np.array([one.of_noise for one in each]), grid.noise)
     total = joint.sum(axis=1)
@@ -124,7 +124,7 @@ def fit(people: Sequence[PairAnswers], grid: Grid | None = None) -> Population:
     )
 
 
-def _one(one: PersonLikelihood, grid: Grid, weights: Array) -> Fitted:
+def _one(one: PersonLikelihood, grid: LikelihoodGrid, weights: Array) -> Fitted:
     """A person, with people's lapses and preferences (7, 7) by what all answers allow."""
     return Fitted(
         interval(grid.noise, _weighted(one.of_noise, weights)),
@@ -188,5 +188,5 @@ def interval(values: Array, logs: Array, lowest: bool = False, drop: float = DRO
 
 
 def weber(noise: Estimate) -> Estimate:
-    """The Weber fraction of a noise's logarithm: the share of V at which 84 of 100 pairs are told right."""
+    """The Weber fraction of a noise's logarithm: the share of V at which 84 of 100 pairs are ranked rightly."""
     return noise.mapped(lambda log: math.expm1(math.exp(log)))

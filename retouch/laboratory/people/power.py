@@ -36,9 +36,9 @@ def information(differences: Array, noise: float) -> float:
     """
     z = differences / noise
     density = stats.norm.pdf(z) * (1.0 - LAPSES)
-    told = 0.5 * LAPSES + (1.0 - LAPSES) * stats.norm.cdf(z)
+    probability = 0.5 * LAPSES + (1.0 - LAPSES) * stats.norm.cdf(z)
     gradient = np.array([-density * z, -density, 0.5 - stats.norm.cdf(z)])
-    matrix = (gradient / (told * (1.0 - told))) @ gradient.T / len(differences)
+    matrix = (gradient / (probability * (1.0 - probability))) @ gradient.T / len(differences)
     return float(matrix[0, 0] - matrix[0, 1:] @ np.linalg.pinv(matrix[1:, 1:]) @ matrix[1:, 0])
 
 

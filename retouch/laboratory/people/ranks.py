@@ -12,7 +12,7 @@ from scipy import stats
 
 from retouch.laboratory.people.comparisons import RankCorrelation, correlations, wilson
 from retouch.laboratory.people.plates import SetPlate
-from retouch.laboratory.people.reading import YES, Magnitude, Pair, Sort
+from retouch.laboratory.people.reading import YES, JudgedPair, Magnitude, Sort
 from retouch.laboratory.stimulus_sets import prediction
 from retouch.laboratory.stimulus_sets.levels import ROUGHNESS
 from tactile.jnd import jnd_apart
@@ -120,9 +120,9 @@ def sorted_plates(sorts: Sequence[Sort], plates: Mapping[str, SetPlate]) -> Sort
             places.setdefault(label, []).append(place)
         lowest = plates[order[0]].roughness
         expected.append(_expected(tuple(jnd_apart(plates[label].roughness, lowest) for label in order)))
-    each = [100.0 * fmean(told) for told in by_person.values()]
+    each = [100.0 * fmean(shares) for shares in by_person.values()]
     mean, low, high = mean_with_interval(each)
-    scores = {label: fmean(told) for label, told in places.items()}
+    scores = {label: fmean(ranks) for label, ranks in places.items()}
     of_neighbours, of_whole, of_far = zip(*expected, strict=True)
     return SortResults(
         sorts=len(sorts),
@@ -158,15 +158,15 @@ def rated_plates(magnitudes: Sequence[Magnitude], plates: Mapping[str, SetPlate]
     by_person: dict[str, list[Magnitude]] = {}
     for one in magnitudes:
         by_person.setdefault(one.person, []).append(one)
-    exponents, told = [], dict[str, list[float]]()
+    exponents, ratings = [], dict[str, list[float]]()
     for each in by_person.values():
         logs = np.log([one.magnitude for one in each])
         values = np.log([plates[one.plate].roughness for one in each])
         if values.std() > 0.0:
             exponents.append(float(np.polyfit(values, logs, 1)[0]))
         for one, log in zip(each, logs - logs.mean(), strict=True):
-            told.setdefault(one.plate, []).append(float(log))
-    scores = {label: fmean(logs) for label, logs in told.items()}
+            ratings.setdefault(one.plate, []).append(float(log))
+    scores = {label: fmean(logs) for label, logs in ratings.items()}
     mean, low, high = mean_with_interval(exponents) if exponents else (None, None, None)
     return RatingResults(
         ratings=len(magnitudes),
@@ -174,23 +174,23 @@ def rated_plates(magnitudes: Sequence[Magnitude], plates: Mapping[str, SetPlate]
         exponent=mean,
         exponent_low=low,
         exponent_high=high,
-        plates=tuple(RatedPlate(label, math.exp(log), len(told[label])) for label, log in scores.items()),
+        plates=tuple(RatedPlate(label, math.exp(log), len(ratings[label])) for label, log in scores.items()),
         order=correlations(scores, plates),
     )
 
 
-def judged_same(pairs: Sequence[Pair], plates: Mapping[str, SetPlate]) -> SameResults:
+def judged_same(pairs: Sequence[JudgedPair], plates: Mapping[str, SetPlate]) -> SameResults:
     """How often plates pass for their texture by sight (section 5.3 of the paper).
 
     Of a pair the texture as found is the reference, and the other plate is judged.
     """
-    told: dict[str, list[bool]] = {}
+    judgements: dict[str, list[bool]] = {}
     for pair in pairs:
         first = plates[pair.first]
         is_texture = first.kind == ROUGHNESS and first.level == 0.0
-        told.setdefault(pair.second if is_texture else pair.first, []).append(pair.told == YES)
+        judgements.setdefault(pair.second if is_texture else pair.first, []).append(pair.told == YES)
     judged = []
-    for label, same in told.items():
+    for label, same in judgements.items():
         low, high = wilson(sum(same), len(same))
         judged.append(
             JudgedPlate(

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from relief.ground.errors import InputError
 from retouch.laboratory.people.plates import SetPlate
-from retouch.laboratory.people.tables import Row, Table, read_table
+from retouch.laboratory.people.tables import CsvRow, CsvTable, read_table
 
 ROUGHER, COLDER, SAME, SORTS, MAGNITUDES = "rougher", "colder", "same", "sorts", "magnitudes"
 """Questions of an experiment; the first three are also the headings of the answers."""
@@ -38,7 +38,7 @@ LEAST_TO_JUDGE = 6
 
 
 @dataclass(frozen=True)
-class Pair:
+class JudgedPair:
     """An answer to a pair: labels of the plates, and the label told, or yes or no."""
 
     person: str
@@ -80,13 +80,13 @@ class Answers:
         notes: what a person should know of the answers, a line each.
     """
 
-    pairs: dict[str, list[Pair]] = field(default_factory=dict)
+    pairs: dict[str, list[JudgedPair]] = field(default_factory=dict)
     sorts: list[Sort] = field(default_factory=list)
     magnitudes: list[Magnitude] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
 
-def question_of(table: Table) -> str:
+def question_of(table: CsvTable) -> str:
     """The question that a file answers, by its headings. Raises InputError."""
     matches = [name for name, headings in HEADINGS.items() if set(headings) <= set(table.headings)]
     if len(matches) == 1:
@@ -102,7 +102,7 @@ def question_of(table: Table) -> str:
 def read_answers(
     files: Sequence[Path],
     plates: Mapping[str, SetPlate],
-    plans: Mapping[str, Mapping[tuple[str, int], Row]],
+    plans: Mapping[str, Mapping[tuple[str, int], CsvRow]],
     partial: bool,
     without: Sequence[str] = (),
 ) -> Answers:
@@ -119,7 +119,7 @@ def read_answers(
         InputError: a label is none of the set's; a trial is missing, double, or another than the plan's; a
             person always answers the same.
     """
-    tables: dict[str, list[Table]] = {}
+    tables: dict[str, list[CsvTable]] = {}
     for file in files:
         table = read_table(file)
         tables.setdefault(question_of(table), []).append(table)
@@ -143,7 +143,7 @@ def read_answers(
     return answers
 
 
-def _check_labels(question: str, rows: Sequence[Row], plates: Mapping[str, SetPlate]) -> None:
+def _check_labels(question: str, rows: Sequence[CsvRow], plates: Mapping[str, SetPlate]) -> None:
     names = ("plate",) if question in (SORTS, MAGNITUDES) else ("first", "second")
     for row in rows:
         for name in names:
@@ -153,15 +153,15 @@ def _check_labels(question: str, rows: Sequence[Row], plates: Mapping[str, SetPl
 
 def _answered(
     question: str,
-    rows: Sequence[Row],
-    plan: Mapping[tuple[str, int], Row],
+    rows: Sequence[CsvRow],
+    plan: Mapping[tuple[str, int], CsvRow],
     partial: bool,
     notes: list[str],
-) -> list[Row]:
+) -> list[CsvRow]:
     """Rows with an answer, checked against the plan. Raises InputError."""
     answer = HEADINGS[question][-1] if question != SORTS else "place"
-    answered: list[Row] = []
-    missing: list[Row] = []
+    answered: list[CsvRow] = []
+    missing: list[CsvRow] = []
     for row in rows:
         (answered if row.cells[answer] else missing).append(row)
     if missing and not partial:
@@ -175,13 +175,13 @@ def _answered(
 
 def _check_trials(
     question: str,
-    rows: Sequence[Row],
-    plan: Mapping[tuple[str, int], Row],
+    rows: Sequence[CsvRow],
+    plan: Mapping[tuple[str, int], CsvRow],
     partial: bool,
     notes: list[str],
 ) -> None:
     """Check that each trial of the plan is answered once, by everybody who has answered any."""
-    seen: dict[tuple[str, int], list[Row]] = {}
+    seen: dict[tuple[str, int], list[CsvRow]] = {}
     people = {person for person, _ in plan}
     for row in rows:
         key = (row.text("person"), row.whole(TRIAL))
@@ -215,7 +215,7 @@ def _check_trials(
         notes.append(f"{question}: {waiting} people of the plan have not answered yet")
 
 
-def _take(question: str, rows: Sequence[Row], answers: Answers) -> None:
+def _take(question: str, rows: Sequence[CsvRow], answers: Answers) -> None:
     """Add the answers of checked rows. Raises InputError."""
     if question == SORTS:
         answers.sorts += _sorts(rows)
@@ -230,17 +230,17 @@ def _take(question: str, rows: Sequence[Row], answers: Answers) -> None:
         answers.pairs.setdefault(question, []).extend(pairs)
 
 
-def _pair(question: str, row: Row) -> Pair:
+def _pair(question: str, row: CsvRow) -> JudgedPair:
     first, second, told = row.text("first"), row.text("second"), row.text(question)
     if first == second:
         raise row.fault(f"second: {second!r} is the first plate as well")
     allowed = (YES, NO) if question == SAME else (first, second)
     if told not in allowed:
         raise row.fault(f"{question}: {told!r} is neither {allowed[0]!r} nor {allowed[1]!r}")
-    return Pair(row.text("person"), first, second, told)
+    return JudgedPair(row.text("person"), first, second, told)
 
 
-def _check_sides(question: str, pairs: Sequence[Pair], rows: Sequence[Row]) -> None:
+def _check_sides(question: str, pairs: Sequence[JudgedPair], rows: Sequence[CsvRow]) -> None:
     """Raise InputError for a person whose answers are all the first plate, or all the second."""
     sides: dict[str, list[bool]] = {}
     for pair in pairs:
@@ -254,14 +254,14 @@ def _check_sides(question: str, pairs: Sequence[Pair], rows: Sequence[Row]) -> N
             )
 
 
-def _sorts(rows: Sequence[Row]) -> list[Sort]:
+def _sorts(rows: Sequence[CsvRow]) -> list[Sort]:
     """Sorts from rows of a plate each. Raises InputError."""
-    each: dict[tuple[str, str], list[Row]] = {}
+    each: dict[tuple[str, str], list[CsvRow]] = {}
     for row in rows:
         each.setdefault((row.text("person"), row.text("sort")), []).append(row)
     sorts = []
     for (person, name), of_sort in each.items():
-        places: dict[int, Row] = {}
+        places: dict[int, CsvRow] = {}
         for row in of_sort:
             if (place := row.whole("place")) in places:
                 raise row.fault(f"place: {place} is there twice in the sort {name!r} of {person}")

@@ -1,4 +1,4 @@
-"""Tables of CSV that may come from anywhere: read within limits, each fault told in one line with its row."""
+"""Tables of CSV that may come from anywhere: read within limits, each fault is reported in one line with its row."""
 
 import csv
 import io
@@ -18,7 +18,7 @@ LONGEST_CELL = 300
 
 
 @dataclass(frozen=True)
-class Row:
+class CsvRow:
     """A row of a table.
 
     Attributes:
@@ -61,7 +61,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Table:
+class CsvTable:
     """A table.
 
     Attributes:
@@ -72,10 +72,10 @@ class Table:
 
     file: Path
     headings: tuple[str, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[CsvRow, ...]
 
 
-def read_table(file: Path) -> Table:
+def read_table(file: Path) -> CsvTable:
     """Read a table, with commas or, as spreadsheets of many countries write, semicolons.
 
     Raises:
@@ -97,10 +97,10 @@ def read_table(file: Path) -> Table:
     for heading in headings:
         if heading and headings.count(heading) > 1:
             raise InputError(f"{file}: has two columns {heading[:LONGEST_CELL]!r}")
-    return Table(file, headings, tuple(_rows(file, headings, lines)))
+    return CsvTable(file, headings, tuple(_rows(file, headings, lines)))
 
 
-def _rows(file: Path, headings: Sequence[str], lines: Iterator[tuple[int, list[str]]]) -> Iterator[Row]:
+def _rows(file: Path, headings: Sequence[str], lines: Iterator[tuple[int, list[str]]]) -> Iterator[CsvRow]:
     count = 0
     for line, cells in lines:
         if not any(cells):
@@ -111,7 +111,7 @@ def _rows(file: Path, headings: Sequence[str], lines: Iterator[tuple[int, list[s
             raise InputError(
                 f"{file}: row {line}: has {len(cells)} cells, and the table {len(headings)} columns"
             )
-        yield Row(file, line, dict(zip(headings, cells, strict=True)))
+        yield CsvRow(file, line, dict(zip(headings, cells, strict=True)))
 
 
 def _lines(file: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:

@@ -1,4 +1,4 @@
-"""Whose finger explains people's answers best, of the fingers whose feel every run tells."""
+"""Whose finger explains people's answers best, of the fingers in the table of every run."""
 
 import itertools
 from collections.abc import Mapping, Sequence

@@ -1,1 +1,1 @@
-"""Stimulus sets: labelled plates of textures at several levels of feel, and what people should tell."""
+"""Stimulus sets: labelled plates of textures at several levels of feel, and how people should rank them."""

@@ -78,7 +78,7 @@ class FingerLevels:
 
 
 @dataclass(frozen=True)
-class Levels:
+class RoughnessLevels:
     """Levels of roughness of a texture, ascending, and predictions for them, %.
 
     Attributes:
@@ -137,7 +137,7 @@ class TextureNumbers:
     roughness: float | None
     print: Sequence[str]
     plates: Sequence[PlateNumbers]
-    levels: Levels | None
+    levels: RoughnessLevels | None
     contact: ContactLevels | None
     pairs: Sequence[PairNumbers]
 
@@ -184,7 +184,7 @@ class SetNumbers:
 
 
 @dataclass(frozen=True)
-class Plate:
+class FinishedPlate:
     """A plate that is done.
 
     Attributes:
@@ -203,16 +203,16 @@ class Plate:
         return None if value is None or isinstance(value, str) else float(value)
 
 
-def plates_done(plates: Sequence[PlateRow], rows: Rows, out: Path) -> list[Plate]:
+def plates_done(plates: Sequence[PlateRow], rows: Rows, out: Path) -> list[FinishedPlate]:
     """The plates whose rows are done."""
     return [
-        Plate(plate, rows.records[plate.row.key].cells, out / ROWS / plate.row.short)
+        FinishedPlate(plate, rows.records[plate.row.key].cells, out / ROWS / plate.row.short)
         for plate in plates
         if plate.row.key in rows.records
     ]
 
 
-def numbers_of(plate: Plate, original: float | None) -> PlateNumbers:
+def numbers_of(plate: FinishedPlate, original: float | None) -> PlateNumbers:
     """A plate in numbers.
 
     Args:
@@ -245,7 +245,7 @@ def numbers_of(plate: Plate, original: float | None) -> PlateNumbers:
     )
 
 
-def texture_numbers(name: str, plates: Sequence[Plate], files: Sequence[str]) -> TextureNumbers:
+def texture_numbers(name: str, plates: Sequence[FinishedPlate], files: Sequence[str]) -> TextureNumbers:
     """A texture of the set in numbers; arguments as the attributes of `TextureNumbers`."""
     itself = [plate for plate in plates if plate.of.kind == ROUGHNESS and not plate.of.level]
     originals = [plate.number("verified_roughness") for plate in itself]
@@ -264,13 +264,13 @@ def texture_numbers(name: str, plates: Sequence[Plate], files: Sequence[str]) ->
     )
 
 
-def _levels(plates: Sequence[Plate], numbers: Sequence[PlateNumbers]) -> Levels | None:
+def _levels(plates: Sequence[FinishedPlate], numbers: Sequence[PlateNumbers]) -> RoughnessLevels | None:
     """The levels of roughness and what is predicted of them; None of fewer than two."""
     levels = [(one.label, one.jnd) for one in numbers if one.kind == ROUGHNESS and one.jnd is not None]
     if len(levels) < 2:
         return None
     jnds = [jnd for _, jnd in levels]
-    return Levels(
+    return RoughnessLevels(
         labels=[label for label, _ in levels],
         jnd=jnds,
         judged_rougher=prediction.judged_above(jnds).tolist(),
@@ -298,7 +298,7 @@ def _contact(numbers: Sequence[PlateNumbers]) -> ContactLevels | None:
     )
 
 
-def _fingers(plates: Sequence[Plate]) -> list[FingerLevels]:
+def _fingers(plates: Sequence[FinishedPlate]) -> list[FingerLevels]:
     """What each of the other fingers of every run feels, and how often it ranks neighbours rightly."""
     felt: dict[str, list[float]] = {}
     for plate in plates:
@@ -315,8 +315,8 @@ def _fingers(plates: Sequence[Plate]) -> list[FingerLevels]:
     ]
 
 
-def _pair(one: tuple[Plate, PlateNumbers], other: tuple[Plate, PlateNumbers]) -> PairNumbers:
-    """Two plates: how often finger and eye should tell them apart."""
+def _pair(one: tuple[FinishedPlate, PlateNumbers], other: tuple[FinishedPlate, PlateNumbers]) -> PairNumbers:
+    """Two plates: how far apart they are to finger and eye."""
     (plate, first), (other_plate, second) = one, other
     jnd = None if first.jnd is None or second.jnd is None else second.jnd - first.jnd
     area, larger = first.contact_area_mm2, second.contact_area_mm2

@@ -11,7 +11,7 @@ from optimize.verification.jod import jod_obstacle
 from relief.ground.files import write_atomically
 from retouch.laboratory.stimulus_sets.controls import Control
 from retouch.laboratory.stimulus_sets.stimulus_set import TILE, StimulusSet
-from retouch.laboratory.studies.rows import Expanded, Row
+from retouch.laboratory.studies.rows import Expanded, StudyRow
 from retouch.laboratory.studies.study_file import Study, load_study
 
 STUDY, BASE = "study.toml", "base.toml"
@@ -36,7 +36,7 @@ class PlateRow:
     texture: str
     kind: str
     level: float
-    row: Row
+    row: StudyRow
 
     @property
     def mark(self) -> str:

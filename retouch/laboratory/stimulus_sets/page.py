@@ -1,4 +1,4 @@
-"""The page of a stimulus set: pictures of all plates, how they feel, and what people should tell of them."""
+"""The page of a stimulus set: pictures of all plates, how they feel, and how people should rank them."""
 
 import base64
 import io

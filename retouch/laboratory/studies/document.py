@@ -39,7 +39,7 @@ class TableOfDocument(Section):
     rows: list[RowOfTable]
 
 
-class Document(Section):
+class StudyDocument(Section):
     """Everything that the page of a study shows, without pictures.
 
     Attributes:
@@ -74,9 +74,9 @@ class Document(Section):
         return self
 
 
-def document(study: Study, expanded: Expanded, rows: Rows, quick: bool) -> Document:
+def document(study: Study, expanded: Expanded, rows: Rows, quick: bool) -> StudyDocument:
     """The document of a study."""
-    return Document(
+    return StudyDocument(
         study=study.name,
         title=study.title,
         description=study.description,
@@ -96,7 +96,7 @@ def document(study: Study, expanded: Expanded, rows: Rows, quick: bool) -> Docum
     )
 
 
-def document_bytes(content: Document) -> bytes:
+def document_bytes(content: StudyDocument) -> bytes:
     """A document as JSON, one record a line."""
     values = content.model_dump(mode="json")
     records = values.pop("records")
@@ -105,15 +105,17 @@ def document_bytes(content: Document) -> bytes:
     return f'{text[:-2]},\n "records": {{\n{lines}\n }}\n}}\n'.encode()
 
 
-def read_document(path: Path) -> Document:
+def read_document(path: Path) -> StudyDocument:
     """Read a document back. Raises InputError."""
     try:
-        return Document.model_validate_json(read_limited(path, LARGEST))
+        return StudyDocument.model_validate_json(read_limited(path, LARGEST))
     except ValidationError as error:
-        raise InputError(f"{path}: not the document of a study: {first_fault(error, Document)}") from error
+        raise InputError(
+            f"{path}: not the document of a study: {first_fault(error, StudyDocument)}"
+        ) from error
 
 
-def flat_rows(content: Document) -> list[dict[str, Cell]]:
+def flat_rows(content: StudyDocument) -> list[dict[str, Cell]]:
     """Rows with `table`, `row` (the folder), axis values, every column, and `failure`."""
     rows = []
     for table in content.tables:
@@ -126,7 +128,7 @@ def flat_rows(content: Document) -> list[dict[str, Cell]]:
     return rows
 
 
-def spreadsheet(content: Document) -> bytes:
+def spreadsheet(content: StudyDocument) -> bytes:
     """The rows as CSV; an empty cell is a missing value."""
     rows = flat_rows(content)
     axes = dict.fromkeys(axis for table in content.tables for axis in table.axes)

@@ -20,7 +20,7 @@ from relief.ground.progress import Stage, say, stage
 from retouch.laboratory.studies.measuring.measures import MEASURES
 from retouch.laboratory.studies.records import Record, parse_record, read_failure, read_record, write_failure
 from retouch.laboratory.studies.row_job import RowJob, outdated, record_failure, run_row
-from retouch.laboratory.studies.rows import Expanded, Row
+from retouch.laboratory.studies.rows import Expanded, StudyRow
 from retouch.laboratory.studies.study_file import text_of
 from retouch.laboratory.workers.jobs import GIVEN_UP, Runner, Work
 
@@ -50,7 +50,7 @@ class Rows:
     failures: dict[str, str] = field(default_factory=dict)
 
 
-def row_folder(out: Path, row: Row) -> Path:
+def row_folder(out: Path, row: StudyRow) -> Path:
     """The run directory of a row."""
     return out / ROWS / row.short
 
@@ -145,7 +145,7 @@ def compute(
 class _Pass:
     """Passes through rows that are missing, and what is shown of them meanwhile."""
 
-    def __init__(self, missing: Sequence[Row], records: dict[str, Record], advance: Stage) -> None:
+    def __init__(self, missing: Sequence[StudyRow], records: dict[str, Record], advance: Stage) -> None:
         self._missing, self._records, self._advance = missing, records, advance
         self._done = 0
         self.failures: dict[str, str] = {}
@@ -203,7 +203,7 @@ class _Pass:
         self._show()
         self._tell(self._missing[job.number], f"{outcome}{took}", finally_)
 
-    def _tell(self, row: Row, outcome: str, finally_: bool = True) -> None:
+    def _tell(self, row: StudyRow, outcome: str, finally_: bool = True) -> None:
         """Say what became of a row, and count it if that is final."""
         self._done += finally_
         if finally_:

@@ -2,14 +2,13 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from optimize.run_directory.key import REPORT
 from relief.ground.formatting import number
 from retouch.laboratory.studies.columns import Column, filled, heading
-from retouch.laboratory.studies.document import Document, TableOfDocument
+from retouch.laboratory.studies.document import StudyDocument, TableOfDocument
 from retouch.laboratory.studies.engine import ROWS
 from retouch.laboratory.studies.plots import charts
 from retouch.laboratory.studies.records import Cell
@@ -23,7 +22,7 @@ RENDERS, BEFORE = "renders", "-before.png"
 """Folder of the pictures of a run, and the end of the names of those of the original."""
 
 
-def page(content: Document, out: Path) -> bytes:
+def page(content: StudyDocument, out: Path) -> bytes:
     """The page.
 
     Pictures are not in the page; a click loads those of a row from its run directory, so that they are shown
@@ -55,7 +54,7 @@ def page(content: Document, out: Path) -> bytes:
     )
 
 
-def _summary(cells: Mapping[str, Mapping[str, Cell]], rows: int, failed: int) -> dict[str, Any]:
+def _summary(cells: Mapping[str, Mapping[str, Cell]], rows: int, failed: int) -> dict[str, object]:
     """Key figures of all rows, each of which counts once."""
 
     def column(name: str) -> list[float]:
@@ -77,7 +76,7 @@ def _summary(cells: Mapping[str, Mapping[str, Cell]], rows: int, failed: int) ->
     }
 
 
-def _table(content: Document, table: TableOfDocument, out: Path) -> dict[str, Any]:
+def _table(content: StudyDocument, table: TableOfDocument, out: Path) -> dict[str, object]:
     """A table for the template: headings, and for each row its cells with the values that they sort by."""
     cells_of = [content.records[row.key].cells if row.key in content.records else {} for row in table.rows]
     columns = filled(cells_of)
@@ -109,7 +108,7 @@ def _text(value: Cell, column: Column) -> str:
     return value.replace("_", " ") if isinstance(value, str) else number(value, column.digits)
 
 
-def _details(key: str, cells: Mapping[str, Cell], out: Path) -> dict[str, Any]:
+def _details(key: str, cells: Mapping[str, Cell], out: Path) -> dict[str, object]:
     """What a click on a row shows: every number, and the names of its pictures."""
     folder = f"{ROWS}/{key[:SHORT]}"
     names = sorted(path.name.removesuffix(BEFORE) for path in (out / folder / RENDERS).glob(f"*{BEFORE}"))

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from markupsafe import Markup
 
 from retouch.laboratory.studies.columns import UNCHANGED, ZERO_UNCHANGED, heading
-from retouch.laboratory.studies.document import Document, TableOfDocument, flat_rows
+from retouch.laboratory.studies.document import StudyDocument, TableOfDocument, flat_rows
 from retouch.laboratory.studies.records import Cell
 from retouch.laboratory.studies.statistics import RowCells, mean_over
 from retouch.laboratory.studies.study_file import Plot, label_text
@@ -19,7 +19,7 @@ MOST_SERIES = 6
 """Most values of an axis that become series where the study file does not ask for them."""
 
 
-def charts(content: Document) -> tuple[list[Markup], str]:
+def charts(content: StudyDocument) -> tuple[list[Markup], str]:
     """The plots that the study file asks for, or those that its axes suggest, and a note for all of them."""
     points, most, through = [], 0, False
     for table in content.tables:
@@ -30,8 +30,8 @@ def charts(content: Document) -> tuple[list[Markup], str]:
             if chart is not None:
                 points.append(chart[0])
                 most, through = max(most, chart[1]), through or chart[2]
-    told = note(content) if most > 1 else "Each point is of a single row, without an interval."
-    return points, f"{told} {THROUGH}" if through else told
+    words = note(content) if most > 1 else "Each point is of a single row, without an interval."
+    return points, f"{words} {THROUGH}" if through else words
 
 
 def _suggested(table: TableOfDocument) -> Iterator[Plot]:
@@ -97,7 +97,7 @@ def _numbers(values: Sequence[Cell]) -> bool:
     return all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
 
 
-def note(content: Document) -> str:
+def note(content: StudyDocument) -> str:
     """What means and intervals of the plots are of, in a sentence."""
     over = {plot.over for plot in content.plots}
     drawn = f"values of {', '.join(sorted(filter(None, over)))}" if over - {None} else "rows"

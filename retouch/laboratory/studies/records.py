@@ -37,7 +37,7 @@ Cell = bool | Whole | Number | Text | None
 Cells = Mapping[str, Cell]
 
 
-class Measured(Section):
+class MeasuredColumns(Section):
     """Values of a measure, and the version that computed them."""
 
     version: int
@@ -55,7 +55,7 @@ class Record(Section):
 
     key: Key
     columns: dict[Text, Cell]
-    measures: dict[Text, Measured] = Field(default_factory=dict)
+    measures: dict[Text, MeasuredColumns] = Field(default_factory=dict)
 
     @property
     def cells(self) -> dict[str, Cell]:

@@ -1,6 +1,6 @@
 """Rough time of a study, for a list of studies."""
 
-from typing import Any
+from dataclasses import dataclass
 
 from optimize.estimates.forecast import rough_seconds
 from retouch.laboratory.studies.measuring.measures import MEASURES
@@ -9,7 +9,15 @@ from retouch.laboratory.studies.study_file import Study
 from retouch.laboratory.workers.choice import cores
 
 
-def about(study: Study, quick: bool) -> dict[str, Any]:
+@dataclass(frozen=True)
+class RoughTime:
+    """Number of different rows of a study, and about how many minutes they take here."""
+
+    rows: int
+    minutes: float
+
+
+def about(study: Study, quick: bool) -> RoughTime:
     """Number of different rows of a study, and about how many minutes they take here.
 
     Textures count as 128 x 128 samples, and scenes as the studio.
@@ -17,4 +25,4 @@ def about(study: Study, quick: bool) -> dict[str, Any]:
     rows = expand(study, quick).rows
     measures = sum(MEASURES[name].seconds for name in study.measures)
     seconds = sum(rough_seconds(row.settings) + measures for row in rows.values())
-    return {"rows": len(rows), "minutes": seconds / 60.0 / cores()}
+    return RoughTime(len(rows), seconds / 60.0 / cores())

@@ -21,7 +21,7 @@ from retouch.laboratory.studies.records import (
     FAILURE,
     FILE,
     Cell,
-    Measured,
+    MeasuredColumns,
     Record,
     columns_of,
     read_record,
@@ -112,7 +112,7 @@ def _computed(job: RowJob) -> Record:
     for name in outdated(earlier, job.measures):
         measure = MEASURES[name]
         values = dict(measure.function(run))
-        measures[name] = Measured(version=measure.version, values=values)
+        measures[name] = MeasuredColumns(version=measure.version, values=values)
     return Record(key=job.key, columns=columns_of(result) | {"cpu_s": cpu_s}, measures=measures)
 
 

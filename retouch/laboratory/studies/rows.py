@@ -33,7 +33,7 @@ Labels = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class Row:
+class StudyRow:
     """A row of a table.
 
     Attributes:
@@ -64,7 +64,7 @@ class Table:
 
     name: str
     axes: Mapping[str, tuple[Any, ...]]
-    rows: tuple[Row, ...]
+    rows: tuple[StudyRow, ...]
 
 
 @dataclass(frozen=True)
@@ -80,9 +80,9 @@ class Expanded:
     faults: tuple[str, ...]
 
     @property
-    def rows(self) -> dict[str, Row]:
+    def rows(self) -> dict[str, StudyRow]:
         """Each different row once, by its key, as the first table has it."""
-        tables: dict[str, Row] = {}
+        tables: dict[str, StudyRow] = {}
         for table in self.tables:
             for row in table.rows:
                 tables.setdefault(row.key, row)
@@ -125,12 +125,12 @@ def expand(study: Study, quick: bool = False, textures: Path | None = None) -> E
         raise InputError(f"{study.path}: tables: {count} rows are more than {MOST_ROWS}")
     tables = []
     for table, axes in planned:
-        rows: dict[str, Row] = {}
+        rows: dict[str, StudyRow] = {}
         for values in itertools.product(*axes.values()):
             labels = {axis: value.label for axis, value in zip(axes, values, strict=True)}
             try:
                 settings = _run(study, table, values, quick)
-                row = Row(labels, settings, row_key(settings))
+                row = StudyRow(labels, settings, row_key(settings))
                 if row.key in rows:
                     twin = text_of(rows[row.key].labels)
                     raise InputError(f"is the same run as {twin}; it is shown once")

@@ -3,14 +3,14 @@
 from pathlib import Path
 
 from relief.ground.files import write_atomically
-from retouch.laboratory.studies.document import Document, document, document_bytes, spreadsheet
+from retouch.laboratory.studies.document import StudyDocument, document, document_bytes, spreadsheet
 from retouch.laboratory.studies.engine import DOCUMENT, PAGE, SPREADSHEET, Rows
 from retouch.laboratory.studies.page import page
 from retouch.laboratory.studies.rows import Expanded
 from retouch.laboratory.studies.study_file import Study
 
 
-def write_study(out: Path, study: Study, expanded: Expanded, rows: Rows, quick: bool) -> Document:
+def write_study(out: Path, study: Study, expanded: Expanded, rows: Rows, quick: bool) -> StudyDocument:
     """Write document, spreadsheet and page of a study; each file appears whole.
 
     Args:

@@ -41,7 +41,7 @@ DIRECTIONS = 8
 
 
 @dataclass(frozen=True)
-class Plan:
+class DatasetPlan:
     """Plan of a data set: its request, and the textures that the request names by checksums only.
 
     Attributes:
@@ -115,7 +115,7 @@ def plan_dataset(
     strata: int = 12,
     samples: int = SAMPLES,
     shard_size: int = SHARD_SIZE,
-) -> Plan:
+) -> DatasetPlan:
     """Plan a data set; every photograph and every optimised texture is read, and so checked.
 
     Args:
@@ -167,11 +167,11 @@ def plan_dataset(
         versions=versions(),
         shard_size=shard_size,
     )
-    return Plan(request, by_name(photographs), tuple(more), optimised or Path())
+    return DatasetPlan(request, by_name(photographs), tuple(more), optimised or Path())
 
 
 def make_dataset(
-    plan: Plan, folder: Path, runner: Runner, observer: Callable[[ShardResult], None]
+    plan: DatasetPlan, folder: Path, runner: Runner, observer: Callable[[ShardResult], None]
 ) -> list[Failure]:
     """Compute the missing shards of a data set.
 
@@ -195,7 +195,7 @@ def make_dataset(
 
 
 def _make_dataset(
-    plan: Plan, folder: Path, runner: Runner, observer: Callable[[ShardResult], None]
+    plan: DatasetPlan, folder: Path, runner: Runner, observer: Callable[[ShardResult], None]
 ) -> list[Failure]:
     request = plan.request
     _claim_folder(folder, request)

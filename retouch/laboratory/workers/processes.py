@@ -20,7 +20,7 @@ SINGLE_THREADED = {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "OPENBLAS_NUM
 
 
 @dataclass
-class _Worker:
+class _WorkerProcess:
     """A process and its current job, None while it is idle."""
 
     process: multiprocessing.process.BaseProcess
@@ -60,7 +60,7 @@ def run_here(
     """
     pending, retries = iter(jobs), list[AnyJob]()
     deaths: dict[int, int] = {}
-    pool: list[_Worker] = []
+    pool: list[_WorkerProcess] = []
     try:
         while True:
             while sum(worker.job is not None for worker in pool) < workers:
@@ -91,7 +91,7 @@ def run_here(
                     else:
                         yield JobResult(job, GIVEN_UP)
                     continue
-                if isinstance(answer, _Stage):
+                if isinstance(answer, _StageBegun):
                     observer(job, answer.name)
                     continue
                 worker.job = None
@@ -103,7 +103,7 @@ def run_here(
             worker.stop()
 
 
-def _start_worker(work: Work) -> _Worker:
+def _start_worker(work: Work) -> _WorkerProcess:
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=_serve, args=(theirs, work), daemon=True)
@@ -111,17 +111,17 @@ def _start_worker(work: Work) -> _Worker:
         process.start()
     # While this end is open here, the connection would outlive the process.
     theirs.close()
-    return _Worker(process, ours)
+    return _WorkerProcess(process, ours)
 
 
-def _send_job(worker: _Worker) -> None:
+def _send_job(worker: _WorkerProcess) -> None:
     # A worker that has died is noticed when its answer is awaited.
     with suppress(OSError):
         worker.connection.send(worker.job)
 
 
 @dataclass(frozen=True)
-class _Stage:
+class _StageBegun:
     """News of a worker: the stage that it has begun."""
 
     name: str
@@ -136,7 +136,7 @@ class _Reporter:
     def report(self, progress: Progress) -> None:
         if progress.level == 0 and not progress.ended and progress.stage != self._name:
             self._name = progress.stage
-            self._connection.send(_Stage(self._name))
+            self._connection.send(_StageBegun(self._name))
 
     def say(self, line: str) -> None:
         """Lines for a person stay here: several workers would talk at once."""

@@ -12,7 +12,7 @@ from retouch.pages.objects.object_page import Card, write_object_page
 from retouch.pages.svg import colour_bar, nice_axis
 from retouch.pages.viewer.figure import key, viewer_figure
 from retouch.pages.viewer.lighter import MOST_FACES, lighter
-from retouch.pages.viewer.models import Layer, Model
+from retouch.pages.viewer.models import ColourLayer, ViewerModel
 from tactile.jnd import jnd_apart
 from tactile.quantities import CONTACT_AREA, ROUGHNESS
 
@@ -39,7 +39,7 @@ def write_feel_page(
     grey = "#" + "".join(f"{channel:02x}" for channel in NO_CONTACT)
     bar = colour_bar(VIRIDIS, nice_axis(*ends, tight=True), "Roughness, no unit")
     legend = Markup("{}<span>{}</span>").format(bar, key((grey, "beyond the reach of the places")))
-    model = lighter(Model(stem, feel.body, [Layer(LAYER, colours, legend)]))
+    model = lighter(ViewerModel(stem, feel.body, [ColourLayer(LAYER, colours, legend)]))
     figure = viewer_figure(f"{stem} in the colours of its roughness", model, start=LAYER)
     deck = "How rough the surface feels where a finger has room to press."
     return write_object_page(
@@ -63,7 +63,7 @@ def _cards(feel: MeshFeel, skin: str) -> list[Card]:
     return cards
 
 
-def _notes(feel: MeshFeel, model: Model, faces: int) -> list[str]:
+def _notes(feel: MeshFeel, model: ViewerModel, faces: int) -> list[str]:
     details = feel.details()
     notes = [
         f"The object's own curvature is {details['curvature']}.",

@@ -12,10 +12,10 @@ from relief.solids.export.printed_parts import PrintedPart
 from relief.solids.wrapping.wrap import Wrapped
 from retouch.pages.objects.object_page import Card, write_object_page
 from retouch.pages.viewer.figure import key, viewer_figure
-from retouch.pages.viewer.models import Layer, Model
+from retouch.pages.viewer.models import ColourLayer, ViewerModel
 
 LEAST_TOLD = 0.005
-"""Part of the area from which on it is told that lengths are off there."""
+"""Part of the area from which the page reports that lengths are off there."""
 BARE, TEXTURED, SEAM, LOWERED = "#d8d3ca", "#2f7f96", "#c2560f", "#8a3ffc"
 """Colours of what carries no texture, of what does, of what patches that do not fit share, and of where
 nothing is left of the relief."""
@@ -52,14 +52,14 @@ def write_wrap_page(path: Path, preview: Preview) -> Path:
     """
     shown = preview.shown
     layers = [
-        Layer(
+        ColourLayer(
             "Texture",
             _mixed(shown.textured, TEXTURED),
             key((TEXTURED, "carries the texture"), (BARE, "stays as it is")),
         )
     ]
     if shown.seams.any():
-        seams = Layer(
+        seams = ColourLayer(
             "Seams",
             _mixed((shown.seams & (shown.textured > 0.0)).astype(float), SEAM),
             key((SEAM, "patches that do not fit one another are blended")),
@@ -67,14 +67,14 @@ def write_wrap_page(path: Path, preview: Preview) -> Path:
         layers.append(seams)
     if shown.lowering.part > 0.0:
         layers.append(
-            Layer(
+            ColourLayer(
                 "Lowered",
                 _mixed((1.0 - shown.factor) * (shown.textured > 0.0), LOWERED),
                 key((BARE, "full height"), (LOWERED, "nothing is left of the relief; paler colours: less")),
             )
         )
-    before = Model("before", Body(shown.original.vertices, shown.body.faces), layers)
-    after = Model("after", shown.body, layers)
+    before = ViewerModel("before", Body(shown.original.vertices, shown.body.faces), layers)
+    after = ViewerModel("after", shown.body, layers)
     if preview.printed is not None:
         after = _as_printed(preview.printed, shown, layers)
     figure = viewer_figure(f"{preview.title}, before and {after.name}", before, after)
@@ -83,10 +83,10 @@ def write_wrap_page(path: Path, preview: Preview) -> Path:
     )
 
 
-def _as_printed(printed: PrintedPart, shown: Wrapped, layers: list[Layer]) -> Model:
+def _as_printed(printed: PrintedPart, shown: Wrapped, layers: list[ColourLayer]) -> ViewerModel:
     """The object as a printer makes it; layers of colour stay where the print has the same vertices."""
     kept = layers if len(printed.body.vertices) == len(shown.body.vertices) else []
-    return Model(f"printed by {printed.printer.name}", printed.body, kept)
+    return ViewerModel(f"printed by {printed.printer.name}", printed.body, kept)
 
 
 def _mixed(share: Array, colour: str) -> Array:

@@ -32,7 +32,7 @@ class Appearance:
         """The appearance of a scene.
 
         Args:
-            scene: told as a matte plate.
+            scene: approximated by a matte plate.
             exposure: of the page's pictures, a factor of their radiance over that of white.
             colours: pictures (..., 3) in linear RGB, whose mean colour the plate takes; grey without.
         """
@@ -70,4 +70,4 @@ STUDIO = Appearance(
     exposure=1.0,
     note="The surface is shown matte and grey, under the lamps of the bundled studio.",
 )
-"""The bundled scene `studio` as `visual.matte.matte_scene` tells it, as bright as the pictures of a run."""
+"""The bundled scene `studio` as `visual.matte.matte_scene` describes it, as bright as the pictures of a run."""

@@ -8,7 +8,7 @@ from importlib.resources import files
 from markupsafe import Markup, escape
 
 from relief.ground.formatting import plain
-from retouch.pages.viewer.models import Model, PlateModel
+from retouch.pages.viewer.models import PlateModel, ViewerModel
 from retouch.pages.viewer.packing import packed_colours, packed_faces, packed_places
 from retouch.pages.viewer.still import still_uri
 
@@ -33,7 +33,11 @@ GROUP = Markup('<span class="group" role="group" aria-label="{name}">{buttons}</
 
 
 def viewer_figure(
-    label: str, first: Model | PlateModel, second: Model | PlateModel | None = None, *, start: str = PLAIN
+    label: str,
+    first: ViewerModel | PlateModel,
+    second: ViewerModel | PlateModel | None = None,
+    *,
+    start: str = PLAIN,
 ) -> Markup:
     """A figure that shows one model, or two under one camera and one lamp with an edge between them.
 
@@ -94,7 +98,7 @@ def _group(name: str, buttons: Sequence[tuple[str, str, str, bool]]) -> Markup:
     return GROUP.format(name=name, buttons=Markup().join(made))
 
 
-def _data(models: Sequence[Model]) -> Markup:
+def _data(models: Sequence[ViewerModel]) -> Markup:
     """The meshes as JSON that ends no script, whatever their names are."""
     faces = models[0].body.faces
     meshes = [

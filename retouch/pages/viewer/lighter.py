@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from relief.ground.arrays import Array
 from relief.solids.body import Body
-from retouch.pages.viewer.models import Model
+from retouch.pages.viewer.models import ViewerModel
 
 MOST_FACES = 200_000
 """Triangles of a model in a page, about: 1.5 to 3 MB."""
@@ -15,7 +15,7 @@ FACES_PER_CELL = 2.7
 """Triangles that are left for each area of a cell squared; measured on gravel on a ball."""
 
 
-def lighter(model: Model) -> Model:
+def lighter(model: ViewerModel) -> ViewerModel:
     """A model with `MOST_FACES` triangles at most, about: vertices of each small cube become their mean.
 
     It is for the eye: thin walls may touch, and the surface may be open where they do.

@@ -18,7 +18,7 @@ BASE = 0.08
 
 
 @dataclass(frozen=True, eq=False)
-class Layer:
+class ColourLayer:
     """A colouring of a model.
 
     Attributes:
@@ -33,7 +33,7 @@ class Layer:
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class ViewerModel:
     """A body to be shown.
 
     Attributes:
@@ -47,7 +47,7 @@ class Model:
 
     name: str
     body: Body
-    layers: Sequence[Layer] = ()
+    layers: Sequence[ColourLayer] = ()
 
     def __post_init__(self) -> None:
         for layer in self.layers:
@@ -72,7 +72,7 @@ class PlateModel:
     width_mm: float
     colours: Sequence[tuple[str, Array, Markup]] = ()
 
-    def model(self) -> Model:
+    def model(self) -> ViewerModel:
         """The plate as a body: the heights as a grid, walls down to a flat base, and the base."""
         factor = min(1.0, MOST_SAMPLES / max(self.heights.shape))
         heights = _scaled(self.heights, factor)
@@ -89,8 +89,8 @@ class PlateModel:
         layers = []
         for name, colours, legend in self.colours:
             flat = np.stack([_scaled(colours[..., k], factor) for k in range(3)], axis=-1).reshape(-1, 3)
-            layers.append(Layer(name, np.concatenate([flat, flat[rim], flat[:1]]), legend))
-        return Model(self.name, Body(vertices, faces), layers)
+            layers.append(ColourLayer(name, np.concatenate([flat, flat[rim], flat[:1]]), legend))
+        return ViewerModel(self.name, Body(vertices, faces), layers)
 
 
 def _scaled(values: Array, factor: float) -> Array:

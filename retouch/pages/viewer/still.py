@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from relief.ground.arrays import Array
 from relief.shading import facing
 from relief.solids.meshes.raster import rasterise
-from retouch.pages.viewer.models import Model
+from retouch.pages.viewer.models import ViewerModel
 
 AZIMUTH_DEG, ELEVATION_DEG = -62.0, 32.0
 """Direction from the object to the camera; the first view of `source/scene.js`."""
@@ -26,7 +26,7 @@ MARGIN = 1.08
 """Side of the picture in that of what is seen."""
 
 
-def still_uri(model: Model, layer: str) -> str:
+def still_uri(model: ViewerModel, layer: str) -> str:
     """A picture of a model as a data URI: orthographic, lit from the upper left, a layer in its colours."""
     axes = _axes()
     seen = (model.body.vertices - 0.5 * _ends(model.body.vertices).sum(axis=0)) @ axes.T

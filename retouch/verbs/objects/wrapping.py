@@ -20,6 +20,7 @@ from relief.solids.meshes.solid import check_closed
 from relief.solids.wrapping.lowering import Lowering
 from relief.solids.wrapping.wrap import Wrapped
 from relief.solids.wrapping.wrap import wrap as wrapped_by
+from retouch.pages.sentences import print_deviation
 from retouch.verbs.objects.steering import Steered, with_steered
 from retouch.verbs.objects.wrap_options import WrapOptions
 from retouch.verbs.objects.wrap_task import size_words, task_of, wrap_numbers
@@ -85,7 +86,8 @@ class WrappedObject:
         if bends := _bending_line(wrapped):
             lines.append(bends)
         if self.printed is not None:
-            lines.append(f"As printed by {self.printed.printer.name}: {self.printed.words()}")
+            deviation = print_deviation(self.printed.rms_mm, self.printed.lost)
+            lines.append(f"As printed by {self.printed.printer.name}: {deviation}")
         return lines
 
 

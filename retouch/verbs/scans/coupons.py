@@ -54,7 +54,7 @@ class MeasuredPrinter:
 
 
 def coupon(out: str | os.PathLike[str], *, printer: str | Printer | None = None) -> Exported:
-    """Write the coupon, a plate that tells the numbers of a printer when it is printed and scanned.
+    """Write the coupon, a plate that shows the numbers of a printer when it is printed and scanned.
 
     Args:
         out: file to write, as in `export`.
@@ -84,7 +84,7 @@ def scan_coupon(
     Args:
         file: scan of the coupon, as of `scan`.
         out: printer file to write (.toml), which runs take as their printer.
-        printer: the one that `coupon` was given, which tells how large the coupon is.
+        printer: the one that `coupon` was given, which decides how large the coupon is.
         layer_um: thickness of layers; None: as the scan shows them.
         units, size_mm, relief_mm, height_scale, quiet, progress: as in `scan`.
 

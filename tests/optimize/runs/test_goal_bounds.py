@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from optimize.runs.goal_bounds import check_distance, nearest_goals
-from optimize.runs.goal_maps import GoalMap, Part
+from optimize.runs.goal_maps import GoalMap, GoalPart
 from optimize.runs.preparation import known_in_reach
 from optimize.settings.run_file import Run, run_from_scene
 from relief.ground.errors import InputError
@@ -34,7 +34,7 @@ def test_a_goal_on_the_bound_is_within_it() -> None:
 def test_a_region_may_ask_for_as_much_as_the_key_takes() -> None:
     surface = Surface((32, 32), 10.0)
     _, key = goal_keys()["jnd"]
-    region = GoalMap("region", ROUGHNESS, surface, (Part(key, np.ones((32, 32)), LARGEST_JND),))
+    region = GoalMap("region", ROUGHNESS, surface, (GoalPart(key, np.ones((32, 32)), LARGEST_JND),))
     for own in np.random.default_rng(0).uniform(0.01, 0.1, 20):
         region.check(places(surface), np.array([own]))
 

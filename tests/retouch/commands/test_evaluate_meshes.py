@@ -6,14 +6,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from optimize.verification.solids.mesh_feel import PART, MeshFeel
 from relief.heightmap import save_heights_exr
 from relief.solids.export.plate import export_plate
+from relief.solids.meshes.crops import Crop
+from relief.solids.meshes.mesh import Mesh
+from relief.solids.meshes.places import Frame
 from relief.solids.objects.table import OBJECTS
 from relief.solids.wrapping.surfaces import Settings
 from relief.solids.wrapping.tiles import Tile
 from relief.solids.wrapping.wrap import Covering, wrap
 from retouch.commands.main import main
-from retouch.commands.mesh_entries import mesh_lines
+from retouch.verbs.evaluation import Evaluation
+from tactile.quantities import QUANTITIES
+from tactile.skin import Skin
 from tests.relief.solids.meshes.bodies import CUBE, cube, joined, stl
 
 
@@ -103,12 +109,22 @@ def test_parts_that_cross_are_felt_from_outside_with_a_line(
     assert json.loads(told.out)[0]["warnings"][0].endswith("mm; its outside is felt")
 
 
-def test_one_place_is_no_mean() -> None:
-    entry = {"texture": "rod.stl", "on_edge": 0, "flat": 2, "sides_mm": [6.0, 6.0, 30.0]}
-    entry |= {"touches": [{}], "curvature": "part of the roughness", "all_on_edge": True}
-    assert "rod.stl (6.00 x 6.00 x 30.0 mm): felt at one place, on an edge, where" in mesh_lines([entry])[0]
-    several = mesh_lines([entry | {"places": {"count": 2}, "all_on_edge": False}])[0]
-    assert "mean over 2 places; 0 on edges and 2 flat ones are left out" in several
+@pytest.mark.parametrize(
+    ("on_edge", "count", "line"),
+    [
+        (True, 1, "felt at one place, on an edge, where"),
+        (False, 2, "mean over 2 places; 0 on edges and 2 flat ones are left out"),
+    ],
+)
+def test_one_place_is_no_mean(on_edge: bool, count: int, line: str) -> None:
+    body = cube()
+    values = {name: np.full(count, 0.05) for name in QUANTITIES}
+    crop = Crop(Frame(np.zeros(3), np.eye(3)), np.zeros((4, 4)), on_edge)
+    felt = MeshFeel(body, [crop] * count, values, np.full(count, 0.3), 0, 2, 600.0, PART, values)
+    found = Evaluation(Mesh(body, None, Path("rod.stl")), felt, "layer", Skin(), "own")
+    (said,) = found.lines()
+    sides = " x ".join(f"{side:.1f}" for side in np.ptp(body.vertices, axis=0))
+    assert said.startswith(f"rod.stl ({sides} mm): {line}")
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from relief.solids.body import Body
 from retouch.pages.objects.object_page import Card, write_object_page
 from retouch.pages.viewer import lighter
 from retouch.pages.viewer.figure import asset, key, viewer_figure
-from retouch.pages.viewer.models import Layer, Model, PlateModel
+from retouch.pages.viewer.models import ColourLayer, PlateModel, ViewerModel
 from retouch.pages.viewer.packing import STEPS, packed, packed_places
 from tests.retouch.pages.outline import Outline
 
@@ -36,11 +36,11 @@ def unpacked(entry: dict[str, Any]) -> NDArray[Any]:
     return np.cumsum(values, axis=0, dtype=kind)
 
 
-def ball(name: str = "ball", radius: float = 5.0, layers: tuple[str, ...] = ()) -> Model:
+def ball(name: str = "ball", radius: float = 5.0, layers: tuple[str, ...] = ()) -> ViewerModel:
     mesh = trimesh.creation.icosphere(3, radius)
     body = Body(np.array(mesh.vertices), np.array(mesh.faces))
     colours = np.broadcast_to([0.2, 0.4, 0.6], body.vertices.shape)
-    return Model(name, body, [Layer(layer, colours, key(("#336699", layer))) for layer in layers])
+    return ViewerModel(name, body, [ColourLayer(layer, colours, key(("#336699", layer))) for layer in layers])
 
 
 def meshes_of(figure: Markup) -> list[dict[str, Any]]:
@@ -70,7 +70,7 @@ def test_places_come_back_to_half_a_step() -> None:
 
 def test_a_figure_holds_its_models() -> None:
     before, layers = ball("before", layers=("Texture", "Seams")), ("Texture", "Seams")
-    after = Model("after", Body(1.1 * before.body.vertices, before.body.faces), before.layers)
+    after = ViewerModel("after", Body(1.1 * before.body.vertices, before.body.faces), before.layers)
     figure = viewer_figure("a ball", before, after)
     first, second = meshes_of(figure)
     np.testing.assert_array_equal(unpacked(first["faces"]), before.body.faces)
@@ -114,7 +114,7 @@ def test_a_plate_is_a_closed_body_of_its_size(shape: tuple[int, int]) -> None:
 
 def test_layers_have_a_colour_for_each_vertex() -> None:
     with pytest.raises(ValueError, match="layer 'Feel'"):
-        Model("ball", ball().body, [Layer("Feel", np.zeros((3, 3)))])
+        ViewerModel("ball", ball().body, [ColourLayer("Feel", np.zeros((3, 3)))])
 
 
 def test_large_models_become_lighter(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -122,7 +122,7 @@ def test_large_models_become_lighter(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = trimesh.creation.icosphere(5, 10.0)
     body = Body(np.array(mesh.vertices), np.array(mesh.faces))
     left = np.where(body.vertices[:, :1] < 0.0, 1.0, 0.0) * np.ones(3)
-    light = lighter.lighter(Model("ball", body, [Layer("Side", left)]))
+    light = lighter.lighter(ViewerModel("ball", body, [ColourLayer("Side", left)]))
     assert 2000 < len(light.body.faces) < 6000
     assert light.body.areas.sum() == pytest.approx(body.areas.sum(), rel=0.03)
     np.testing.assert_allclose(np.linalg.norm(light.body.vertices, axis=1), 10.0, atol=0.05)

@@ -12,7 +12,7 @@ from benchmarks.shared.browser import Browser, chromium
 from relief.solids.body import Body
 from retouch.pages.objects.object_page import Card, write_object_page
 from retouch.pages.viewer.figure import viewer_figure
-from retouch.pages.viewer.models import Layer, Model
+from retouch.pages.viewer.models import ColourLayer, ViewerModel
 from tests.retouch.pages.test_viewer import ball
 
 pytestmark = [
@@ -33,7 +33,9 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A page of a white ball before, and a red one, a little larger, after."""
     body = ball().body
     models = [
-        Model(name, Body(scale * body.vertices, body.faces), [Layer("Feel", np.ones((642, 3)) * colour)])
+        ViewerModel(
+            name, Body(scale * body.vertices, body.faces), [ColourLayer("Feel", np.ones((642, 3)) * colour)]
+        )
         for name, scale, colour in (("before", 1.0, [1, 1, 1]), ("after", 1.05, [1, 0, 0]))
     ]
     figure = viewer_figure("two balls", *models, start="Feel")

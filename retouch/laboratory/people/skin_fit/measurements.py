@@ -20,7 +20,7 @@ from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.limits import PATCH_SIDE_MM
 from relief.ground.threads import one_torch_thread
-from retouch.laboratory.people.tables import Row, read_table
+from retouch.laboratory.people.tables import CsvRow, read_table
 from tactile.layer.elastic_layer import elastic_layer_operator
 from tactile.pressing import Press
 
@@ -80,7 +80,7 @@ def read_measurements(file: Path, skin: tactile.Skin) -> list[Measurement]:
     return found
 
 
-def _measurement(row: Row) -> Measurement:
+def _measurement(row: CsvRow) -> Measurement:
     has = {name: bool(row.cells.get(name)) for name in COLUMNS}
     if has["area_mm2"] and not has["groove_mm"] and not has["depth_mm"]:
         return Measurement(row.number("force_n"), row.number("area_mm2"))

@@ -171,8 +171,8 @@ def held_out(question: Question, felt: Felt, plates: Mapping[str, SetPlate]) -> 
 
 def _by_noise(logs: Array, answers: Sequence[tuple[int, int, bool]]) -> Array:
     """(stiffness, depths, noises) logarithms of the likelihood of answers, alike for all people."""
-    first, second, told = (np.array(part) for part in zip(*answers, strict=True))
-    differences = np.where(told, 1.0, -1.0) * (logs[..., second] - logs[..., first])
+    first, second, above = (np.array(part) for part in zip(*answers, strict=True))
+    differences = np.where(above, 1.0, -1.0) * (logs[..., second] - logs[..., first])
     found = [
         np.log(0.5 * LAPSES + (1.0 - LAPSES) * ndtr(differences / noise)).sum(axis=-1) for noise in NOISES
     ]

@@ -14,7 +14,7 @@ from relief.ground.formats import RUN_HEIGHTS
 from relief.ground.progress import stage
 from relief.relief import Relief
 from retouch.laboratory.people.comparisons import Question
-from retouch.laboratory.people.likelihood import Grid
+from retouch.laboratory.people.likelihood import LikelihoodGrid
 from retouch.laboratory.people.plates import SetPlate
 from retouch.laboratory.people.population import fit
 from tactile.fingers import roughness_by_skin
@@ -99,7 +99,7 @@ def felt_by(
 def fitted_logs(question: Question, felt: Felt) -> Array:
     """(stiffness, depths) logarithms of the likelihood of the answers by each finger, at its best JND."""
     found = np.empty(felt.logs.shape[:2])
-    grid = Grid.for_answers(max(map(len, question.pairs)))
+    grid = LikelihoodGrid.for_answers(max(map(len, question.pairs)))
     share = None
     with stage("fitting a finger", total=found.size) as advance:
         for place in np.ndindex(found.shape):

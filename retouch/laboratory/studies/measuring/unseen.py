@@ -152,11 +152,11 @@ def _seen(
     path: Path, defines: Mapping[str, str], before: Relief, after: Array, resolution: int | None = None
 ) -> tuple[Scene, Batches, Batches]:
     """A scene with its pictures of both reliefs."""
-    scene, one = _original(path, tuple(defines.items()), _Shown(before), resolution)
+    scene, one = _original(path, tuple(defines.items()), _HashedRelief(before), resolution)
     return scene, one, batched(scene, scene.levelled(after), SAMPLES, seed=1, resolution=resolution)
 
 
-class _Shown:
+class _HashedRelief:
     """A relief that equals another one of the same heights, size and repeats, for the cache."""
 
     def __init__(self, relief: Relief) -> None:
@@ -164,7 +164,7 @@ class _Shown:
         self._key = relief.heights.tobytes(), relief.surface
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Shown) and self._key == other._key
+        return isinstance(other, _HashedRelief) and self._key == other._key
 
     def __hash__(self) -> int:
         return hash(self._key)
@@ -172,7 +172,7 @@ class _Shown:
 
 @lru_cache(maxsize=KEPT)
 def _original(
-    path: Path, defines: tuple[tuple[str, str], ...], shown: _Shown, resolution: int | None
+    path: Path, defines: tuple[tuple[str, str], ...], shown: _HashedRelief, resolution: int | None
 ) -> tuple[Scene, Batches]:
     """A scene with an original, and its pictures."""
     scene = load_scene(path, dict(defines), relief=shown.relief)

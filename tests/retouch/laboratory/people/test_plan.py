@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from retouch.laboratory.people.plan import APART, Plan, plan, planned, write_plan
+from retouch.laboratory.people.plan import APART, TrialPlan, plan, planned, write_plan
 from retouch.laboratory.people.plates import read_plates
 from retouch.laboratory.people.reading import COLDER, MAGNITUDES, ROUGHER, SAME, SORTS
 from retouch.laboratory.stimulus_sets.stimulus_set import Experiment
@@ -15,7 +15,7 @@ from tests.retouch.laboratory.people.conftest import write_plates
 TEXTURES = ("gravel", "bark", "knit", "leather")
 
 
-def planned_for(folder: Path, **changed: int) -> Plan:
+def planned_for(folder: Path, **changed: int) -> TrialPlan:
     return plan(read_plates(write_plates(folder, TEXTURES)), Experiment(**changed))
 
 

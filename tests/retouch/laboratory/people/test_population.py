@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ndtr
 
 from relief.ground.arrays import Array
-from retouch.laboratory.people.likelihood import Grid, PairAnswers, log_likelihoods
+from retouch.laboratory.people.likelihood import LikelihoodGrid, PairAnswers, log_likelihoods
 from retouch.laboratory.people.population import Estimate, fit, weber
 from retouch.laboratory.people.power import half_width, information
 
@@ -28,7 +28,7 @@ def holds(interval: Estimate, truth: float) -> bool:
 
 def test_the_likelihood_is_that_of_the_formula(rng: np.random.Generator) -> None:
     person = answered(rng, np.tile(PAIRS, 2), preference=0.5)
-    grid = Grid.for_answers(40)
+    grid = LikelihoodGrid.for_answers(40)
     logs = log_likelihoods([person], grid)[0, 3, 50, 20]
     told = 0.01 + 0.98 * ndtr(person.differences / math.exp(grid.noise[50]) - grid.preference[20])
     assert logs == pytest.approx(np.log(np.where(person.second, told, 1.0 - told)).sum(), rel=1e-9)
@@ -55,7 +55,7 @@ def test_intervals_hold_what_was_simulated(rng: np.random.Generator) -> None:
 
 def test_the_interval_of_two_people_who_differ_holds_what_is_true_of_all(rng: np.random.Generator) -> None:
     """Two people say little of how far others differ: their interval is wider than that of many would be."""
-    grid = Grid(math.log(JND) + np.linspace(-1.2, 1.2, 41), np.linspace(-0.6, 0.6, 7))
+    grid = LikelihoodGrid(math.log(JND) + np.linspace(-1.2, 1.2, 41), np.linspace(-0.6, 0.6, 7))
     held = 0
     for _ in range(100):
         noises = JND * np.exp(0.25 * rng.standard_normal(2))

@@ -11,7 +11,7 @@ import retouch
 from relief.ground.errors import InputError
 from retouch.laboratory.people.comparisons import Question
 from retouch.laboratory.people.plates import SetPlate
-from retouch.laboratory.people.reading import Pair
+from retouch.laboratory.people.reading import JudgedPair
 from retouch.laboratory.people.skin_fit.measurements import (
     Measurement,
     log_likelihood,
@@ -43,7 +43,7 @@ def answers(stiffness: int, depth: int, rng: np.random.Generator) -> Question:
             for other in LABELS:
                 if one != other and one[0] == other[0]:
                     difference = math.log(values[other] / values[one]) + 0.17 * rng.standard_normal()
-                    pairs.append(Pair(person, one, other, other if difference > 0.0 else one))
+                    pairs.append(JudgedPair(person, one, other, other if difference > 0.0 else one))
     return Question.of("rougher", pairs)
 
 

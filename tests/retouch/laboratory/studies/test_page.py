@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.docs.pages import WIDTHS, faults
 from benchmarks.shared.browser import Browser, chromium
-from retouch.laboratory.studies.document import Document, RowOfTable, TableOfDocument
+from retouch.laboratory.studies.document import RowOfTable, StudyDocument, TableOfDocument
 from retouch.laboratory.studies.page import page
 from retouch.laboratory.studies.plots import charts
 from retouch.laboratory.studies.records import Cell, Record
@@ -22,7 +22,7 @@ HOSTILE = "</script><script>alert(1)</script>"
 TEXTURES = ["gravel", "brick", "grass", "a texture of a long name"]
 
 
-def document(plots: list[Plot], failed: int = 0, missing: int = 0) -> Document:
+def document(plots: list[Plot], failed: int = 0, missing: int = 0) -> StudyDocument:
     """A study of textures, targets and models, whose change is 1, 2, ... % for the textures."""
     rows, records, failures = [], {}, {}
     for number, (texture, jnd, model) in enumerate(
@@ -45,7 +45,7 @@ def document(plots: list[Plot], failed: int = 0, missing: int = 0) -> Document:
         "touch.jnd": [-2.0, 0.5, 2.0],
         "look.model": ["exact", "fast"],
     }
-    return Document(
+    return StudyDocument(
         study="s",
         title=f"Models {HOSTILE}",
         description="Six targets.",

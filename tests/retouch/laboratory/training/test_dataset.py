@@ -19,7 +19,7 @@ import tactile
 from relief.ground.errors import InputError
 from relief.ground.locks import only_writer
 from retouch.laboratory.training import shard_jobs
-from retouch.laboratory.training.dataset import Plan, ShardResult, make_dataset, plan_dataset
+from retouch.laboratory.training.dataset import DatasetPlan, ShardResult, make_dataset, plan_dataset
 from retouch.laboratory.training.fields import touch_fields
 from retouch.laboratory.training.shard_jobs import ShardJob, run_shard
 from retouch.laboratory.workers.cluster import run_on_client, run_on_dask
@@ -38,7 +38,7 @@ SIDE = 16
 ROOT = Path(__file__).resolve().parents[4]
 
 
-def small(count: int = 7, **options: object) -> Plan:
+def small(count: int = 7, **options: object) -> DatasetPlan:
     """Few textures of few samples, touch alone."""
     chosen = {"touch": "layer", "lights": "none", "samples": SIDE, "shard_size": 2} | options
     return plan_dataset(5, count, (), **chosen)  # type: ignore[arg-type]
