@@ -23,7 +23,7 @@ from relief.surface import Repeats
 LARGEST_FIELD_SIDE = 8192
 """Most samples a side of a picture that textures are cut from."""
 MOST_CHANNELS = 8
-"""Most channels of an EXR file; a height map has one, and each costs up to 64 MiB to open."""
+"""Most channels of an EXR file; a height map has one, and each takes up to 64 MiB."""
 LARGEST_TILE = 2048
 """Largest side of a tile of an EXR file, pixels; a tile takes its memory before its data is read."""
 _COLOURS = ("R", "G", "B")

@@ -26,7 +26,7 @@ class Relief:
         width_mm: extent along x of the plate, or of one period, mm.
         repeats: whether the relief goes on as itself along y (rows) and along x (columns).
         name: file of the heights, or another name for messages.
-        printer: whose print the relief is; None if it is none's.
+        printer: printer of which the relief is a print; None for a design.
     """
 
     heights: Array

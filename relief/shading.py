@@ -1,4 +1,4 @@
-"""Shading of a relief under one parallel light, for small pictures; nothing is rendered."""
+"""Shading of a relief under one parallel light, without a renderer, for small pictures."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,7 +60,7 @@ def open_sky(heights: Array, size_mm: float, farthest_mm: float) -> Array:
     Args:
         heights: As for `lit`.
         size_mm: As for `lit`.
-        farthest_mm: Distance beyond which nothing is taken to cover the sky.
+        farthest_mm: Distance beyond which the relief is ignored.
 
     Returns:
         (side, side) from 0 to 1: the mean over `SKY_DIRECTIONS` of the squared cosine of the horizon.

@@ -184,5 +184,5 @@ def cache_folder() -> Path:
 
 @cache
 def _passing_folder() -> tempfile.TemporaryDirectory[str]:
-    """A folder for this process alone, because what others could leave in a shared one would be believed."""
+    """A folder for this process alone: other users could leave false files in a shared folder."""
     return tempfile.TemporaryDirectory(prefix="retouch-")

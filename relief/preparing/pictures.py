@@ -16,9 +16,10 @@ from relief.preparing.choices import GREYS
 from relief.readers import damage_named, exr_channels, read_npy, repeats_of
 
 FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP", "GIF", "PPM")
-"""Kinds of pictures that are read, by Pillow's names; the content of a file tells its kind, not its name."""
+"""Kinds of pictures that are read, by Pillow's names; the content of a file states its kind, not its name."""
 MOST_PIXELS = 178_956_970
-"""Most pixels of a picture, where Pillow sees a bomb; an A4 page of 1200 dots an inch has 139e6."""
+"""Most pixels of a picture, Pillow's limit for decompression bombs; an A4 page of 1200 dots an inch has
+139e6."""
 LONGEST_SIDE = 32_768
 """Most pixels along a side."""
 _NAMES = {"MPO": "JPEG", "PPM": "PGM or PPM", "WEBP": "WebP"}

@@ -1,4 +1,4 @@
-"""Preparation: a picture in, a height map out, with a sentence for each thing that was done."""
+"""Preparation: a height map from a picture, with a sentence for each step."""
 
 import os
 from collections.abc import Mapping
@@ -32,7 +32,7 @@ from relief.relief import Relief
 from relief.seam import misfit
 
 STEEP_PERCENTILE = 95.0
-"""Percentile of the slopes that is told beside the median."""
+"""Percentile of the slopes that is reported beside the median."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +44,8 @@ class Prepared:
         relief_mm: Height of white above black, mm; None if unknown.
         size_mm: Side of the plate, mm; None if unknown.
         repeats: Whether the height map is a tile, which goes on as itself beyond its borders.
-        done: What was done, a sentence for each subject, in order.
-        numbers: The same as numbers.
+        done: A sentence for each step of the preparation, by subject, in order.
+        numbers: The numbers of these sentences, by subject.
         picture: The picture.
         square: Part of the picture that became the plate, or a little more if it was made periodic.
     """
@@ -185,7 +185,7 @@ def prepare(
 
 
 class _Work:
-    """A preparation while it goes on; each method does one thing, and tells and counts what it did."""
+    """A preparation in progress; each method does one step, and records a sentence and numbers about it."""
 
     def __init__(self, picture: Picture) -> None:
         self.picture = picture
@@ -222,7 +222,7 @@ class _Work:
         if rotate:
             self.done["turned"] = f"{rotate}° anticlockwise"
             self.numbers["rotate"] = rotate
-        # Copied, as what follows wants rows that lie one behind the other.
+        # Copied, since later steps need contiguous rows.
         return np.ascontiguousarray(np.rot90(picture.values(self.square, grey), rotate // 90))
 
     def sampled(
@@ -284,13 +284,13 @@ class _Work:
         outside = float(np.mean((heights < low) | (heights > high)))
         saturated = f"; {100.0 * outside:.2g} % lie outside and saturate" if outside > 0 else ""
         lowest, highest = (low, high) if not invert else (high, low)
-        of = ""
+        scale = ""
         if self.picture.bits is not None:
             beyond = min(low, 1.0 - high) < 0.0
-            of = f", beyond the 0 to {WHITE:g} of the picture" if beyond else f" of {WHITE:g}"
+            scale = f", beyond the 0 to {WHITE:g} of the picture" if beyond else f" of {WHITE:g}"
         dark = ", dark is high" if invert else ""
         self.done["levels"] = (
-            f"{self._grey(lowest)} is lowest, {self._grey(highest)} highest{of}{dark}{saturated}"
+            f"{self._grey(lowest)} is lowest, {self._grey(highest)} highest{scale}{dark}{saturated}"
         )
         self.numbers["levels"] = {
             "lowest": lowest * self._unit,
@@ -309,7 +309,7 @@ class _Work:
         return f"{self._unit * value:.3g}"
 
     def lengths(self, heights: Array, lengths: Mapping[str, float]) -> None:
-        """Tell the lengths of the plate and the slopes that follow."""
+        """Record the lengths of the plate and the slopes that follow."""
         relief_mm, size_mm = lengths.get("relief_mm"), lengths.get("size_mm", PATCH_SIDE_MM)
         self.numbers |= {"relief_mm": relief_mm, "size_mm": lengths.get("size_mm")}
         if relief_mm is None:

@@ -26,9 +26,9 @@ SHADOW_SOFTNESS = 0.5
 SKY, SKY_REACH = 0.5, 0.125
 """Share of the light of a level surface that comes from the sky, and how far a relief covers it, in sides."""
 BOUNCES = 0.6
-"""Exponent of the light of the sky: below 1, as what is covered gets light from the relief around it."""
+"""Exponent of the light of the sky: below 1, since shaded places get light from the relief around."""
 SMOOTHING = 0.45
-"""Standard deviation, in samples, of the blur that takes the steps from edges that run across samples."""
+"""Standard deviation, in samples, of the blur that antialiases edges across samples."""
 ASSUMED_SLOPE = 0.1
 """Relief in sides of the plate that is shaded and drawn where no relief is known."""
 PROFILE_HEIGHT = 150
@@ -174,14 +174,14 @@ def _resized(values: Array, side: int) -> Array:
 
 
 def _profile(draw: ImageDraw.ImageDraw, y: int, heights: Array, size_mm: float, in_mm: bool) -> int:
-    """Draw a section through the middle row, to scale; returns where the next thing goes."""
+    """Draw a section through the middle row, to scale; returns y of the next item."""
     across = WIDTH - 2 * MARGIN
     scale = min(across / size_mm, PROFILE_HEIGHT / (heights.max() or 1.0))
     row = heights[len(heights) // 2]
     at = MARGIN + scale * size_mm * (np.arange(len(row)) + 0.5) / len(row)
     foot = y + 26 + round(scale * heights.max())
-    said = f"section through the middle, to scale, {size_mm:g} mm wide"
-    draw.text((MARGIN, y), said if in_mm else "section through the middle, relief assumed", FAINT, _font(17))
+    label = f"section through the middle, to scale, {size_mm:g} mm wide"
+    draw.text((MARGIN, y), label if in_mm else "section through the middle, relief assumed", FAINT, _font(17))
     outline = [*zip(at.tolist(), (foot - scale * row).tolist(), strict=True)]
     draw.polygon([(at[0], foot + 14), *outline, (at[-1], foot + 14)], fill=(226, 218, 204))
     draw.line(outline, fill=INK, width=2)
@@ -189,7 +189,7 @@ def _profile(draw: ImageDraw.ImageDraw, y: int, heights: Array, size_mm: float, 
 
 
 def _figures(draw: ImageDraw.ImageDraw, y: int, figures: Sequence[tuple[str, str]]) -> int:
-    """Draw numbers in a row, large; returns where the next thing goes."""
+    """Draw numbers in a row, large; returns y of the next item."""
     if not figures:
         return y
     step = (WIDTH - 2 * MARGIN) // len(figures)

@@ -63,5 +63,5 @@ def resampled(values: NDArray[np.float32], samples: int, side: float | None = No
     image = Image.fromarray((values - np.float32(low)) / np.float32(unit))
     method = Image.Resampling.BILINEAR if side > samples else Image.Resampling.BICUBIC
     shrunk = image.resize((samples, samples), method, box=(0.0, 0.0, side, side))
-    # Cubic interpolation swings beyond the values at an edge, as would be beyond white.
+    # Cubic interpolation overshoots at edges, for example beyond white.
     return low + unit * np.clip(np.asarray(shrunk, dtype=np.float64), 0.0, 1.0)

@@ -28,7 +28,7 @@ SMALLEST_TILE = 0.5
 PERIOD_SIDE = 400
 """Samples a side of the copy of the texture in which its period is looked for."""
 PERIODIC = 0.35
-"""Largest mismatch of a smaller tile, in parts of the largest tile's, for which the larger area is given up.
+"""Largest mismatch of a smaller tile, relative to the largest tile's, with which the smaller tile is taken.
 
 Textures without a period vary by a tenth by chance, woven ones fall to a fifth.
 """
@@ -66,10 +66,10 @@ class Tile:
 
 
 def period(texture: Array) -> float:
-    """The side of the tile that suits a texture best, in sides of the texture.
+    """The best side of a tile of a texture, in sides of the texture.
 
-    Of a texture with a period that is the side at which the overlapping copies fit best, of any other the
-    largest possible.
+    For a texture with a period, the side at which the overlapping copies fit best; else the largest possible
+    side.
 
     Args:
         texture: (side, side) heights.
@@ -130,7 +130,7 @@ def _blend(texture: Array, samples: int) -> tuple[Array, NDArray[np.bool_]]:
             weight = np.outer(down, right)
             total += weight * beyond[rows, cols]
             squares += weight**2
-    # Divided so, independent copies keep the variance of one; a plain mean of them would be flatter.
+    # This division keeps the variance of independent copies; their plain mean would be flatter.
     rank = scipy.special.ndtr(total / np.sqrt(squares)) * texture.size - 0.5
     tile = np.interp(rank, np.arange(texture.size), ordered)
     return tile, np.maximum.outer(second, second) > 0.0
@@ -205,11 +205,11 @@ def _closed_path(costs: Array) -> Index:
     length = len(costs)
     middle = length // 2
     start = _path(np.concatenate([costs, costs]))[middle]
-    around = np.roll(costs, -middle, axis=0)
-    around = np.concatenate([around, around[:1]])
+    turned = np.roll(costs, -middle, axis=0)
+    turned = np.concatenate([turned, turned[:1]])
     fixed = np.arange(costs.shape[1]) == start
-    around[[0, -1]] = np.where(fixed, around[[0, -1]], np.inf)
-    return np.roll(_path(around)[:-1], middle)
+    turned[[0, -1]] = np.where(fixed, turned[[0, -1]], np.inf)
+    return np.roll(_path(turned)[:-1], middle)
 
 
 def _seam_error(tile: Array, texture: Array, seam: NDArray[np.bool_]) -> float:

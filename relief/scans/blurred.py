@@ -17,7 +17,7 @@ from relief.relief import Relief
 from relief.scans.scans import axes_mm
 
 CUBIC, LINEAR = 3, 1
-"""Orders of the splines of heights, and of derivatives, which decide the number of steps alone."""
+"""Orders of the splines of heights, and of derivatives, whose accuracy affects the number of steps alone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class Derivatives:
 
 
 FINER = 8
-"""Most samples for one of a relief, along a side, that hold the surface between its samples."""
+"""Most samples along a side for one sample of a relief."""
 
 
 def surface_of(relief: Relief, most: int) -> Array:

@@ -1,4 +1,4 @@
-"""Registration: a scan laid on its design, and what it measures there, with intervals."""
+"""Registration: the pose of a print in its scan, and measures of the print, with intervals."""
 
 from dataclasses import dataclass, replace
 from math import atan, degrees, hypot, inf, log, pi, sqrt
@@ -38,9 +38,9 @@ OTHER_SCALES = (0.93, 1.075, 0.86, 1.16)
 UNITS_APART = (1e-3, 0.1, 1.0 / 25.4, 10.0, 25.4, 1000.0)
 """Ratios of lengths in different units: um, cm, inches and metres for mm."""
 UNIT_MARGIN = 1.6
-"""How far a ratio may be off such a one, as a factor, and still suggest another unit."""
+"""Largest factor between a ratio of lengths and one of `UNITS_APART` that still suggests another unit."""
 FARTHEST_SCALE = 0.08
-"""Change of the logarithm of the scale from where a fit began, beyond which it shows no print."""
+"""Largest change of the logarithm of the scale in a fit; a fit that changes more has found no print."""
 MOST_BLUR = 0.1
 """Greatest standard deviation of the blur in sides of the design."""
 LEAST_ON_PLATE = 0.6
@@ -80,7 +80,7 @@ class Interval:
 
 @dataclass(frozen=True, eq=False)
 class Registration:
-    """A scan laid on its design.
+    """A scan registered to its design.
 
     Attributes:
         scan: as read.
@@ -145,8 +145,8 @@ class Registration:
     def levelled(self, outlier: float = TUKEY) -> tuple[Array, Array]:
         """The print on the samples of the design.
 
-        Deviations are read between the samples of the scan, and added to the design as blurred, which is
-        known everywhere: heights themselves, read between samples, would be smoothed.
+        Deviations are interpolated between the samples of the scan, and added to the blurred design: direct
+        interpolation would smooth the heights.
 
         Args:
             outlier: standard deviations of the residuals beyond which a sample is left out.
@@ -196,17 +196,17 @@ class Registration:
 def _between_holes(values: Array, places: Array) -> Array:
     """Values (rows, cols) at places (2, ...) of their grid, linear between samples.
 
-    Beside holes they are means of the known samples, by the same weights; NaN where these are less than
-    half of the weights.
+    Beside holes values are weighted means of the measured samples; NaN where these have less than half of the
+    weight.
     """
-    known = np.isfinite(values)
-    there = map_coordinates(known.astype(np.float64), places, order=1, cval=0.0)
-    read = map_coordinates(np.where(known, values, 0.0), places, order=1, cval=0.0)
+    measured = np.isfinite(values)
+    there = map_coordinates(measured.astype(np.float64), places, order=1, cval=0.0)
+    read = map_coordinates(np.where(measured, values, 0.0), places, order=1, cval=0.0)
     return np.where(there >= 0.5, read / np.maximum(there, 0.5), np.nan)
 
 
 def register(scan: Scan, design: Relief) -> Registration:
-    """Lay a scan on its design.
+    """Register a scan to its design.
 
     Args:
         scan: of a print.

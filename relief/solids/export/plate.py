@@ -18,8 +18,8 @@ FLAT_SHARE = 0.8
 
 
 RAISED_MM = 1e-3
-"""How much higher than its layers a stepped plate is: slicers leave out a top layer that rounding makes too
-low, as PrusaSlicer 2.5 does where a plate of 2.6 mm is 2.5999999 mm in single precision."""
+"""Excess height of a stepped plate over its layers, mm: slicers drop a top layer that rounding makes too low,
+as PrusaSlicer 2.5 does where a plate of 2.6 mm is 2.5999999 mm in single precision."""
 
 
 def plate_mesh(

@@ -1,4 +1,4 @@
-"""What printers make of a part: layers along z, each of whole pixels or of drawn strands (`relief.printers`).
+"""Parts as printed: voxelised in layers along z, of whole pixels or of drawn strands (`relief.printers`).
 
 The model is that of `relief.printed`. A printer cuts the part at the middle of each layer, from the lowest
 point of the file upward. Where it has pixels, a pixel is solid if half of its area or more lies within the
@@ -24,10 +24,10 @@ from relief.solids.meshes.raster import Covered
 from relief.solids.meshes.refining import AREA_PER_FACE, refined
 
 COLUMN_MM = 0.025
-"""Distance of the columns in which a part is looked at, mm, about: an odd number of 3 to 9 makes a pixel, so
-that no pixel is half solid."""
+"""Distance of the columns that sample a part, mm, about: an odd number of 3 to 9 makes a pixel, so that no
+pixel is half solid."""
 ASIDE = np.array([1.37e-3, 0.71e-3])
-"""Offset of the columns in x and y, in their distance, so that hardly one meets an edge of round numbers."""
+"""Offset of the columns in x and y, in their distance: few columns then meet an edge of round numbers."""
 MOST_CELLS = 16e9
 """Pixels in all layers at most: their bits take 2 GB."""
 EDGE_MM = 0.13
@@ -63,7 +63,7 @@ class PrintedPart:
     lost: float
 
     def as_json(self) -> dict[str, Any]:
-        """What commands tell of it: all but the surfaces."""
+        """What commands print: all but the surfaces."""
         return {"printer": self.printer.name, "rms_mm": self.rms_mm, "lost": self.lost}
 
 
@@ -102,7 +102,7 @@ def print_part(body: Body, printer: Printer, longest_mm: float = EDGE_MM) -> Pri
 
 
 class _Solid:
-    """Which cells of a grid, pixels by layers, a printer makes solid."""
+    """The voxels, pixels by layers, that a printer makes solid."""
 
     def __init__(self, body: Body, printer: Printer) -> None:
         self.layer_mm = printer.layer_mm

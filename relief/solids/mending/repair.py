@@ -4,7 +4,7 @@ A crack lies between faces whose corners differ by the rounding of a file. A hol
 a face on one side only, and is closed by the triangles of least area between its corners (G. Barequet and M.
 Sharir, Filling gaps in the boundary of a polyhedron, Computer Aided Geometric Design 12, 1995). A sliver with
 a short edge is dropped by joining the ends of that edge, one without by turning its longest edge towards the
-corner opposite to it. What needs none of it stays as it is.
+corner opposite to it. A sound body stays unchanged.
 """
 
 from collections import defaultdict
@@ -31,29 +31,30 @@ from relief.solids.meshes.shells import components, parts_within_others, repeats
 from relief.solids.meshes.solid import MEND, check_closed
 
 CRACK_MM = 1e-3
-"""Distance of corners, mm, up to which a crack between them is closed: the depth from which faces count as
-passing through one another, and far above the rounding of files."""
+"""Distance of corners, mm, up to which a crack is closed: the least depth of an intersection, and far above
+the rounding of files."""
 SLIVER_MM = 1e-5
-"""Height of a triangle over its longest edge, mm, below which it is a sliver: what single precision rounds
-coordinates of 100 mm by."""
+"""Height of a triangle over its longest edge, mm, below which it is a sliver: the rounding of coordinates of
+100 mm in single precision."""
 HOLE_MM = 0.5
-"""Size, mm, up to which holes are closed where no other is stated: less than a finger or a printer tells."""
+"""Default size, mm, up to which holes are closed: below what finger or printer resolves."""
 MOST_RIM, MOST_OPEN = 300, 200_000
 """Most edges around a hole, whose triangles take half a second then, and most open edges looked at."""
 MOST_NEAR = 20
-"""Corners within `CRACK_MM` of one, in the mean, beyond which they are a cloud and no cracks."""
+"""Mean number of corners within `CRACK_MM` of one, beyond which the mesh is a cloud of points without
+cracks."""
 MOST_TURNS = 10
 """Rounds in which edges of slivers are turned; two are usual."""
 
 
 @dataclass(frozen=True)
 class Mended:
-    """A body, and what was done to it.
+    """A body, and the repairs of it.
 
     Attributes:
         body: Each position once.
         origin: (m,) number that each face had before; -1 for faces that are new.
-        lines: What was done, for a person; empty if the body is as it was.
+        lines: The repairs, for a person; empty if the body is unchanged.
     """
 
     body: Body
@@ -61,7 +62,7 @@ class Mended:
     lines: tuple[str, ...] = ()
 
     def changed(self, faces: Index, origin: Index, line: str) -> "Mended":
-        """The same with other faces, by the numbers that they have in this one."""
+        """The same with other faces, and a line about the change; `origin` counts faces of this body."""
         before = np.where(origin < 0, -1, self.origin[origin])
         return Mended(Body(self.body.vertices, faces), before, (*self.lines, line))
 
@@ -73,14 +74,14 @@ def mended(body: Body, name: object, holes_mm: float | None = None) -> Mended:
     Args:
         body: With one position per vertex.
         name: Of the file, for messages.
-        holes_mm: Width of a hole, mm, up to which holes are closed; None: those of no width, beside corners
-            that lie on an edge.
+        holes_mm: Largest width of holes that are closed, mm; None: holes of no width, beside corners on an
+            edge.
 
     Returns:
         The body. It need not be closed.
 
     Raises:
-        InputError: A hole is wider, unless None was said, or its rim has too many edges.
+        InputError: A hole is wider than `holes_mm`, or its rim has too many edges.
     """
     work = Mended(body, np.arange(len(body.faces)))
     rim = open_edges(body.faces)
@@ -88,7 +89,7 @@ def mended(body: Body, name: object, holes_mm: float | None = None) -> Mended:
         work = _without_cracks(work, rim)
     again = repeats(work.body.faces)
     kept = np.delete(np.arange(len(work.body.faces)), again)
-    # Parts that lie there twice are closed, and none of a mesh without them would be open.
+    # Repeated parts are closed, so the mesh is no more open without them.
     if len(again) and len(open_edges(work.body.faces[kept])) < len(open_edges(work.body.faces)):
         work = work.changed(work.body.faces[kept], kept, f"drops faces that lie there twice: {len(again)}")
     rim = open_edges(work.body.faces)
@@ -98,7 +99,7 @@ def mended(body: Body, name: object, holes_mm: float | None = None) -> Mended:
 
 
 def united_parts(work: Mended, name: object) -> Mended:
-    """The same with the shells that overlap as one. Raises InputError if the body is not closed."""
+    """The same with the Boolean union of shells that overlap. Raises InputError if the body is open."""
     body = work.body
     check_closed(body, name, repeated=True)
     if not (len(repeats(body.faces)) or self_intersections(body) or parts_within_others(body, name)):

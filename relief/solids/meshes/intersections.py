@@ -274,7 +274,7 @@ def _edges(corners: Array) -> Array:
 def _overlap(corners: Array, axis: Array, depth: float) -> NDArray[np.bool_]:
     """(k,) whether two triangles (6, 3, k) overlap by a depth along an axis (3, k) of any length.
 
-    An axis of length 0, as of parallel edges, tells nothing, and the answer is yes.
+    An axis of length 0, as of parallel edges, separates nothing, and the answer is yes.
     """
     along = np.einsum("cik,ik->ck", corners, axis)
     # Rows two at a time: a reduction along an axis of three takes half as long again.

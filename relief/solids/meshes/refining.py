@@ -14,13 +14,13 @@ from relief.solids.meshes.neighbourhood import BITS, MASK, edge_ends, edge_keys
 AREA_PER_FACE = 0.21
 """Mean area of the triangles that refinement leaves, in the square of the longest edge allowed."""
 MOST_ROUNDS = 40
-"""Rounds of refinement that even a triangle a million edges long does not need."""
+"""Most rounds of refinement; a triangle a million edges long needs fewer."""
 SAMPLED = 60_000
 """Triangles that a sample is divided into, about: their number is then known within 2 %."""
 HALVINGS = 7
 """Halvings of the range in which an edge is looked for; 1 % of it is left."""
 MOST_FACES = 25_000_000
-"""Triangles at most, where no other number is given: needles may need many more than their area tells."""
+"""Default of the most triangles: needles may need many more than their area suggests."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Fewer triangles on the flat parts of an even mesh that carry nothing."""
+"""Decimation of the flat parts of an even mesh without texture."""
 
 from dataclasses import replace
 from functools import partial

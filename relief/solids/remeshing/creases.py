@@ -1,4 +1,4 @@
-"""Edges of a part among the edges of its facets: sharp ones, and those that no bend of a surface explains."""
+"""Feature edges of a part among the edges of its facets: sharp ones, and those sharper than edges beside."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Nearest points of a surface: from the faces around a first guess, on, triangle by triangle."""
+"""Nearest points of a surface, by walks from triangle to triangle from initial guesses."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,8 +88,8 @@ class NearestPoints:
         order = order[np.diff(own[order], prepend=-1) > 0]
         return self._better(own[order], guess[order], points, best, share, square)
 
-    def from_(self, points: Array, face: Index) -> tuple[Index, Array]:
-        """The same by triangles across edges from a face alone, which stays on its side of held edges."""
+    def walk_from(self, points: Array, face: Index) -> tuple[Index, Array]:
+        """The same by a walk from one face, which stays on its side of held edges."""
         best = face.copy()
         share, square = nearest_in(points, self.corners[face])
         self._walk(points, best, share, square, np.arange(len(points)))

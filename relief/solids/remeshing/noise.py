@@ -1,7 +1,7 @@
-"""Scans and bodies of voxels, whose facets turn by chance: normals are smoothed, so that a relief fits.
+"""Noisy surfaces of scans and voxels: normals are smoothed, so that a relief fits.
 
-A relief that is moved along the normals of a noisy surface meets itself in every small dent. The surface that
-was meant lies within the noise, and its normals are those of a wider neighbourhood.
+A relief along the normals of a noisy surface intersects itself in every small dent. Normals of a wider
+neighbourhood are those of the surface without noise.
 """
 
 import numpy as np

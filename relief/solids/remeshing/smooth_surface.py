@@ -1,9 +1,9 @@
 """The smooth surface behind the facets of a body: creases, normals, and how far it bulges over an edge.
 
-Programs that write facets put their corners on the surface that is meant. On a round surface the sum of the
+Programs that write facets put the corners on the surface of the design. On a round surface the sum of the
 normals at both ends of an edge is perpendicular to the edge: exactly on planes and balls, and around
-cylinders, and up to the third power of the length elsewhere. So the normals are those that fulfil this best
-near a first guess.
+cylinders, and up to the third power of the length elsewhere. The normals minimise these products, in least
+squares, near an initial guess.
 """
 
 from dataclasses import dataclass
@@ -22,20 +22,21 @@ from relief.solids.meshes.refining import refined
 from relief.solids.remeshing.creases import crease_edges, directions, turns_at
 
 RIM = np.radians(10.0)
-"""Angle, rad, from which the rim of a flat side that stays is an edge of the part; a fillet may end there."""
+"""Least angle, rad, at which the rim of a flat side is an edge of the part; at less a fillet may end
+there."""
 COPLANAR = np.radians(0.05)
 """Angle between facets of one plane, rad: rounding of files in single precision leaves less."""
 WIDE = 3.0
 """Width of a plane against that of the facets beside it, from which the plane has the normal of both."""
 POWER = 2.0
-"""Power of the length by which edges count less: the sums are perpendicular up to its third power."""
+"""Power of the length that divides the weights of edges: the products are exact up to its third power."""
 SLIVER = 4.0
 """Length of an edge, in the shortest of its triangle, from which it belongs to a sliver."""
 NEAR = 1e-3
-"""Weight of staying near the guess, in that of the shortest edges of triangles: long thin ones, which fulfil
-little, then turn nothing."""
+"""Weight of the initial normals, relative to that of the shortest edges of triangles: keeps slivers, whose
+edges have little weight, from rotating normals."""
 STEPS = 60
-"""Steps of conjugate gradients; the guess is off at few places, and near."""
+"""Most steps of conjugate gradients; the initial guess is good but for few places."""
 EDGE_MM, MOST_FACES = 1.5, 600_000
 """Longest edge, mm, of the triangles on which an object is unrolled, and most of these triangles."""
 LARGEST_BULGE = 0.12

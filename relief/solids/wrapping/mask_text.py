@@ -17,7 +17,7 @@ GRAMMAR = (
 LONGEST = 1000
 """Most characters of a mask."""
 DEEPEST = 20
-"""Most parentheses within one another."""
+"""Deepest nesting of parentheses."""
 TOKEN = re.compile(r"""\s*(?:([&|()])|"([^"]*)"|'([^']*)'|(not)(?=[\s(]|$)|([^&|()"'\s][^&|()"']*))""")
 """A sign, a name in quotation marks, the word not, or anything else up to the next sign."""
 

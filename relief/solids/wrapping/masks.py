@@ -75,12 +75,12 @@ class Points:
 
     def at(self, chosen: Index) -> "Points":
         """Some of the points, by their numbers (k,)."""
-        uv, colours = (None if of is None else of[chosen] for of in (self.uv, self.colours))
+        uv, colours = (None if each is None else each[chosen] for each in (self.uv, self.colours))
         return Points(self.places[chosen], self.normals[chosen], uv, self.regions, colours)
 
 
 def mask_at(text: str, points: Points, falloff_mm: float) -> Array:
-    """How much of the texture each point carries, (n,) from 0 to 1.
+    """Share of the texture at each point, (n,) from 0 to 1.
 
     Args:
         text: The mask; see the module.
@@ -172,8 +172,8 @@ def _compared(
         high = low + width
     else:
         low, high = low - width, low
-    risen = smooth_step((values - low) / (high - low))
-    return risen if sign == ">" else 1.0 - risen
+    share = smooth_step((values - low) / (high - low))
+    return share if sign == ">" else 1.0 - share
 
 
 def _values(name: str, points: Points) -> Array:

@@ -1,4 +1,4 @@
-"""The surface that is wrapped: its settings, triangles of about a millimetre, and the fine triangles."""
+"""The surface to be wrapped: settings, triangles of about a millimetre, and the fine triangles."""
 
 from dataclasses import dataclass
 
@@ -24,7 +24,7 @@ from relief.solids.wrapping.tiles import Tile
 BASE_EDGE_MM = 1.0
 """Longest edge of the mesh that patches, normals and clearance are computed on, mm."""
 DRAFT_EDGE_MM = 2.0
-"""The same for a draft, mm."""
+"""`BASE_EDGE_MM` of a draft, mm."""
 DRAFT_ARC = 1.4
 """Angle that an edge of a draft spans at most where the surface bends, in that of the file. With 2 fillets
 show facets in a preview; with 1 a bracelet takes half as long again."""
@@ -33,23 +33,24 @@ EVEN_AREA = 0.4
 LEAST_BASE_EDGES = 24
 """Edges at least along the longest side of a small object."""
 FALLOFF_MM = 2.0
-"""Width over which the texture ends at masks and at a flat bottom, mm, where no other is given."""
+"""Default width over which the texture ends at masks and at a flat bottom, mm."""
 MOST_FACES = 1_000_000
-"""Triangles at most, where no other number is given: a 3MF file of about 21 MB."""
+"""Default of the most triangles: a 3MF file of about 21 MB."""
 ENOUGH_MM2 = 0.0035
-"""Mean area of the textured triangles, mm², where nothing is asked for: smaller ones change the feel of
-gravel, grass and leather by less than 0.1 JND (docs/evidence/objects.md)."""
+"""Default mean area of the textured triangles, mm²: smaller ones change the feel of gravel, grass and leather
+by less than 0.1 JND (docs/evidence/objects.md)."""
 BOTTOM = 0.002
 """Height above the lowest point within which a triangle that points down is the bottom, mm."""
 LEAST_BOTTOM_MM2 = 4.0
 """Least area of a flat bottom, mm²: the lowest triangles of a ball are none."""
-CATCHING_UP = 0.5
-"""Part of what triangles miss of a tile at their middles by which vertices are moved. By flat triangles with
-edges of 0.15 mm gravel feels right with 0.9, by a smooth surface through the vertices with 0.4."""
+CORRECTION_GAIN = 0.5
+"""Gain of the correction of vertices, relative to the mean error of triangles at their middles. For flat
+triangles with edges of 0.15 mm gravel feels right with 0.9, for a smooth surface through the vertices with
+0.4."""
 FACES_AT_ONCE = 1 << 18
-"""Triangles whose middles are looked at together, which bounds the memory."""
+"""Triangles whose middles are computed together, which bounds the memory."""
 RIM_MM = 0.1
-"""Distance of the points that stand for the rim of the bottom, mm."""
+"""Distance of the sample points of the rim of the bottom, mm."""
 
 
 @dataclass(frozen=True)
@@ -64,11 +65,11 @@ class Settings:
         keep_bottom: Whether a flat bottom, the lowest triangles that point down, stays as it is.
         edge_mm: Longest edge of the textured triangles, mm; None: what `faces` allow, or that of the samples.
         faces: Triangles at most, about; None: as many as the feel needs, `MOST_FACES` at most.
-        draft: Whether the body is to be looked at and not to be printed: patches, normals and clearance are
-            computed on triangles of `DRAFT_EDGE_MM`, and crossing triangles stay.
-        holes: That stay without texture; None: no hole does.
-        finest_mm: Edges that are fine enough whatever the texture has, as no printer shows more.
-        crosses: Whether the body passes through itself somewhere, which is refused where texture would lie.
+        draft: Whether the body is a preview: patches, normals and clearance are computed on triangles of
+            `DRAFT_EDGE_MM`, and crossing triangles stay.
+        holes: Holes without texture; None: holes carry texture.
+        finest_mm: Finest edges that a printer resolves, mm.
+        crosses: Whether the body may intersect itself, which is refused where texture would lie.
     """
 
     mask: str | None = None
@@ -84,14 +85,14 @@ class Settings:
 
 
 class BaseSurface:
-    """The body with triangles of about a millimetre, and what is computed there.
+    """The body with triangles of about a millimetre, its normals and masks.
 
     Attributes:
         body: The finer body.
         uv: (faces, 3, 2) texture coordinates, or None.
         bottom: (faces,) those of a flat bottom that stays.
-        coarser: Edges of its triangles, in those of the base that the file is made on: 1, in a draft more.
-        bed_mm: Its height, mm, below which nothing goes; without a bottom minus infinity.
+        coarser: Edges of its triangles, relative to those for a file: 1, more in a draft.
+        bed_mm: Height of the bottom, mm, the lowest of all heights; minus infinity without a bottom.
         normals: (vertices, 3) outward unit normals.
         carried: (vertices,) how much of any texture each vertex carries.
         points: The vertices, as masks take them.
@@ -246,9 +247,9 @@ class FineSurface:
     def heights(self, tile: Tile, layout: Layout, chosen: NDArray[np.bool_]) -> Array:
         """Heights (fine vertices,) of a tile with which the triangles come near it, mm; 0 where not chosen.
 
-        The tile's own heights at the vertices would be too low on tops and too high in hollows, as triangles
-        cut them off. So every vertex is moved by `CATCHING_UP` times what the triangles around miss at their
-        middles, in the mean by their areas: a step towards the least squares.
+        With the tile's own heights at the vertices, triangles would cut off tops and hollows. So every vertex
+        is moved by `CORRECTION_GAIN` times the mean error, by area, of the triangles around at their middles:
+        a step towards the least squares.
         """
         fine = self.fine
         heights = np.zeros(len(chosen))
@@ -264,7 +265,7 @@ class FineSurface:
         total, weight = (
             np.bincount(corners, np.repeat(values, 3), len(chosen)) for values in (area * missed, area)
         )
-        heights += CATCHING_UP * np.divide(total, weight, out=np.zeros(len(chosen)), where=weight > 0.0)
+        heights += CORRECTION_GAIN * np.divide(total, weight, out=np.zeros(len(chosen)), where=weight > 0.0)
         return np.clip(heights, min(0.0, tile.heights.min()), tile.heights.max())
 
 

@@ -25,7 +25,7 @@ from relief.solids.wrapping.tiles import Covering
 
 @dataclass(frozen=True)
 class Wrapped:
-    """A wrapped body, and what is to be told of it.
+    """A wrapped body, and measures of the wrapping.
 
     Attributes:
         body: The displaced body.
@@ -41,10 +41,10 @@ class Wrapped:
         notes: Lines about how the texture was placed, and what was changed so that it fits.
         blended: Part of the textured vertices, about that of the area, at which patches that do not fit are
             blended.
-        factor: (vertices,) by which the heights are lowered there, so that the relief does not meet itself.
-        lowering: On what part of the textured area that is, how far and where.
-        bending: How the textured surface bends along the first texture's x and y.
-        base: The coarse triangles that it was laid on.
+        factor: (vertices,) factors of the heights, below 1 where the relief would intersect itself.
+        lowering: Area, factors and places where the relief is lowered.
+        bending: Curvatures of the textured surface along the first texture's x and y.
+        base: The coarse triangles.
     """
 
     body: Body
@@ -85,7 +85,7 @@ def wrap(
         uv: (faces, 3, 2) texture coordinates of the corners. They place the texture where they keep its size;
             else, and without them, a cylinder does, or patches.
         regions: Regions of the object that masks may name.
-        written: What the coordinates of a body become in the file that it is for.
+        written: Gives a body with the coordinates that the file will hold.
         placement: Where and in what direction textures lie; None: the defaults.
         colours: (faces, 3, 3) of the corners, in sRGB from 0 to 1, for masks; None: the body has none.
 
@@ -108,7 +108,7 @@ def wrap(
     check_area(base.body, base.carried, coverings[0].tile.pitch_mm, coverings[0].mask)
     laid = layer.laid(coverings) if any(covering.once for covering in coverings) else []
     if laid:
-        base.carried = base.carried * _present([of.on_base(base, settings.falloff_mm) for of in laid])
+        base.carried = base.carried * _present([each.on_base(base, settings.falloff_mm) for each in laid])
         check_area(base.body, base.carried, coverings[0].tile.pitch_mm, coverings[0].mask)
     where = base.textured
     edge_mm = edge_of(base.body, where, coverings, settings)
@@ -121,7 +121,7 @@ def wrap(
     with stage("dividing triangles"):
         fine = refined(base.body, edge_mm, where)
     with stage("displacing"):
-        surface = FineSurface(base, fine, np.any([of.layout.laid() for of in laid], axis=0))
+        surface = FineSurface(base, fine, np.any([each.layout.laid() for each in laid], axis=0))
         height, textured = _heights(laid, surface, settings)
         offset = np.minimum((height - settings.level * tallest) * textured, surface.to_bed())
     wrapped, factor = displaced(surface, offset, factor, settings, written)
@@ -149,23 +149,23 @@ def wrap(
 
 
 def _present(shares: Sequence[Array]) -> Array:
-    """How much of any texture there is, where later ones with shares (n,) lie on earlier ones."""
+    """Share (n,) of any texture, where later textures with shares (n,) cover earlier ones."""
     return np.asarray(1.0 - np.prod([1.0 - share for share in shares], axis=0))
 
 
 def _heights(laid: Sequence[Laid], surface: FineSurface, settings: Settings) -> tuple[Array, Array]:
-    """Heights of the textures at the fine vertices, mm, and how much of them there is, 0 to 1.
+    """Heights of the textures at the fine vertices, mm, and their shares, 0 to 1.
 
     Raises InputError if the mask of a texture leaves nothing of what is textured.
     """
     carried = surface.carried(settings)
     height, present = np.zeros(len(carried)), np.zeros(len(carried))
-    for of in laid:
-        tile, mask = of.covering.tile, of.covering.mask
-        share = of.on_fine(surface, settings.falloff_mm)
+    for each in laid:
+        tile, mask = each.covering.tile, each.covering.mask
+        share = each.on_fine(surface, settings.falloff_mm)
         if mask is not None:
             check_area(surface.fine.body, share * carried, tile.pitch_mm, mask)
-        height += share * (surface.heights(tile, of.layout, share > 0.0) - height)
+        height += share * (surface.heights(tile, each.layout, share > 0.0) - height)
         present += share * (1.0 - present)
     return np.divide(height, present, out=height, where=present > 0.0), present * carried
 

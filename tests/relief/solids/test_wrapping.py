@@ -143,7 +143,7 @@ def test_triangles_come_nearer_to_the_tile_than_with_its_heights_at_the_vertices
     body, uv = uv_box()
     tile = waves(size_mm=2.0)
     fitted = wrap(body, [Covering(tile)], Settings(edge_mm=0.4), uv)
-    monkeypatch.setattr(surfaces, "CATCHING_UP", 0.0)
+    monkeypatch.setattr(surfaces, "CORRECTION_GAIN", 0.0)
     sampled = wrap(body, [Covering(tile)], Settings(edge_mm=0.4), uv)
     assert missed_rms(fitted.body, tile) < 0.8 * missed_rms(sampled.body, tile)
     height = fitted.body.vertices[:, 2] - 2.5

@@ -22,8 +22,8 @@ class Layout:
         weight: (faces, k, 3) share of each patch at the corners; over k the sum is 1, or 0 without any.
         stretch: (faces,) largest change of a length in the leading patch, as a part of it.
         patches: Number of patches.
-        around_mm: (patches,) ways around the body, mm: coordinates that differ by so much in u are of one
-            place. Infinite for patches that do not go around; None if none does.
+        around_mm: (patches,) circumferences of the body, mm, which are periods of u. Infinite for patches
+            that are not periodic; None if none is.
     """
 
     patch: NDArray[np.intp]
@@ -42,7 +42,7 @@ class Layout:
         """
         uv = np.einsum("nc,nkcd->nkd", share, self.uv[face])
         weight = np.einsum("nc,nkc->nk", share, self.weight[face])
-        # A corner that no patch of its triangle reaches takes the coordinates of the others.
+        # A corner without a patch of its triangle takes the coordinates of the other corners.
         bare = ~weight.any(axis=1)
         weight[bare] = self.weight[face[bare]].sum(axis=2)
         weight = weight**SHARPNESS
@@ -74,7 +74,7 @@ class Layout:
 
 
 def one_patch(inside: NDArray[np.bool_], uv: Array, stretch: Array) -> Layout:
-    """The layout of one patch that covers triangles (faces,), with coordinates (faces, 3, 2) and stretches."""
+    """The layout of one patch over triangles (faces,), with uv (faces, 3, 2), mm, and stretches (faces,)."""
     weight = np.broadcast_to(inside.astype(np.float64)[:, None, None], (len(inside), 1, 3))
     return Layout(np.where(inside, 0, -1)[:, None], uv[:, None], weight, stretch, 1)
 

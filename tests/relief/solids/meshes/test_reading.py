@@ -354,7 +354,7 @@ HOSTILE = {
     ),
     "short.stl": (b"\0\1", "has 2 bytes, fewer than the 84 of the header"),
     "hollow.stl": (b"solid nothing\nendsolid", "has no triangles"),
-    "cut.stl": (stl(cube())[:-3], "the header tells 12 triangles, the file holds 11 and 47 bytes"),
+    "cut.stl": (stl(cube())[:-3], "the header states 12 triangles, the file holds 11 and 47 bytes"),
     "cut.ply": (ply(cube())[:-3], "damaged"),
     "back.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n", "faces name vertices"),
     "two.obj": (b"v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n", "damaged"),
