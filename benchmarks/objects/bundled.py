@@ -31,7 +31,7 @@ from relief.solids.meshes.unrolling import Unroller, feet
 from relief.solids.objects.table import OBJECTS
 from relief.solids.remeshing.smooth_surface import smooth_object
 from relief.solids.wrapping.coordinates.layout import Layout
-from relief.solids.wrapping.laying import Layer
+from relief.solids.wrapping.laying import TexturePlacer
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import FALLOFF_MM, BaseSurface, Settings
 from relief.solids.wrapping.tiles import Covering, Tile
@@ -121,7 +121,7 @@ def parts(name: str, bare: Body, wrapped: Body, felt: MeshFeel, plate: Array) ->
         return {}
     surface, tile = BaseSurface(bare, None, {}, Settings()), tile_of(TEXTURE)
     base = surface.body
-    layout = Layer(surface, Placement(), FALLOFF_MM).laid([Covering(tile)])[0].layout
+    layout = TexturePlacer(surface, Placement(), FALLOFF_MM).laid([Covering(tile)])[0].layout
     unroller = Unroller(wrapped, smooth_object(bare, name))
     laid, flat = [], []
     for number, points in places.items():

@@ -23,7 +23,7 @@ from relief.ground.progress import stage
 from relief.heightmap import save_heights_exr, save_heights_png
 from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS, TURNS
 from relief.preparing.levels import AS_STORED, FULL, WHITE, Levels
-from relief.preparing.pictures import Picture, open_picture
+from relief.preparing.pictures import SourcePicture, open_picture
 from relief.preparing.plates import repeated
 from relief.preparing.resampling import Box, resampled, square_in
 from relief.preparing.steps import smooth_steps
@@ -56,7 +56,7 @@ class Prepared:
     repeats: bool
     done: Mapping[str, str]
     numbers: Mapping[str, Any]
-    picture: Picture
+    picture: SourcePicture
     square: Box
 
     @property
@@ -187,7 +187,7 @@ def prepare(
 class _Work:
     """A preparation in progress; each method does one step, and records a sentence and numbers about it."""
 
-    def __init__(self, picture: Picture) -> None:
+    def __init__(self, picture: SourcePicture) -> None:
         self.picture = picture
         bits = "" if picture.bits is None else f"{picture.bits} bits"
         size = f"{picture.width} x {picture.height} pixels"

@@ -9,7 +9,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from relief.ground.arrays import Array
 from relief.ground.limits import PATCH_SIDE_MM
-from relief.preparing.pictures import Picture
+from relief.preparing.pictures import SourcePicture
 from relief.preparing.preparation import Prepared
 from relief.shading import facing, lit, open_sky
 
@@ -117,7 +117,7 @@ def _picture(prepared: Prepared) -> Image.Image:
     return panel
 
 
-def small_picture(picture: Picture, longest: int) -> Image.Image:
+def small_picture(picture: SourcePicture, longest: int) -> Image.Image:
     """A picture whose longer side has so many pixels, in RGB, with transparent parts white.
 
     Of a file of numbers, the lowest and the highest half per cent of the values are black and white.

@@ -39,7 +39,7 @@ SEAM_REACH = 4
 
 
 @dataclass(frozen=True)
-class Tile:
+class JoinedTile:
     """A texture that continues across its borders.
 
     Attributes:
@@ -90,7 +90,7 @@ def _mismatch(texture: Array, tile: int, overlap: int) -> float:
     return float(sum(off) / (2.0 * whole.var() or 1.0))
 
 
-def make_tile(texture: Array, samples: int, method: str | None = None) -> Tile:
+def make_tile(texture: Array, samples: int, method: str | None = None) -> JoinedTile:
     """Make a texture periodic.
 
     Args:
@@ -103,7 +103,7 @@ def make_tile(texture: Array, samples: int, method: str | None = None) -> Tile:
     method = method or min(METHODS, key=errors.__getitem__)
     heights = joined[method][0]
     change = scipy.stats.wasserstein_distance(heights.ravel(), texture.ravel()) / (np.ptp(texture) or 1.0)
-    return Tile(heights, method, errors, border_ratio(heights), float(change))
+    return JoinedTile(heights, method, errors, border_ratio(heights), float(change))
 
 
 def border_ratio(heights: Array) -> float:
@@ -213,7 +213,7 @@ def _closed_path(costs: Array) -> Index:
 
 
 def _seam_error(tile: Array, texture: Array, seam: NDArray[np.bool_]) -> float:
-    """`Tile.seam_errors` of one tile; ``seam`` is where its copies are joined."""
+    """`JoinedTile.seam_errors` of one tile; ``seam`` is where its copies are joined."""
     samples, size = len(tile), len(texture)
     row, col = np.nonzero(seam)
     errors = []

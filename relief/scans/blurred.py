@@ -58,7 +58,7 @@ def surface_of(relief: Relief, most: int) -> Array:
     return np.asarray(map_coordinates(relief.heights, places, order=LINEAR, mode="nearest"))
 
 
-class Design:
+class DesignSpectrum:
     """A design that can be blurred.
 
     Args:
@@ -78,7 +78,7 @@ class Design:
         self.level_mm = float(heights.mean())
         self._hold(dctn(heights - self.level_mm, norm="ortho"), most)
 
-    def coarser(self, most: int) -> "Design":
+    def coarser(self, most: int) -> "DesignSpectrum":
         """The same design on at most so many samples a side, without aliasing."""
         if max(self.shape) <= most:
             return self

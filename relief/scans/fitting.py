@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.fft import irfft2, next_fast_len, rfft2
 
 from relief.ground.arrays import Array
-from relief.scans.blurred import Design
+from relief.scans.blurred import DesignSpectrum
 from relief.scans.pose import NAMES, Pose
 from relief.scans.scans import MAD_TO_SIGMA, Scan
 
@@ -70,7 +70,9 @@ class LostError(ValueError):
     """The scan and the design do not overlap at a pose."""
 
 
-def fit(design: Design, scan: Scan, start: Pose, fixed: tuple[str, ...] = (), steps: int = MOST_STEPS) -> Fit:
+def fit(
+    design: DesignSpectrum, scan: Scan, start: Pose, fixed: tuple[str, ...] = (), steps: int = MOST_STEPS
+) -> Fit:
     """Fit a pose to a scan.
 
     Args:
@@ -108,7 +110,7 @@ def _solve(hessian: Array, gradient: Array) -> Array:
     return np.asarray(np.linalg.lstsq(scaled, gradient / units, rcond=1e-10)[0] / units)
 
 
-def _bounded(step: Array, design: Design) -> Array:
+def _bounded(step: Array, design: DesignSpectrum) -> Array:
     """The step, shortened so that no point moves by more than a twentieth of the plate."""
     size = max(design.size_mm)
     turn, scale, x, y = np.abs(step[:4])
@@ -162,7 +164,7 @@ class _State:
 class _Samples:
     """The measured samples of a scan, and the model of them at a pose."""
 
-    def __init__(self, design: Design, scan: Scan) -> None:
+    def __init__(self, design: DesignSpectrum, scan: Scan) -> None:
         self._design = design
         self.shape, self.size = scan.heights.shape, scan.heights.size
         self._places = np.flatnonzero(scan.measured)

@@ -10,7 +10,7 @@ from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.relief import Relief
-from relief.scans.blurred import Design, samples_mm, surface_of
+from relief.scans.blurred import DesignSpectrum, samples_mm, surface_of
 from relief.scans.fitting import TUKEY, Fit, LostError, fit
 from relief.scans.pose import Pose
 from relief.scans.scans import Scan
@@ -92,7 +92,7 @@ class Registration:
 
     scan: Scan
     design: Relief
-    surface: Design
+    surface: DesignSpectrum
     fitted: Fit
     working: Scan
 
@@ -219,7 +219,7 @@ def register(scan: Scan, design: Relief) -> Registration:
         raise InputError(f"{scan.name}: cannot be laid on {design.name}, which is flat")
     _check_size(scan, max(design.surface.size_mm))
     side = min(MOST_SIDE, max(DESIGN_SIDE, *design.heights.shape))
-    surface = Design(surface_of(design, side), design.width_mm, side)
+    surface = DesignSpectrum(surface_of(design, side), design.width_mm, side)
     working = scan.averaged(-(-max(scan.heights.shape) // WORKING_SIDE))
     found = _found(surface.coarser(FIRST_SIDE), working, scan.name)
     with stage("fitting the pose"):
@@ -228,7 +228,7 @@ def register(scan: Scan, design: Relief) -> Registration:
     return Registration(scan, design, surface, fitted, working)
 
 
-def _found(design: Design, scan: Scan, name: str) -> Fit:
+def _found(design: DesignSpectrum, scan: Scan, name: str) -> Fit:
     """The best pose of the scan as it is. Raises InputError."""
     search = Search(design)
     small = scan.averaged(-(-max(scan.heights.shape) // FIRST_SIDE))
@@ -251,7 +251,7 @@ def _found(design: Design, scan: Scan, name: str) -> Fit:
     return direct
 
 
-def _refuse_mould(search: Search, design: Design, scan: Scan, name: str) -> None:
+def _refuse_mould(search: Search, design: DesignSpectrum, scan: Scan, name: str) -> None:
     """Raise InputError for a scan whose heights are upside down, as of a mould, which is mirrored as well."""
     inverse = replace(scan, heights=-scan.heights)
     with stage("looking for a mould", total=2 * search.angles):
@@ -270,7 +270,7 @@ def _is_print(found: Fit | None, other: Fit | None) -> bool:
     return quality >= SAME_DESIGN and (quality >= SURELY_SAME or quality >= chance + BETTER)
 
 
-def _best(search: Search, design: Design, scan: Scan, scale: float = 1.0) -> Fit | None:
+def _best(search: Search, design: DesignSpectrum, scan: Scan, scale: float = 1.0) -> Fit | None:
     """The best fit from the candidates of a search; None if none is a print of this design."""
     fits = []
     for candidate in _distinct(sorted(search.candidates(scan, scale), reverse=True), search):
@@ -288,7 +288,7 @@ def _best(search: Search, design: Design, scan: Scan, scale: float = 1.0) -> Fit
     return fitted if _plausible(fitted, start, design) else best
 
 
-def _plausible(fitted: Fit, start: Pose, design: Design) -> bool:
+def _plausible(fitted: Fit, start: Pose, design: DesignSpectrum) -> bool:
     """Whether a fit stayed where it began: one that grows, blurs away or leaves the plate shows no print."""
     pose = fitted.pose
     grown = abs(pose.log_scale - start.log_scale) > FARTHEST_SCALE
@@ -308,7 +308,7 @@ def _distinct(candidates: list[Candidate], search: Search) -> list[Candidate]:
     return kept
 
 
-def _heights_fitted(design: Design, scan: Scan, start: Pose) -> Pose:
+def _heights_fitted(design: DesignSpectrum, scan: Scan, start: Pose) -> Pose:
     """The pose with heights and tilt by least squares, with all else as it is."""
     plane = ("turn", "log_scale", "shift_x_mm", "shift_y_mm", "variance_mm2")
     level = float(np.median(scan.heights[scan.measured]))

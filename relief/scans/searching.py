@@ -16,7 +16,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 
 from relief.ground.arrays import Array
 from relief.ground.progress import this_stage
-from relief.scans.blurred import Design
+from relief.scans.blurred import DesignSpectrum
 from relief.scans.pose import Pose
 from relief.scans.scans import MAD_TO_SIGMA, Scan
 
@@ -49,7 +49,7 @@ class Search:
         design: to be found.
     """
 
-    def __init__(self, design: Design) -> None:
+    def __init__(self, design: DesignSpectrum) -> None:
         self._design = design
         longest = max(design.size_mm)
         for samples in GRIDS:

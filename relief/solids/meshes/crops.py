@@ -28,7 +28,7 @@ STEEPEST = 20.0
 
 
 @dataclass(frozen=True)
-class Crop:
+class SurfaceCrop:
     """What lies under a finger at a place.
 
     Attributes:
@@ -98,7 +98,7 @@ class Cropper:
         self._side = side_mm or PATCH_SIDE_MM
         self._samples = samples if side_mm is None else samples_of(side_mm, PATCH_SIDE_MM / samples)
 
-    def crop(self, frame: Frame) -> Crop:
+    def crop(self, frame: Frame) -> SurfaceCrop:
         """The patch around a place, seen along its axis.
 
         Surfaces that face away from the finger are not seen; of several one above the other the highest is.
@@ -114,7 +114,7 @@ class Cropper:
         heights = rasterise(frame.local(self._corners[seen]), slopes, self._side, self._samples)
         top = float(in_the_middle(heights, self._side).max())
         level = top - HEIGHT_LIMIT_MM if np.isfinite(top) else 0.0
-        return Crop(frame, *reachable(heights, self._side), self._side, level)
+        return SurfaceCrop(frame, *reachable(heights, self._side), self._side, level)
 
     def around(self, frame: Frame, reach_mm: float) -> Body:
         """The body in the axes of a place, mm: its faces within a reach along x and y, 6 mm down and up."""

@@ -89,7 +89,7 @@ def read_3mf(content: bytes, path: Path) -> Parsed:
             raise InputError(f"{path}: damaged or not a 3MF: holds no 3D/3dmodel.model")
         if sum(entry.file_size for entry in models) > LARGEST_FILE:
             raise InputError(f"{path}: unpacks to more than {LARGEST_FILE} bytes; decimate the mesh")
-        reader = _Reader(path)
+        reader = _ArchiveReader(path)
         for entry in models:
             if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
                 raise InputError(f"{path}: {shown(entry.filename)}: is not compressed by deflate")
@@ -110,7 +110,7 @@ def read_3mf(content: bytes, path: Path) -> Parsed:
     )
 
 
-class _Reader:
+class _ArchiveReader:
     """Models and objects of an archive, parsed chunk by chunk, so that no tree of their XML is in memory.
 
     Attributes:

@@ -68,7 +68,7 @@ class Laid:
         return np.asarray(share)
 
 
-class Layer:
+class TexturePlacer:
     """Lays textures on a body, each repeated or once.
 
     Attributes:

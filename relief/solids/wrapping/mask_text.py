@@ -23,7 +23,7 @@ TOKEN = re.compile(r"""\s*(?:([&|()])|"([^"]*)"|'([^']*)'|(not)(?=[\s(]|$)|([^&|
 
 
 @dataclass(frozen=True)
-class Part:
+class MaskPart:
     """A part of a mask that is not divided further.
 
     Attributes:
@@ -48,17 +48,17 @@ class Joined:
     any: bool
 
 
-Mask = Part | Joined
+Mask = MaskPart | Joined
 
 
 def mask_of(text: str) -> Mask:
     """The mask of a text, with every not brought to its parts. Raises InputError."""
     if not text.strip() or len(text) > LONGEST:
         raise InputError(f"mask: {text[:40]!r} is no mask; expected {GRAMMAR}")
-    return _Reader(text).whole()
+    return _MaskParser(text).whole()
 
 
-class _Reader:
+class _MaskParser:
     def __init__(self, text: str) -> None:
         self._text, self._at, self._depth = text, 0, 0
 
@@ -91,7 +91,7 @@ class _Reader:
         self._at = match.end()
         if not match[1]:
             text = next(part for part in match.group(2, 3, 5) if part is not None)
-            return Part(text.strip(), inverted)
+            return MaskPart(text.strip(), inverted)
         self._depth += 1
         if self._depth > DEEPEST:
             raise self._refusal(f"has more than {DEEPEST} parentheses within one another")

@@ -25,7 +25,7 @@ from relief.ground.errors import InputError
 from relief.ground.formats import HEIGHT_MAPS
 from relief.ground.lengths import shown
 from relief.heightmap import load_field
-from relief.solids.wrapping.mask_text import GRAMMAR, Mask, Part, mask_of
+from relief.solids.wrapping.mask_text import GRAMMAR, Mask, MaskPart, mask_of
 
 FALLOFF_DEGREES = 10.0
 """Width of the falloff of angles, degrees."""
@@ -93,7 +93,7 @@ def mask_at(text: str, points: Points, falloff_mm: float) -> Array:
     """
     # A name or a file may hold the signs that join masks.
     alone = text in points.regions or (_is_picture(text) and Path(text.strip()).is_file())
-    return _at(Part(text.strip(), False) if alone else mask_of(text), points, falloff_mm)
+    return _at(MaskPart(text.strip(), False) if alone else mask_of(text), points, falloff_mm)
 
 
 def check_mask(text: str, regions: Regions, with_uv: bool, with_colours: bool) -> None:
@@ -116,7 +116,7 @@ def _is_picture(text: str) -> bool:
 
 def _at(mask: Mask, points: Points, falloff_mm: float) -> Array:
     """Shares (n,) of a mask; those of its parts are multiplied, for any those of what is left out."""
-    if isinstance(mask, Part):
+    if isinstance(mask, MaskPart):
         return _one(mask.text, mask.inverted, points, falloff_mm)
     shares = [_at(part, points, falloff_mm) for part in mask.parts]
     if mask.any:

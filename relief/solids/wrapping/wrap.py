@@ -15,7 +15,7 @@ from relief.solids.wrapping.checks import check_area, check_choices, check_room,
 from relief.solids.wrapping.clearance import clearance_factor
 from relief.solids.wrapping.displacing import displaced
 from relief.solids.wrapping.edges import edge_of
-from relief.solids.wrapping.laying import Laid, Layer, off_size
+from relief.solids.wrapping.laying import Laid, TexturePlacer, off_size
 from relief.solids.wrapping.lowering import Lowering, lowering
 from relief.solids.wrapping.masks import Regions
 from relief.solids.wrapping.placement import Placement
@@ -104,7 +104,7 @@ def wrap(
     tallest = max(float(covering.tile.heights.max()) for covering in coverings)
     check_size(body, tallest)
     base = BaseSurface(body, uv, regions, settings, colours)
-    layer = Layer(base, placement or Placement(), settings.falloff_mm)
+    layer = TexturePlacer(base, placement or Placement(), settings.falloff_mm)
     check_area(base.body, base.carried, coverings[0].tile.pitch_mm, coverings[0].mask)
     laid = layer.laid(coverings) if any(covering.once for covering in coverings) else []
     if laid:

@@ -14,7 +14,7 @@ from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import ways_from
 from relief.solids.wrapping.coordinates.layout import Layout, shares_of, stretches
-from relief.solids.wrapping.coordinates.revolution import Axis, axis_along
+from relief.solids.wrapping.coordinates.revolution import RevolutionAxis, axis_along
 
 END = 0.8
 """Least cosine of the angle between the axis and the normal of a face of an end cap: 37 degrees, which few
@@ -72,7 +72,9 @@ def by_charts(body: Body, charts: list[Chart], where: NDArray[np.bool_], blend_m
     return layout
 
 
-def cylinder_charts(body: Body, normals: Array, axis: Axis, where: NDArray[np.bool_]) -> list[Chart]:
+def cylinder_charts(
+    body: Body, normals: Array, axis: RevolutionAxis, where: NDArray[np.bool_]
+) -> list[Chart]:
     """Side, bore and ends of a body about an axis.
 
     Along the side the way of the outline counts, so that cones keep lengths along their sides.
@@ -141,7 +143,7 @@ def _outline(height: Array, upright: Array, areas: Array, used: NDArray[np.bool_
     return np.asarray(np.interp(height, edges, ways + low))
 
 
-def sphere_charts(body: Body, axis: Axis, where: NDArray[np.bool_]) -> list[Chart]:
+def sphere_charts(body: Body, axis: RevolutionAxis, where: NDArray[np.bool_]) -> list[Chart]:
     """Belt and caps of a body about a centre, the point of the axis; arguments as of `cylinder_charts`."""
     corners = axis.local(body.vertices[body.faces])
     far = np.linalg.norm(corners[where].mean(axis=1), axis=1)
