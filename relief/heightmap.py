@@ -323,8 +323,8 @@ def write_exr(path: Path, samples: ArrayLike, attributes: Mapping[str, Any] | No
         OpenEXR.File(header, {"Y" if values.ndim == 2 else "RGB": values}).write(str(path))
     except RuntimeError as error:
         # OpenEXR states the system's error only at the end of its message.
-        said = str(error).rstrip(".")
-        number = next((n for n in errno.errorcode if said.endswith(os.strerror(n))), errno.EIO)
+        message = str(error).rstrip(".")
+        number = next((n for n in errno.errorcode if message.endswith(os.strerror(n))), errno.EIO)
         raise OSError(number, os.strerror(number), str(path)) from error
 
 
@@ -366,7 +366,7 @@ def save_heights_png(
 
 
 def _tile_mark(repeats: Repeats) -> dict[str, str]:
-    """What a header says of a tile; nothing of a plate."""
+    """The entry of a header for a tile; none for a plate."""
     mark = "".join(name for name, does in zip("yx", axes(repeats), strict=True) if does)[::-1]
     return {TILE: mark} if mark else {}
 

@@ -156,7 +156,7 @@ class Patches:
         return np.asarray(patches)
 
     def within_reach(self, heights: Array, part: slice = slice(None)) -> Array:
-        """The same of what a finger can reach of the relief (`relief.depth.within_reach`)."""
+        """(k, samples, samples) patches of the reachable part of a relief (`relief.depth.within_reach`)."""
         return self.of(within_reach(heights), part)
 
     def back(self, patches: Array) -> Array:

@@ -189,8 +189,8 @@ def exr_channels(path: Path, check: Check) -> tuple[dict[str, NDArray[Any]], dic
         preferred = [name for name in ("Y", "Z") if name in channels][:1]
         names = preferred or [name for name in _COLOURS if name in channels] or [*channels]
         if len(names) > 1 and names[0] not in _COLOURS:
-            said = shown(", ".join(names))
-            raise InputError(f"{path}: channels {said}; expected Y, Z, equal R, G, B or a single one")
+            listed = shown(", ".join(names))
+            raise InputError(f"{path}: channels {listed}; expected Y, Z, equal R, G, B or a single one")
         names += ["A"] if "A" in channels and names != ["A"] else []
         if any((channel.xSampling, channel.ySampling) != (1, 1) for channel in channels.values()):
             raise InputError(f"{path}: a channel lacks samples; every pixel of a height map has one")

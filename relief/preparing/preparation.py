@@ -61,7 +61,7 @@ class Prepared:
 
     @property
     def relief(self) -> Relief | None:
-        """What a finger touches: the plate, or the tile that repeats on it; None if its height is unknown."""
+        """The relief of the plate, or of the tile that repeats on it; None if its height is unknown."""
         if self.relief_mm is None:
             return None
         heights, size_mm, repeats = self.heights, self.size_mm or PATCH_SIDE_MM, self.repeats

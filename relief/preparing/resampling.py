@@ -29,8 +29,8 @@ def square_in(width: int, height: int, crop: Box | None = None, centre: int | No
     left, upper, wide, high = (0, 0, width, height) if crop is None else crop
     inside = 0 <= left <= left + wide <= width and 0 <= upper <= upper + high <= height
     if not inside or min(wide, high) < 1:
-        said = ",".join(str(number) for number in (left, upper, wide, high))
-        raise InputError(f"crop: {said} is no part of a picture of {width} x {height} pixels")
+        numbers = ",".join(str(number) for number in (left, upper, wide, high))
+        raise InputError(f"crop: {numbers} is no part of a picture of {width} x {height} pixels")
     side = min(wide, high)
     if centre is not None:
         if not 1 <= centre <= side:

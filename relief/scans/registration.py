@@ -21,7 +21,7 @@ NORMAL_95 = 1.959964
 WORKING_SIDE = 600
 """Most samples a side of a scan on which a pose is fitted; finer ones are averaged in blocks."""
 FIRST_SIDE = 100
-"""The same for the first steps of each candidate."""
+"""`WORKING_SIDE` in the first steps of each candidate."""
 DESIGN_SIDE, MOST_SIDE = 512, 1024
 """Samples a side with which the surface of the design is held, and most where the design has more."""
 CANDIDATES, FIRST_STEPS = 4, 8
@@ -29,8 +29,8 @@ CANDIDATES, FIRST_STEPS = 4, 8
 SAME_DESIGN = 0.6
 """Least correlation of scan and blurred design, where the mirrored scan fits much worse."""
 SURELY_SAME = 0.85
-"""The same where the mirrored scan fits as well, as of a design that is its own mirror image. Scans of other
-plates reach 0.3 to 0.5, and 0.8 if the design has a few hills alone (docs/evidence/scans.md)."""
+"""Least correlation where the mirrored scan fits as well, as of a design that is its own mirror image. Scans
+of other plates reach 0.3 to 0.5, and 0.8 if the design has a few hills alone (docs/evidence/scans.md)."""
 BETTER = 0.15
 """Correlation by which a scan fits much better than another."""
 OTHER_SCALES = (0.93, 1.075, 0.86, 1.16)
@@ -113,7 +113,7 @@ class Registration:
 
     @property
     def shift_y_mm(self) -> Interval:
-        """The same, upward."""
+        """Shift of the middle of the print from the middle of the scan's file, upward."""
         return Interval.about(self.pose.shift_y_mm, self.fitted.sigma("shift_y_mm"))
 
     @property

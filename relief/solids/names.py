@@ -10,7 +10,7 @@ PROJECTIONS = {
     "uv": "relief.solids.wrapping.coordinates.found:texture_coordinates",
     "patches": "relief.solids.wrapping.coordinates.found:patches",
 }
-"""Functions that find flat coordinates, by the name of the projection: from a `CoordinateSearch` to `Coordinates`."""
+"""Functions from a `CoordinateSearch` to `Coordinates`, by the name of the projection."""
 PLACING = ("projection", "along", "turn_deg", "offset_mm", "at")
 """Options of direction and place, by the names of the arguments of
 `relief.solids.wrapping.placement.placement_of`."""

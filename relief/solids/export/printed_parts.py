@@ -33,13 +33,13 @@ MOST_CELLS = 16e9
 EDGE_MM = 0.13
 """Longest edge of the triangles on which a print is shown, mm: as large as those of wrapped objects."""
 PLANE_EDGE_MM = 1.0
-"""The same in planes across an axis of the printer, mm."""
+"""Longest edge in planes across an axis of the printer, mm."""
 MOST_FACES = 3_000_000
 """Triangles of a print at most; longer edges where it would have more."""
 ALONG = 1.0 - 1e-9
 """Least cosine of the angle between an axis of the printer and the normal of a plane that lies across it."""
 STEPS = 4.0
-"""Steps of the search for the surface in a layer or a pixel, the smaller of both."""
+"""Steps of the search for the surface within the smaller of layer and pixel."""
 BISECTIONS = 5
 """Halvings of a step; a layer of 0.1 mm is then found to 1 µm."""
 
@@ -53,7 +53,7 @@ class PrintedPart:
         body: its surface, on the triangles of the part, divided where they were long.
         part: the same triangles before.
         rms_mm: distance of the print from the part, mm, the root of the mean square by area.
-        lost: share of the area that the printer does not make, as what is there is too thin for it.
+        lost: share of the area that the printer does not make, since the part is too thin there.
     """
 
     printer: Printer
@@ -111,7 +111,7 @@ class _Solid:
         self.draws = printer.name in DRAWING
         self.cell_mm = column_mm if self.draws else printer.pixel_mm
         low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
-        # A pixel more on each side, so that what lies beside the grid is empty.
+        # One more pixel on each side, which is empty.
         size = np.ceil((high - low)[:2] / printer.pixel_mm).astype(int) + 2
         self.origin = low - (printer.pixel_mm, printer.pixel_mm, 0.0)
         cells = size * fine if self.draws else size

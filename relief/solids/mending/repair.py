@@ -62,7 +62,7 @@ class Mended:
     lines: tuple[str, ...] = ()
 
     def changed(self, faces: Index, origin: Index, line: str) -> "Mended":
-        """The same with other faces, and a line about the change; `origin` counts faces of this body."""
+        """The body with other faces, and a line about the change; `origin` counts faces of this body."""
         before = np.where(origin < 0, -1, self.origin[origin])
         return Mended(Body(self.body.vertices, faces), before, (*self.lines, line))
 
@@ -99,7 +99,7 @@ def mended(body: Body, name: object, holes_mm: float | None = None) -> Mended:
 
 
 def united_parts(work: Mended, name: object) -> Mended:
-    """The same with the Boolean union of shells that overlap. Raises InputError if the body is open."""
+    """The body with the Boolean union of overlapping shells. Raises InputError if the body is open."""
     body = work.body
     check_closed(body, name, repeated=True)
     if not (len(repeats(body.faces)) or self_intersections(body) or parts_within_others(body, name)):
@@ -122,7 +122,7 @@ def open_edges(faces: Index) -> Index:
 
 
 def _without_cracks(work: Mended, rim: Index) -> Mended:
-    """The same with corners at open edges that are hardly apart joined."""
+    """The body with cracks closed: corners at open edges within `CRACK_MM` are joined."""
     at = np.unique(rim)
     tree = cKDTree(work.body.vertices[at])
     if tree.count_neighbors(tree, CRACK_MM) > MOST_NEAR * len(at):
@@ -144,7 +144,7 @@ def _joined(body: Body, pairs: Index) -> tuple[Index, Index]:
 
 
 def _without_holes(work: Mended, rim: Index, name: object, holes_mm: float | None) -> Mended:
-    """The same with its holes closed. Raises InputError if one is too large."""
+    """The body with its holes closed. Raises InputError if a hole is too large."""
     if len(rim) > MOST_OPEN:
         return work
     loops = _loops(rim)
@@ -214,7 +214,7 @@ def _least_area(vertices: Array, loop: Index) -> Index:
 
 
 def _without_slivers(work: Mended) -> Mended:
-    """The same without slivers, as far as the body stays as closed as it is."""
+    """The body without slivers, unless their removal would open edges."""
     thin = _thin(work.body)
     if not len(thin):
         return work

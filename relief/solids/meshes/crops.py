@@ -16,20 +16,20 @@ from relief.solids.meshes.raster import rasterise
 SAMPLES = 128
 """Samples along 10 mm of a crop."""
 EDGE_SHARE = 0.005
-"""Share of a patch's samples without a surface in reach from which the place counts as on an edge."""
+"""Share of a patch's samples without a surface in reach, above which the place counts as on an edge."""
 FLAT_MM = 1e-3
 """Difference of heights, mm, below which a patch is a plane."""
 RIM_MM, RIM_SHARE = 4.5, 0.03
 """Distance from the place, mm, beyond which this share of a plane's patch may lie below the plane."""
 FINE_MM = 0.3
-"""Longest edge, mm, of the faces that stand for samples of a smooth surface; larger faces are meant flat."""
+"""Longest edge, mm, of faces that sample a smooth surface; larger faces count as flat."""
 STEEPEST = 20.0
 """Largest slope of a surface that is curved between its vertices."""
 
 
 @dataclass(frozen=True)
 class SurfaceCrop:
-    """What lies under a finger at a place.
+    """The surface under a finger at a contact location.
 
     Attributes:
         frame: of the place.
@@ -54,7 +54,7 @@ class SurfaceCrop:
 
     @cached_property
     def flat(self) -> bool:
-        """Whether nothing can be felt: the patch is a plane, whose rim may lie on the rim of the patch.
+        """Whether the patch is a plane without texture; the rim of the plane may lie on the rim of the patch.
 
         The axis of a place beside a rim may lean a little, so the plane may, too, and what lies below the rim
         is seen. Lower than the plane may lie 3 % of the patch, all beyond 4.5 mm from the place.
@@ -101,7 +101,7 @@ class Cropper:
     def crop(self, frame: Frame) -> SurfaceCrop:
         """The patch around a place, seen along its axis.
 
-        Surfaces that face away from the finger are not seen; of several one above the other the highest is.
+        Back faces are culled; of several surfaces above one another the highest counts.
         """
         near = self._around(frame, 0.5 * self._side, HEIGHT_LIMIT_MM)
         seen = near[self._normals[near] @ frame.axes[2] > 0.0]

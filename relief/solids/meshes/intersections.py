@@ -261,9 +261,9 @@ def _cross(first: Array, second: Array, depth: float) -> NDArray[np.bool_]:
     for one, other in AXES:
         kept = _overlap(corners, np.cross(edges[one], edges[other], axis=0), depth)
         corners, edges, at = corners[:, :, kept], edges[:, :, kept], at[kept]
-    met = np.zeros(first.shape[2], bool)
-    met[at] = True
-    return met
+    crossing = np.zeros(first.shape[2], bool)
+    crossing[at] = True
+    return crossing
 
 
 def _edges(corners: Array) -> Array:

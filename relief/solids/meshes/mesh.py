@@ -25,8 +25,8 @@ READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".glb": read_gl
 SMALLEST_MM, LARGEST_MM = 0.01, 1e5
 """Least and greatest longest side of a mesh, mm: a speck of dust, and a hundred metres."""
 FEW_MM, MANY_MM = 12.0, 1000.0
-"""Longest sides, mm, below and above which the unit is doubted. Things in the hand measure 0.5 to 12 inches,
-and less than 12 mm has no room for a finger's patch of 10 mm beside an edge."""
+"""Longest sides, mm, below and above which a warning asks for the unit. Things in the hand measure 0.5 to 12
+inches, and less than 12 mm has no room for a finger's patch of 10 mm beside an edge."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def check_units(path: Path, units: str | None) -> None:
 
 
 def _checked(parsed: Parsed, path: Path) -> Parsed:
-    """The same with types that fit, if shapes and numbers are sound. Raises InputError."""
+    """The content with proper types, after checks of shapes and numbers. Raises InputError."""
     vertices = np.asarray(parsed.vertices, dtype=np.float64)
     faces = np.asarray(parsed.faces, dtype=np.int64)
     if not len(faces) or not len(vertices):

@@ -1,4 +1,4 @@
-"""Heights of triangles on a grid: at each sample the highest, which a finger from above meets."""
+"""Heights of triangles on a grid: at each sample the highest, which a finger from above touches."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,7 @@ import numpy as np
 from relief.ground.arrays import Array, Index, extents
 
 SAMPLES_AT_ONCE = 1 << 18
-"""Pairs of a triangle and a sample of its box that are looked at together, which bounds the memory."""
+"""Pairs of a triangle and a sample of its box that are computed together, which bounds the memory."""
 INSIDE = -1e-9
 """Least barycentric coordinate of a sample that counts as in a triangle, so that none falls between two."""
 

@@ -1,4 +1,4 @@
-"""Refinement of triangles where a texture needs it; corners keep their place in the old triangles."""
+"""Refinement of triangles where a texture needs it, with barycentric coordinates in the old triangles."""
 
 from dataclasses import dataclass
 
@@ -73,7 +73,8 @@ def refined(
     needed = np.ones(len(faces), bool) if where is None else where
     fresh = 0
     for _ in range(MOST_ROUNDS):
-        # Triangles that a round leaves whole stay so: all their long edges lie between such as need nothing.
+        # Triangles that a round leaves whole stay whole: no triangle beside their long edges needs
+        # refinement.
         split, number = _too_long(vertices, faces[fresh:], edge_mm, needed[parent[fresh:]])
         if not len(split):
             return Refined(Body(vertices, faces), parent, corners)

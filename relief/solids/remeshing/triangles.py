@@ -15,13 +15,13 @@ from relief.solids.meshes.neighbourhood import BITS, MASK, among, edge_ends, edg
 from relief.solids.meshes.refining import divided
 
 LONG = 4.0 / 3.0
-"""Length of an edge, in that wanted, from which it is split."""
+"""Length of an edge, relative to the wanted length, above which the edge is split."""
 GROWTH = 0.5
-"""By how much edges may grow from one to the next, as a part of them."""
+"""Largest relative growth of edges from one to the next."""
 MOST_PASSES = 40
-"""Passes of collapses in a round; each removes a tenth of what there is to remove."""
+"""Most passes of collapses in a round; each removes a tenth of the short edges."""
 ENOUGH = 0.03
-"""Changes in a pass, as a part of those of the first, up to which no other pass follows."""
+"""Changes in a pass, relative to the first pass, below which no other pass follows."""
 
 
 class Triangles:
@@ -93,7 +93,7 @@ class Triangles:
         return len(chosen)
 
     def drop_unused(self) -> None:
-        """Number the vertices that are left anew."""
+        """Renumber the remaining vertices."""
         used = np.zeros(len(self.vertices), bool)
         used[self.faces] = True
         renumber = np.cumsum(used) - 1

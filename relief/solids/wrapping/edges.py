@@ -12,7 +12,7 @@ from relief.solids.wrapping.surfaces import ENOUGH_MM2, MOST_FACES, BaseSurface,
 from relief.solids.wrapping.tiles import Covering
 
 BYTES_A_FACE = 21.0
-"""Size of a 3MF file for a triangle, bytes: 20.5 on a capsule and 20.8 on a knob, in gravel."""
+"""Bytes of a 3MF file for a triangle: 20.5 on a capsule and 20.8 on a knob, in gravel."""
 
 
 def edge_of(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], settings: Settings) -> float:

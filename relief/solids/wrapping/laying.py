@@ -174,9 +174,9 @@ class TexturePlacer:
                 carried = np.where(vertices[:, 2] >= top, carried, 0.0)
             weight = base.body.areas * carried[faces].min(axis=1) + LEAST_WEIGHT * carried[faces].sum(axis=1)
             middle = np.average(vertices[faces].mean(axis=1), axis=0, weights=weight)
-        those = np.flatnonzero((carried > 0.0)[faces].any(axis=1))
-        face, share = feet(middle[None], Body(vertices, faces[those]))
-        return int(those[face[0]]), share[0]
+        carrying = np.flatnonzero((carried > 0.0)[faces].any(axis=1))
+        face, share = feet(middle[None], Body(vertices, faces[carrying]))
+        return int(carrying[face[0]]), share[0]
 
 
 def off_size(laid: Laid, body_areas: Array, where: NDArray[np.bool_]) -> tuple[float, float]:

@@ -13,7 +13,7 @@ GRAMMAR = (
     "z>2, z>2..5, angle<60, angle:-x<30, turn>90, a picture, colour, colour:red or a region's name, several "
     "joined by & or |, with not and parentheses"
 )
-"""What a mask may be, for messages."""
+"""The grammar of masks, for messages."""
 LONGEST = 1000
 """Most characters of a mask."""
 DEEPEST = 20
@@ -72,7 +72,7 @@ class _MaskParser:
         parts = [self._all(inverted)]
         while self._taken("|"):
             parts.append(self._all(inverted))
-        # What is neither the one nor the other is not the one and not the other.
+        # By De Morgan's laws not (a | b) is not a & not b.
         return parts[0] if len(parts) == 1 else Joined(tuple(parts), any=not inverted)
 
     def _all(self, inverted: bool) -> Mask:
@@ -102,7 +102,7 @@ class _MaskParser:
         return mask
 
     def _peek(self) -> str:
-        """What follows; empty at the end."""
+        """The next characters; empty at the end."""
         return self._text[self._at :].strip()[:20]
 
     def _taken(self, sign: str) -> bool:

@@ -12,14 +12,14 @@ import numpy as np
 from relief.ground.arrays import Array
 
 ROUNDS = 6
-"""Solutions, each with less weight on the triangles that the one before does not fit."""
+"""Rounds of reweighted least squares, which reduce the weight of triangles off the axis."""
 OFF = 0.05
 """Distance of a normal from the axis at which a triangle has half its weight, in the size of the body."""
 AMBIGUOUS = 1e-3
 """Root mean square distance of normals from an axis, in the size of the body, below which it fits exactly; of
 several such axes, as a ball has, that next to the direction wanted is taken."""
 FIRM = 1e-9
-"""What is added to the diagonal of equations with entries of about 1, so that they have a solution."""
+"""Regularisation of the diagonal of equations with entries of about 1."""
 
 
 @dataclass(frozen=True)
