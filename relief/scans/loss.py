@@ -58,11 +58,8 @@ def detail_kept(registration: Registration) -> Kept:
     def sums(values: Array) -> Array:
         return np.asarray(np.bincount(band.ravel(), values.ravel(), BANDS + 1)[:BANDS], dtype=np.float64)
 
-    cross, of_print, of_design = (
-        sums((one * np.conj(other)).real),
-        sums(np.abs(one) ** 2),
-        sums(np.abs(other) ** 2),
-    )
+    cross = sums((one * np.conj(other)).real)
+    of_print, of_design = sums(np.abs(one) ** 2), sums(np.abs(other) ** 2)
     # Half of the waves are the mirror images of the others, and a window of cosines joins neighbours.
     waves = np.maximum(sums(np.ones(band.shape)) / 2.0 / WINDOW_WAVES, 1.0)
     density = of_design / waves

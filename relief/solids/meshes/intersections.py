@@ -19,7 +19,7 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Index, in_blocks
 from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import edge_pairs
@@ -182,10 +182,8 @@ def _near(corners: Array, fan: Index, depth: float) -> Iterator[tuple[Index, Ind
             # The children of a node with itself make three pairs, of two nodes four; the last may be missing.
             two = one != other
             a, b = 2 * one, 2 * other
-            left, right = (
-                np.concatenate([a, a, a + 1, (a + 1)[two]]),
-                np.concatenate([b, b + 1, b + 1, b[two]]),
-            )
+            left = np.concatenate([a, a, a + 1, (a + 1)[two]])
+            right = np.concatenate([b, b + 1, b + 1, b[two]])
             there = np.maximum(left, right) << (last - level - 1) < count
             blocks.append((level + 1, left[there], right[there]))
 
@@ -287,8 +285,7 @@ def _folds(body: Body, depth: float) -> Index:
     """Pairs (k, 2) of faces in one plane that lie by a depth on the same side of the edge they share."""
     halves = edge_pairs(body.faces)
     folds = [np.empty((0, 2), np.int64)]
-    for start in range(0, len(halves), PAIRS):
-        half = halves[start : start + PAIRS].T
+    for half in (block.T for block in in_blocks(halves, PAIRS)):
         turned = body.faces[half // 3, (half % 3 + np.arange(3)[:, None, None]) % 3]
         # The corners of both triangles, the one opposite to the edge last.
         corners = np.moveaxis(body.vertices[turned], 0, 1).reshape(6, -1, 3).swapaxes(1, 2)

@@ -58,9 +58,8 @@ class Unroller:
         self.sharp = np.zeros(len(base.vertices), bool)
         for corner in (turned % 3, (turned + 1) % 3):
             self.sharp[base.faces[turned // 3, corner]] = True
-        self.to_bare, self.to_sharp = (
-            ways_from(base, marked, REACH_MM) for marked in (self.bare, self.sharp)
-        )
+        self.to_bare = ways_from(base, self.bare, REACH_MM)
+        self.to_sharp = ways_from(base, self.sharp, REACH_MM)
 
     def frame(self, near: Array) -> tuple[int, Frame]:
         """Number and frame of the object's vertex nearest to a point."""

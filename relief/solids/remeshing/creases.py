@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index, units
+from relief.ground.arrays import Array, Index, in_blocks, units
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import twins
 
@@ -50,8 +50,7 @@ def crease_edges(body: Body, pairs: Index) -> NDArray[np.bool_]:
     turns = turns_at(body, pairs)
     sharp = turns >= SHARPEST
     doubtful = np.flatnonzero((turns > SMOOTHEST) & ~sharp)
-    for start in range(0, len(doubtful), AT_ONCE):
-        part = doubtful[start : start + AT_ONCE]
+    for part in in_blocks(doubtful, AT_ONCE):
         sharp[part] = turns[part] > SUPPORT * _support(body, pairs, turns, part)
     creases = np.zeros(3 * len(body.faces), bool)
     creases[pairs[sharp].ravel()] = True

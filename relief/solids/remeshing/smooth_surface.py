@@ -90,9 +90,8 @@ def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None) -> SmoothS
         rim = pairs[(side[pairs[:, 0] // 3] != side[pairs[:, 1] // 3]) & (turns_at(body, pairs) > RIM)]
         creases.reshape(-1)[rim.ravel()] = True
     group = corner_groups(body, pairs, creases)
-    normals = _fulfilled(body, group, _guess(body, pairs[~creases.ravel()[pairs[:, 0]]], group))[
-        group
-    ].reshape(-1, 3, 3)
+    guess = _guess(body, pairs[~creases.ravel()[pairs[:, 0]]], group)
+    normals = _fulfilled(body, group, guess)[group].reshape(-1, 3, 3)
     return SmoothSurface(body, creases, normals, bulges(body, pairs, creases, normals, facets=True))
 
 
@@ -153,9 +152,8 @@ def _guess(body: Body, pairs: Index, group: Index) -> Array:
     unit, weight = units(body.normals), corner_angles(body).ravel()
     count, planes = int(group.max()) + 1, len(width)
     own = group * planes + np.repeat(plane, 3)
-    height = (
-        2.0 * np.repeat(body.areas, 3) / np.maximum(directions(body, np.arange(3 * len(plane)))[1], 1e-12)
-    )
+    length = directions(body, np.arange(3 * len(plane)))[1]
+    height = 2.0 * np.repeat(body.areas, 3) / np.maximum(length, 1e-12)
     wide = []
     rim = pairs[plane[pairs[:, 0] // 3] != plane[pairs[:, 1] // 3]]
     for one, other in (rim.T, rim.T[::-1]):

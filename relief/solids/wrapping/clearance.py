@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Index, units
+from relief.ground.arrays import Array, Index, in_blocks, units
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import edge_ends
@@ -74,8 +74,7 @@ class LocalFeatureSize:
         own = order[np.append(True, (np.diff(rows[order], axis=0) != 0).any(axis=1))]
         near = self._edges()
         radii = np.full(len(vertices), self.most_mm)
-        for start in range(0, len(own), AT_ONCE):
-            some = own[start : start + AT_ONCE]
+        for some in in_blocks(own, AT_ONCE):
             least = self._least(vertices[corners[some]], side * normals[some], side, near[corners[some]])
             np.minimum.at(radii, corners[some], least)
             this_stage()(0)

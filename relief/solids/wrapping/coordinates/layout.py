@@ -106,8 +106,6 @@ def singular_values(corners: Array, uv: Array) -> tuple[Array, Array]:
     up = (uv[:, 2] - uv[:, 0] - across * x[:, None]) / y[:, None]
     square = (across**2).sum(axis=1) + (up**2).sum(axis=1)
     determinant = across[:, 0] * up[:, 1] - across[:, 1] * up[:, 0]
-    sum_, difference = (
-        np.sqrt(np.maximum(square + 2.0 * determinant, 0.0)),
-        np.sqrt(np.maximum(square - 2.0 * determinant, 0.0)),
-    )
+    sum_ = np.sqrt(np.maximum(square + 2.0 * determinant, 0.0))
+    difference = np.sqrt(np.maximum(square - 2.0 * determinant, 0.0))
     return 0.5 * (sum_ - difference), 0.5 * (sum_ + difference)
