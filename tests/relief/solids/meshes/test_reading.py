@@ -362,7 +362,7 @@ HOSTILE = {
     "coordinates.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/2\n", "name texture coordinates"),
     "billion.stl": (
         bytes(80) + struct.pack("<I", 10**9) + bytes(50),
-        "tells 1000000000 triangles, .* holds 1",
+        "states 1000000000 triangles, .* holds 1",
     ),
     "many.ply": (
         ply(cube()).replace(b"face 12", b"face 1000000000"),
