@@ -80,7 +80,7 @@ def load_height_map(
     """Read a height map with the size of its plate.
 
     There are two kinds of files. Pictures, which are PNG and TIFF of whole numbers, hold grey: black is 0 mm,
-    white is ``relief_mm``, and grey lies between in proportion, whatever gamma or profile the file names.
+    white is ``relief_mm``, and grey lies between in proportion; gamma and colour profiles are ignored.
     EXR, NPY and TIFF of floating-point numbers hold mm, or another unit that ``height_scale`` turns into mm.
     Neither number has a meaning for files of the other kind. An argument overrides the file's header; a
     warning is logged if both differ.

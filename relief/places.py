@@ -1,7 +1,7 @@
 """Contact locations on a surface, called places, and the patches of the relief under the finger.
 
 A place is the row and column of the first sample of a patch. On an axis that repeats, places cover one period
-evenly and a patch goes on beyond the last sample with the first; on other axes every patch lies wholly on the
+evenly and patches wrap around the period; on other axes every patch lies wholly on the
 plate, and places run evenly from edge to edge.
 """
 

@@ -32,7 +32,7 @@ class PrintLimits:
     Args:
         printer: whose limits.
         pitch_mm: distance of neighbouring pixels.
-        repeats: axes (rows, cols) along which the relief goes on as itself.
+        repeats: axes (rows, cols) along which the relief is periodic.
 
     Raises:
         InputError: the smallest feature is too many pixels wide.

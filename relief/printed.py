@@ -27,7 +27,7 @@ def on_pixels(
 ) -> Array:
     """Heights of the printer's pixels before layers are cut: the median over each.
 
-    The relief between the samples is bilinear, and beyond the outermost ones goes on as they are. Whole
+    The relief is bilinear between the samples, and constant beyond the outermost. Whole
     pixels fill the width, so they differ from the printer's by half a pixel over the width at most. A relief
     with a sample for each pixel is one of pixels already, and stays as it is.
 
@@ -35,7 +35,7 @@ def on_pixels(
         heights_mm: (rows, cols) samples at the centres of their squares.
         pitch_mm: distance of neighbouring samples.
         printer: whose pixels.
-        repeats: axes (rows, cols) along which the relief goes on as itself.
+        repeats: axes (rows, cols) along which the relief is periodic.
 
     Returns:
         (down, across) mm; the new distance of samples is pitch_mm * cols / across.
@@ -95,7 +95,7 @@ def print_of(
         heights_mm: (rows, cols) mm.
         pitch_mm: distance of neighbouring samples.
         printer: makes the print.
-        repeats: axes (rows, cols) along which the relief goes on as itself.
+        repeats: axes (rows, cols) along which the relief is periodic.
         name: of the file, for messages.
 
     Returns:
@@ -124,7 +124,7 @@ def faults(
         heights_mm: (rows, cols) of whole layers.
         pitch_mm: distance of neighbouring pixels.
         printer: to be printed by.
-        repeats: axes (rows, cols) along which the relief goes on as itself.
+        repeats: axes (rows, cols) along which the relief is periodic.
 
     Returns:
         `too_steep_percent`, of the area, that is more than half a layer from all surfaces whose slopes are

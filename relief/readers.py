@@ -64,7 +64,7 @@ def repeats_of(header: Mapping[Any, Any], path: Path) -> Repeats:
 
 @contextmanager
 def damage_named(path: Path, kind: str) -> Iterator[None]:
-    """Raise whatever another package raises on a hostile file as InputError, and drop what it prints."""
+    """Raise any error of another package on a hostile file as InputError, and drop its output."""
     try:
         with warnings.catch_warnings(), redirect_stdout(io.StringIO()), _no_stderr():
             warnings.simplefilter("ignore")

@@ -3,7 +3,7 @@
 HEIGHT_LIMIT_MM = 3.0
 """Greatest height, mm: H_trg of the paper (4.1, 7.1), the depth that a finger reaches."""
 DEEPEST_RELIEF_MM = 20.0
-"""Greatest height, mm, of a relief of which only the uppermost 3 mm are felt and changed (`relief.depth`):
+"""Greatest height, mm, of a relief whose uppermost 3 mm alone are felt and changed (`relief.depth`):
 grooves twice as deep as the patch under a finger is wide."""
 PATCH_SIDE_MM = 10.0
 """Default side of the square patch, mm: the paper's textures measure 100 mm² (4.2)."""

@@ -25,7 +25,7 @@ class Progress:
     """A report of how far a stage is.
 
     Attributes:
-        stage: what is being done, in words.
+        stage: name of the work, in words.
         done: amount of work that is done, in the unit of `total`.
         total: amount of work of the whole stage; None if unknown.
         seconds: time since the stage began.
@@ -128,7 +128,7 @@ def stage(name: str, total: float | None = None, *, at_most: bool = False) -> It
     """A stage of the block, or of the decorated function.
 
     Args:
-        name: what is being done, in words that begin in lower case.
+        name: name of the work, in words that begin in lower case.
         total: number of steps, or any other measure of the whole; None if unknown.
         at_most: whether the stage may end before its total.
     """

@@ -43,7 +43,7 @@ class Prepared:
         heights: (samples, samples), row 0 at +y: mm if `relief_mm` is known, else 0 (lowest) to 1 (highest).
         relief_mm: Height of white above black, mm; None if unknown.
         size_mm: Side of the plate, mm; None if unknown.
-        repeats: Whether the height map is a tile, which goes on as itself beyond its borders.
+        repeats: Whether the height map is a tile, periodic along both axes.
         done: A sentence for each step of the preparation, by subject, in order.
         numbers: The numbers of these sentences, by subject.
         picture: The picture.
@@ -71,7 +71,7 @@ class Prepared:
         return Relief(heights, size_mm, (repeats, repeats), str(self.picture.path))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the height map as a 16 bit PNG, or as an EXR in mm, with what is known: lengths, tile.
+        """Write the height map as a 16 bit PNG, or as an EXR in mm, with known lengths and the tile mark.
 
         Raises:
             InputError: The suffix is neither, or an EXR is asked for without a relief in mm.

@@ -22,9 +22,9 @@ AZIMUTH_DEG, ELEVATIONS_DEG = 135.0, (25.0, 45.0)
 `STEEP_PERCENTILE` of the slopes within these bounds, so that a steep relief is not all shadow."""
 STEEP_PERCENTILE = 75.0
 SHADOW_SOFTNESS = 0.5
-"""Width of the edges of shadows, as a part of how far above the shadow its edge stands."""
+"""Width of the edges of shadows, relative to the height of the edge above the shadow."""
 SKY, SKY_REACH = 0.5, 0.125
-"""Share of the light of a level surface that comes from the sky, and how far a relief covers it, in sides."""
+"""Share of the light of a level surface from the sky, and range within which a relief covers it, in sides."""
 BOUNCES = 0.6
 """Exponent of the light of the sky: below 1, since shaded places get light from the relief around."""
 SMOOTHING = 0.45
@@ -34,7 +34,7 @@ ASSUMED_SLOPE = 0.1
 PROFILE_HEIGHT = 150
 """Most pixels of the profile from its lowest to its highest point."""
 PAPER, INK, FAINT, ACCENT = (250, 248, 244), (38, 38, 42), (128, 124, 118), (196, 78, 40)
-"""Colours of the background, the text, the labels, and of what is marked."""
+"""Colours of the background, the text, the labels, and the marks."""
 DARK, BRIGHT = (28, 27, 34), (252, 243, 226)
 """Colours of the relief without light and in full light."""
 GLYPHS = str.maketrans({"²": "2", "µ": "u", "–": "-", "−": "-", "×": "x"})

@@ -26,7 +26,7 @@ OVERLAP = 0.25
 SMALLEST_TILE = 0.5
 """Smallest side of a tile that is tried, in sides of the largest tile."""
 PERIOD_SIDE = 400
-"""Samples a side of the copy of the texture in which its period is looked for."""
+"""Samples a side of the texture for the search of its period."""
 PERIODIC = 0.35
 """Largest mismatch of a smaller tile, relative to the largest tile's, with which the smaller tile is taken.
 
@@ -48,7 +48,7 @@ class JoinedTile:
         seam_errors: By method: mean difference between the sizes of the steps where copies are joined and of
             those in the copies at the same places (Wasserstein distance), in mean steps of the texture,
             times the share of the tile where copies are joined. 0 is perfect.
-        border_ratio: Root mean square of the steps across the border, in that of the steps inside.
+        border_ratio: Ratio of the root mean squares of the steps across the border and of those inside.
         histogram_change: Mean difference between the heights of the tile and of the texture, both in order
             (Wasserstein distance), in ranges of the texture.
     """
@@ -107,7 +107,7 @@ def make_tile(texture: Array, samples: int, method: str | None = None) -> Joined
 
 
 def border_ratio(heights: Array) -> float:
-    """Root mean square of the steps across the border of a tile, in that of the steps inside."""
+    """Ratio of the root mean squares of the steps across the border of a tile and of those inside."""
     across = np.concatenate([heights[0] - heights[-1], heights[:, 0] - heights[:, -1]])
     inside = np.concatenate([np.diff(heights, axis=axis).ravel() for axis in (0, 1)])
     return float(np.sqrt(np.mean(across**2) / (np.mean(inside**2) or 1.0)))

@@ -1,7 +1,7 @@
 """A design as a blurring printer makes it: exact Gaussian blur, with its derivatives, at any point.
 
-On the grid of the design a cosine transform holds the relief, which then goes on beyond its rim as in a
-mirror. Blur of variance q multiplies the coefficient of wave number k by exp(-q k²/2), whatever the sampling.
+A cosine transform on the grid of the design holds the relief, with mirror images beyond its rim. Blur of
+variance q multiplies the coefficient of wave number k by exp(-q k²/2), on any grid.
 """
 
 from copy import copy
@@ -122,7 +122,7 @@ class DesignSpectrum:
     def at(self, x: Array, y: Array, variance_mm2: float) -> Derivatives:
         """The blurred design and its derivatives at points, mm from the middle, y upward.
 
-        A negative variance, which noise can suggest, goes on linearly from a variance of 0.
+        Negative variances, which noise can cause, are extrapolated linearly from 0.
         """
         positive, negative = max(variance_mm2, 0.0), min(variance_mm2, 0.0)
         spectrum = self._coefficients * np.exp(-0.5 * positive * self._squares)

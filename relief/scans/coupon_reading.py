@@ -1,7 +1,7 @@
 """The numbers of a printer from a scan of its coupon.
 
 * Footprint: a square pixel of side p leaves sin(x)/x, x = pi p / P, of the amplitude of a slanted grating of
-  pitch P. p fits that to all gratings of which enough is left.
+  pitch P. p is fitted to all gratings with enough contrast.
 * Layer: the long ramp is printed as terraces; its height above a straight line is a sawtooth of the layer.
 * Smallest feature: the width from which ridges and grooves come out with half their height.
 * Slope: the steepest wedge whose slope is that of its design, blurred by the footprint.
@@ -49,7 +49,7 @@ EDGES = 8
 PERIODS_ERROR = 0.05
 """Share of a period by which terraces at the ends of the ramp can shift the number of its periods."""
 LAYERS_UM = (8.0, 500.0)
-"""Thinnest and thickest layer that is looked for, um."""
+"""Range of the thickness of layers, um."""
 SEEN = 0.2
 """Share of the ramp's variance about a straight line, explained by terraces, from which layers are seen."""
 RIM_MM, RAMP_RIM_MM = 0.15, 0.45
@@ -293,7 +293,7 @@ def _error(values: list[float], times: float) -> float:
 
 
 def _strongest(heights: Array, left: Array, per_um: Array) -> tuple[float, float]:
-    """The frequency whose wave explains most of what is left, and the share of its variance."""
+    """The frequency of the wave that explains most of the residuals, and its share of their variance."""
     # Heights of the design are few numbers, each of many samples.
     levels, index = np.unique(heights, return_inverse=True)
     sums, counts = np.bincount(index, left), np.bincount(index)

@@ -104,5 +104,5 @@ def _window(places: Array, side_mm: float) -> Array:
 
 
 def half_kept_mm(blur_mm: Interval) -> Interval:
-    """The period of which a Gaussian blur leaves half the amplitude."""
+    """The period at which a Gaussian blur halves the amplitude."""
     return blur_mm.times(pi * sqrt(2.0 / log(2.0)))

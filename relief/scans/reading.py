@@ -36,13 +36,12 @@ MOST_POINTS = 4_000_000
 FINEST_SIDE = 2048
 """Most samples a side on which triangles and points are sampled."""
 LONGEST_EDGE = 6.0
-"""Edge of a triangle between points, in mean distances of neighbours, beyond which it spans a hole."""
+"""Longest edge of a triangle between points, in median edges; a longer one spans a hole."""
 LEVELLED_DEGREES = 3.0
 """Least angle between the mean normal of an open mesh and z of a mesh that is turned upright; registration
 finds smaller tilts."""
 OPEN = 0.3
-"""Length of the mean normal of a mesh, in that of a flat surface, from which the mesh is open: of a closed
-body the mean is 0."""
+"""Least length of the mean unit normal of an open mesh; that of a closed body is 0."""
 ON_GRID = 1e-3
 """Share of the distance of neighbours by which points of a grid may be off it."""
 
@@ -73,7 +72,7 @@ def read_scan(path: str | os.PathLike[str], lengths: ScanLengths | None = None) 
         lengths: lengths that the file lacks.
 
     Returns:
-        The scan, cut to what is measured.
+        The scan, cropped to its measured samples.
 
     Raises:
         InputError: the file cannot be read, a length is missing or is for another kind of file, or there are

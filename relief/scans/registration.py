@@ -25,7 +25,7 @@ FIRST_SIDE = 100
 DESIGN_SIDE, MOST_SIDE = 512, 1024
 """Samples a side with which the surface of the design is held, and most where the design has more."""
 CANDIDATES, FIRST_STEPS = 4, 8
-"""Most candidates of the search that are fitted, and steps of each before the best goes on."""
+"""Most candidates of the search that are fitted, and steps of each before the choice of the best."""
 SAME_DESIGN = 0.6
 """Least correlation of scan and blurred design, where the mirrored scan fits much worse."""
 SURELY_SAME = 0.85
@@ -229,7 +229,7 @@ def register(scan: Scan, design: Relief) -> Registration:
 
 
 def _found(design: DesignSpectrum, scan: Scan, name: str) -> Fit:
-    """The best pose of the scan as it is. Raises InputError."""
+    """The best pose of the scan. Raises InputError if it is mirrored, of a mould or of another plate."""
     search = Search(design)
     small = scan.averaged(-(-max(scan.heights.shape) // FIRST_SIDE))
     # A scan upside down or mirrored fits its design in another way.
@@ -297,7 +297,7 @@ def _plausible(fitted: Fit, start: Pose, design: DesignSpectrum) -> bool:
 
 
 def _distinct(candidates: list[Candidate], search: Search) -> list[Candidate]:
-    """The best candidates, of which neighbouring angles count once."""
+    """The best candidates, one of neighbouring angles each."""
     kept: list[Candidate] = []
     for each in candidates:
         apart = (abs((each.pose.turn - other.pose.turn + pi) % (2.0 * pi) - pi) for other in kept)
@@ -309,7 +309,7 @@ def _distinct(candidates: list[Candidate], search: Search) -> list[Candidate]:
 
 
 def _heights_fitted(design: DesignSpectrum, scan: Scan, start: Pose) -> Pose:
-    """The pose with heights and tilt by least squares, with all else as it is."""
+    """The pose with heights and tilt by least squares, and unchanged other numbers."""
     plane = ("turn", "log_scale", "shift_x_mm", "shift_y_mm", "variance_mm2")
     level = float(np.median(scan.heights[scan.measured]))
     return fit(design, scan, replace(start, level_mm=level), fixed=plane, steps=3).pose

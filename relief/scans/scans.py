@@ -63,7 +63,7 @@ class Scan:
 
     @property
     def hole_share(self) -> float:
-        """Share of the convex hull of what is measured that holds no height."""
+        """Share of the convex hull of the measured samples that holds no height."""
         rows, cols = np.nonzero(self.measured)
         # The ends of each row span the hull of all.
         ends = np.flatnonzero(
@@ -120,7 +120,7 @@ def block_means(heights: Array, down: int, across: int) -> Array:
 
 
 def check_scan(scan: Scan) -> Scan:
-    """The scan, cut to what is measured.
+    """The scan, cropped to its measured samples.
 
     Raises:
         InputError: nothing or too little is measured, or there are too many samples.

@@ -81,7 +81,7 @@ def print_part(body: Body, printer: Printer, longest_mm: float = EDGE_MM) -> Pri
         longest_mm: longest edge of the triangles on which the print is shown.
 
     Raises:
-        InputError: the part has more pixels than can be looked at.
+        InputError: the part has too many pixels.
     """
     solid = _Solid(body, printer)
     # Triangles that are fine already stay as they are.
@@ -125,7 +125,7 @@ class _Solid:
         self.bits = self._filled(body, size[::-1] * fine, column_mm, fine)
 
     def _filled(self, body: Body, shape: Index, column_mm: float, fine: int) -> NDArray[np.uint8]:
-        """Bits of the cells, (layers, bytes), of a part looked at in columns (rows, cols)."""
+        """Bits of the voxels, (layers, bytes), of a part sampled in columns (rows, cols)."""
         column, layer, way = self._crossings(body, shape, column_mm)
         order = np.argsort(-layer, kind="stable")
         column, layer, way = column[order], layer[order], way[order]

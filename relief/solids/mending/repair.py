@@ -39,7 +39,7 @@ SLIVER_MM = 1e-5
 HOLE_MM = 0.5
 """Default size, mm, up to which holes are closed: below what finger or printer resolves."""
 MOST_RIM, MOST_OPEN = 300, 200_000
-"""Most edges around a hole, whose triangles take half a second then, and most open edges looked at."""
+"""Most edges around a hole, whose triangulation takes half a second, and most open edges of a mesh."""
 MOST_NEAR = 20
 """Mean number of corners within `CRACK_MM` of one, beyond which the mesh is a cloud of points without
 cracks."""

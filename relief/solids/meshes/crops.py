@@ -79,7 +79,7 @@ class Cropper:
     bricks came out half a just-noticeable difference larger than that of its samples.
 
     Args:
-        body: What is touched.
+        body: The touched body.
         samples: Along 10 mm of a crop.
         fine_mm: Longest edge of the faces that are curved, mm; 0: all are flat.
         side_mm: Of a crop; None: 10 mm.

@@ -113,8 +113,9 @@ def frames(points: SurfacePoints, numbers: Index) -> list[Frame]:
 def _fitted(points: SurfacePoints, number: int, near: Index) -> Frame:
     """The frame of a point.
 
-    The axis begins as the mean normal of points nearby and goes over to that of a plane fitted by least
-    squares. A second-order surface is fitted with it, so that curvature does not tilt a plane beside an edge.
+    The initial axis is the mean normal of points nearby; it is refined to the normal of a plane fitted by
+    least squares. A second-order surface is fitted with it, so that curvature does not tilt a plane beside an
+    edge.
     """
     at = points.at[number]
     offset, normals = points.at[near] - at, points.normals[near]

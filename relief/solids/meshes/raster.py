@@ -61,7 +61,7 @@ class Covered:
         area = edges[:, 1, 0] * edges[:, 2, 1] - edges[:, 1, 1] * edges[:, 2, 0]
         self.faces = some = np.flatnonzero((sides.prod(axis=1) > 0) & (area != 0.0))
         self._cols, self._low, self._sides = cols, low[some], sides[some]
-        # What is the same at all samples of a triangle is computed once: barycentric coordinates are linear
+        # Terms that all samples of a triangle share are computed once: barycentric coordinates are linear
         # in columns and rows.
         by = np.stack([-edges[some, :, 1], edges[some, :, 0]]).transpose(0, 2, 1) / area[some]
         nearest = np.roll(at[some], -1, axis=1) - low[some, None]

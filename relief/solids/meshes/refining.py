@@ -18,7 +18,7 @@ MOST_ROUNDS = 40
 SAMPLED = 60_000
 """Triangles that a sample is divided into, about: their number is then known within 2 %."""
 HALVINGS = 7
-"""Halvings of the range in which an edge is looked for; 1 % of it is left."""
+"""Halvings of the range of an edge length, to 1 %."""
 MOST_FACES = 25_000_000
 """Default of the most triangles: needles may need many more than their area suggests."""
 

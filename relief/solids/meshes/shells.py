@@ -99,7 +99,7 @@ def crossing_place(body: Body) -> Array:
     """(3,) mm near which faces of a body pass through one another.
 
     Both faces of a pair reach into the box in which they cross. Boxes are halved, and of the halves one with
-    a crossing is kept. Of few faces all pairs are looked at.
+    a crossing is kept. Of few faces all pairs are tested.
     """
     faces = body.faces
     low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)

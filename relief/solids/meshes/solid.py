@@ -18,7 +18,7 @@ from relief.solids.meshes.shells import (
 )
 
 THINNEST = 1e-7
-"""Least volume of a solid as a share of the cube of its longest side; what is less is a sheet."""
+"""Least volume of a solid, relative to the cube of its longest side; a sheet has less."""
 MEND = "mend it in a slicer or by Blender's 3D Print toolbox"
 
 

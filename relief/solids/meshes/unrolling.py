@@ -18,7 +18,7 @@ from relief.solids.meshes.places import Frame, frame_along, vertex_normals
 REACH_MM = 9.0
 """Distance from a place up to which the object is unrolled, mm: the corners of a patch and a margin."""
 CANDIDATES = 16
-"""Faces of the object, the nearest by their middles, among which a foot is looked for."""
+"""Faces of the object, the nearest by their middles, that are candidates for a foot."""
 TEXTURED_MM = 1e-3
 """Least height over the object, mm, of texture; less is rounding."""
 BARE_MM = 1.25

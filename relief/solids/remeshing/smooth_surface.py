@@ -1,4 +1,4 @@
-"""The smooth surface behind the facets of a body: creases, normals, and how far it bulges over an edge.
+"""The smooth surface behind the facets of a body: creases, normals, and bulges over edges.
 
 Programs that write facets put the corners on the surface of the design. On a round surface the sum of the
 normals at both ends of an edge is perpendicular to the edge: exactly on planes and balls, and around
@@ -40,7 +40,7 @@ STEPS = 60
 EDGE_MM, MOST_FACES = 1.5, 600_000
 """Longest edge, mm, of the triangles on which an object is unrolled, and most of these triangles."""
 LARGEST_BULGE = 0.12
-"""Largest bulge over an edge, as a part of its length: over an arc of 55 degrees."""
+"""Largest bulge over an edge, relative to its length: that of an arc of 55 degrees."""
 SLIVER_BULGE = 0.5
 """Largest bulge over an edge of a facet, in the height of the wider facet beside: facets are no narrower than
 what they leave out, and along a sliver a normal that leans by a degree would be 0.1 mm."""

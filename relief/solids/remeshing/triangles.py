@@ -33,7 +33,7 @@ class Triangles:
         origin: (m,) a triangle of the first mesh in the region of each triangle, and near it.
         held: (k,) sorted keys of held edges.
         corner: (n,) vertices that stay.
-        moved: (n,) how far held lines have been moved at a vertex, mm.
+        moved: (n,) displacement of held lines at a vertex so far, mm.
         size: (n,) length of edges that the surface at each vertex allows, mm.
     """
 
@@ -71,7 +71,7 @@ class Triangles:
         """
         one, other = edge_ends(self.faces)
         length = self.lengths(one, other)
-        # Keys of edges are the same from both sides, and so is what is long.
+        # Both sides of an edge have the same key and the same length.
         chosen = np.unique(self.keys()[length > LONG * 0.5 * (size[one] + size[other])])
         if not len(chosen):
             return 0

@@ -73,7 +73,7 @@ def check_area(body: Body, carried: Array, pitch_mm: float, mask: str | None) ->
 
 
 def check_room(body: Body, where: NDArray[np.bool_], factor: Array, tallest: float) -> None:
-    """Refuse a relief of which nothing is left on most of the textured area.
+    """Refuse a relief that is lowered to nothing on most of the textured area.
 
     Args:
         body: The surface.

@@ -48,7 +48,7 @@ COLOURS = {
 }
 """Colours by their names, red, green and blue in sRGB."""
 ALIKE, UNLIKE = 0.25, 0.5
-"""Distances of colours, in sRGB from 0 to 1, up to which they are the same, and from which on others."""
+"""Largest distance of equal colours, and least distance of different ones, in sRGB from 0 to 1."""
 GREY = (0.299, 0.587, 0.114)
 """Shares of red, green and blue in the grey of a colour (ITU-R BT.601)."""
 
@@ -115,7 +115,7 @@ def _is_picture(text: str) -> bool:
 
 
 def _at(mask: Mask, points: Points, falloff_mm: float) -> Array:
-    """Shares (n,) of a mask; those of its parts are multiplied, for any those of what is left out."""
+    """Shares (n,) of a mask: products of the shares of its parts, for "any" of their complements."""
     if isinstance(mask, MaskPart):
         return _one(mask.text, mask.inverted, points, falloff_mm)
     shares = [_at(part, points, falloff_mm) for part in mask.parts]
@@ -125,7 +125,7 @@ def _at(mask: Mask, points: Points, falloff_mm: float) -> Array:
 
 
 def _one(text: str, inverted: bool, points: Points, falloff_mm: float) -> Array:
-    """Shares (n,) of a part; inverted, texture ends inside of what is left out, and goes on in colours."""
+    """Shares (n,) of a part or of its complement; the falloff lies inside the area that carries texture."""
     if match := CONDITION.fullmatch(text):
         name, sign, first, second = match.groups()
         if inverted:

@@ -26,7 +26,7 @@ BASE_EDGE_MM = 1.0
 DRAFT_EDGE_MM = 2.0
 """`BASE_EDGE_MM` of a draft, mm."""
 DRAFT_ARC = 1.4
-"""Angle that an edge of a draft spans at most where the surface bends, in that of the file. With 2 fillets
+"""Largest angle of the arc of an edge of a draft, relative to that of a file. With 2 fillets
 show facets in a preview; with 1 a bracelet takes half as long again."""
 EVEN_AREA = 0.4
 """Mean area of even triangles, in the square of the edge wanted."""
@@ -62,7 +62,7 @@ class Settings:
         level: Height of the object's own surface in the relief, from 0, its lowest point (the relief stands
             on the surface), to 1, its highest (the relief is cut into the surface).
         falloff_mm: Width over which the texture ends, mm.
-        keep_bottom: Whether a flat bottom, the lowest triangles that point down, stays as it is.
+        keep_bottom: Whether a flat bottom, the lowest triangles that point down, stays without texture.
         edge_mm: Longest edge of the textured triangles, mm; None: what `faces` allow, or that of the samples.
         faces: Triangles at most, about; None: as many as the feel needs, `MOST_FACES` at most.
         draft: Whether the body is a preview: patches, normals and clearance are computed on triangles of

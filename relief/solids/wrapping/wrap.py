@@ -36,8 +36,8 @@ class Wrapped:
         edge_mm: Longest edge of the textured triangles, mm.
         coordinates: "texture coordinates", "cylinder", "sphere", "plane" or "patches".
         patches: Number of patches, or of charts of a cylinder, sphere or plane.
-        off_size: Part of the textured area on which lengths in the texture are off by a tenth or more.
-        stretch: Largest change of a length on 99 % of the area, as a part of it.
+        off_size: Share of the textured area on which lengths in the texture change by a tenth or more.
+        stretch: Largest relative change of a length on 99 % of the area.
         notes: Lines about how the texture was placed, and what was changed so that it fits.
         blended: Part of the textured vertices, about that of the area, at which patches that do not fit are
             blended.
@@ -156,7 +156,7 @@ def _present(shares: Sequence[Array]) -> Array:
 def _heights(laid: Sequence[Laid], surface: FineSurface, settings: Settings) -> tuple[Array, Array]:
     """Heights of the textures at the fine vertices, mm, and their shares, 0 to 1.
 
-    Raises InputError if the mask of a texture leaves nothing of what is textured.
+    Raises InputError if the mask of a texture leaves nothing of the textured area.
     """
     carried = surface.carried(settings)
     height, present = np.zeros(len(carried)), np.zeros(len(carried))

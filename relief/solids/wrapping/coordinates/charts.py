@@ -27,7 +27,7 @@ it."""
 STEP_MM = 0.5
 """Distance of the heights at which the slope of a side is averaged, mm."""
 ALIKE = 0.05
-"""Difference of the areas of front and back, as a part of both, up to which they are alike."""
+"""Largest difference of the areas of front and back that count as equal, relative to their sum."""
 PARALLEL = 0.94
 """Least cosine between two directions that count as the same: 20 degrees."""
 UPRIGHT = 0.02

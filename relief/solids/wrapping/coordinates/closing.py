@@ -80,7 +80,7 @@ def change_line(closing: Closing, size_mm: tuple[float, float], turn_deg: float,
         closing: Scale and turn of the tile.
         size_mm: Height and width of the tile.
         turn_deg: Angle that the placement states.
-        name: Of the part of the body that the tile goes around.
+        name: Name of the chart.
     """
     across, up = abs(closing.across), abs(closing.up)
     period = size_mm[1] if across else size_mm[0]

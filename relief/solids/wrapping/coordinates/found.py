@@ -42,7 +42,7 @@ MOST_CLOSING = 0.2
 ROUND = 0.17
 """Largest cosine between a normal and the direction around an axis on a surface of revolution: 10 degrees."""
 OUTWARD = 0.93
-"""Cosine between a normal and a direction, beyond which no patch follows the direction: 20 degrees."""
+"""Largest cosine between a normal and a direction that a patch follows: 20 degrees."""
 SAME_AXIS = 0.985
 """Least cosine between a stated direction and the axis of a cylinder that is chosen: 10 degrees."""
 

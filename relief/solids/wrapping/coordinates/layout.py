@@ -20,7 +20,7 @@ class Layout:
         patch: (faces, k) numbers of the patches that a triangle belongs to; -1: none.
         uv: (faces, k, 3, 2) coordinates of the corners in mm, u to the right and v up.
         weight: (faces, k, 3) share of each patch at the corners; over k the sum is 1, or 0 without any.
-        stretch: (faces,) largest change of a length in the leading patch, as a part of it.
+        stretch: (faces,) largest relative change of a length in the leading patch.
         patches: Number of patches.
         around_mm: (patches,) circumferences of the body, mm, which are periods of u. Infinite for patches
             that are not periodic; None if none is.
@@ -63,7 +63,7 @@ class Layout:
         Args:
             corners: (faces, 3, 3) corners of the triangles, mm.
             matrices: (patches, 2, 2) or (1, 2, 2) for all, with which coordinates are multiplied.
-            shift: (2,) what is added afterwards, mm.
+            shift: (2,) translation after the multiplication, mm.
         """
         each = matrices[np.clip(self.patch, 0, len(matrices) - 1)]
         uv = np.einsum("fkij,fkcj->fkci", each, self.uv) + shift
@@ -86,7 +86,7 @@ def shares_of(weight: Array) -> Array:
 
 
 def stretches(corners: Array, uv: Array) -> Array:
-    """Largest change of a length by flat coordinates, as a part of it, (n,).
+    """Largest relative change of a length by flat coordinates, (n,).
 
     Args:
         corners: (n, 3, 3) corners of triangles, mm.

@@ -22,7 +22,7 @@ from relief.solids.meshes.neighbourhood import connected_around
 from relief.solids.wrapping.coordinates.layout import Layout, one_patch, shares_of, stretches
 
 STRETCH = 0.1
-"""Largest change of a length inside a patch, as a part of it."""
+"""Largest relative change of a length inside a patch."""
 LEAST_MM, MOST_MM = 3.0, 9.0
 """Radius of the smallest and of the largest patch, mm."""
 OVERLAP = 1.5
@@ -71,7 +71,7 @@ def lay_once(body: Body, normals: Array, seed: int, reach_mm: float, along: Arra
 
     Args:
         seed: Number of the vertex.
-        reach_mm: Half the diagonal of what is to lie there.
+        reach_mm: Half the diagonal of the texture.
     """
     cover = _Cover(body, normals, along)
     vertices, uv, _ = cover.map(seed, max(ROOM * reach_mm, reach_mm + LEAST_ROOM_MM))
