@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from relief.ground.errors import InputError
     from relief.ground.progress import Progress, progress
     from relief.heightmap import load_heights, save_heights_exr, save_heights_png
-    from relief.preparing.preparation import Prepared, prepare
+    from relief.preparing.picture_preparation import Prepared, prepare
     from relief.relief import Relief
-    from relief.solids.export.plate import export_plate
+    from relief.solids.export.plate_export import export_plate
     from retouch.laboratory.stimulus_sets.making import StimulusPlates
     from retouch.verbs.answering import PeoplesAnswers, answers
     from retouch.verbs.comparison import compare

@@ -25,7 +25,7 @@ from relief.solids.body import Body
 from relief.solids.meshes.crops import Cropper
 from relief.solids.meshes.intersections import self_intersections
 from relief.solids.meshes.mesh import Mesh
-from relief.solids.meshes.places import Frame
+from relief.solids.meshes.mesh_places import Frame
 from relief.solids.meshes.solid import volume_mm3
 from relief.solids.meshes.unrolling import Unroller, feet
 from relief.solids.objects.table import OBJECTS
@@ -34,8 +34,8 @@ from relief.solids.wrapping.coordinates.layout import Layout
 from relief.solids.wrapping.laying import TexturePlacer
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import FALLOFF_MM, BaseSurface, Settings
-from relief.solids.wrapping.tiles import Covering, Tile
-from relief.solids.wrapping.wrap import wrap
+from relief.solids.wrapping.texture_tiles import Covering, Tile
+from relief.solids.wrapping.wrapped_body import wrap
 from tests.relief.solids.known_objects import SIZES_MM, VOLUMES_MM3
 
 SIDE_MM, SAMPLES = 10.0, 128

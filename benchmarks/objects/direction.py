@@ -41,8 +41,8 @@ from relief.solids.objects.swept import cylinder
 from relief.solids.wrapping.laying import Laid, TexturePlacer
 from relief.solids.wrapping.placement import placement_of
 from relief.solids.wrapping.surfaces import BaseSurface, Settings
-from relief.solids.wrapping.tiles import Covering
-from relief.solids.wrapping.wrap import Wrapped, wrap
+from relief.solids.wrapping.texture_tiles import Covering
+from relief.solids.wrapping.wrapped_body import Wrapped, wrap
 
 COMMAND = "benchmarks.objects.direction"
 PAGE = DOCS / "evidence" / "objects.md"

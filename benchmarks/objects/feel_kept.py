@@ -25,7 +25,7 @@ from relief.ground.arrays import Array, Index
 from relief.solids.body import Body
 from relief.solids.meshes import read_mesh
 from relief.solids.meshes.crops import Cropper, SurfaceCrop
-from relief.solids.meshes.places import Frame, spread, surface_points
+from relief.solids.meshes.mesh_places import Frame, spread, surface_points
 from relief.solids.meshes.refining import refined
 from relief.solids.meshes.unrolling import Unroller, feet
 from relief.solids.objects.table import OBJECTS
@@ -35,8 +35,8 @@ from relief.solids.wrapping.laying import TexturePlacer
 from relief.solids.wrapping.masks import Regions
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface, FineSurface, Settings
-from relief.solids.wrapping.tiles import Covering, Tile
-from relief.solids.wrapping.wrap import Wrapped, wrap
+from relief.solids.wrapping.texture_tiles import Covering, Tile
+from relief.solids.wrapping.wrapped_body import Wrapped, wrap
 from tactile.jnd import ROUGHNESS_JND
 
 RESULT, COMMAND, TEXTURE = "feel_kept", "benchmarks.objects.feel_kept", "gravel-tile"

@@ -9,9 +9,9 @@ from PIL import Image, ImageDraw, ImageFont
 
 from relief.ground.arrays import Array
 from relief.ground.limits import PATCH_SIDE_MM
-from relief.preparing.pictures import SourcePicture
-from relief.preparing.preparation import Prepared
-from relief.shading import facing, lit, open_sky
+from relief.preparing.picture_preparation import Prepared
+from relief.preparing.source_pictures import SourcePicture
+from relief.relief_shading import facing, lit, open_sky
 
 PANEL, GAP, MARGIN = 480, 24, 36
 """Pixels of the side of a panel, between panels, and around the sheet."""

@@ -44,7 +44,7 @@ def surface_of(relief: Relief, most: int) -> Array:
     """The surface of a relief as a plate has it, on finer samples: linear between samples, or flat pixels.
 
     Args:
-        relief: the print of a printer has a flat pixel for each sample (`relief.solids.export.plate`).
+        relief: the print of a printer has a flat pixel for each sample (`relief.solids.export.plate_export`).
         most: samples a side, unless the relief has more.
 
     Returns:

@@ -11,8 +11,8 @@ from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.relief import Relief
 from relief.scans.blurred import DesignSpectrum, samples_mm, surface_of
-from relief.scans.fitting import TUKEY, Fit, LostError, fit
 from relief.scans.pose import Pose
+from relief.scans.pose_fitting import TUKEY, Fit, LostError, fit
 from relief.scans.scans import Scan
 from relief.scans.searching import Candidate, Search
 

@@ -23,9 +23,9 @@ from relief.relief import Relief
 from relief.scans import coupon as plates
 from relief.scans.blurred import samples_mm
 from relief.scans.coupon_reading import CouponNumbers, printer_file, read_coupon
-from relief.scans.reading import ScanLengths, read_scan
+from relief.scans.print_summary import PrintScanned, print_scanned
 from relief.scans.registration import NORMAL_95, Interval, register
-from relief.scans.summary import PrintScanned, print_scanned
+from relief.scans.scan_files import ScanLengths, read_scan
 from retouch.pages.scan import PAGE, write_scan_page
 from retouch.verbs.comparison import compare
 from retouch.verbs.exporting import Exported, export

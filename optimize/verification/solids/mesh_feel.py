@@ -18,7 +18,7 @@ from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.meshes.crops import Cropper, SurfaceCrop
 from relief.solids.meshes.mesh import Mesh
-from relief.solids.meshes.places import frames, spread, surface_points
+from relief.solids.meshes.mesh_places import frames, spread, surface_points
 from relief.solids.meshes.shells import outside
 from relief.solids.meshes.unrolling import Unroller
 from relief.solids.remeshing.smooth_surface import smooth_object

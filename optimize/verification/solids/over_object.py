@@ -7,7 +7,7 @@ import numpy as np
 from relief.ground.arrays import Array
 from relief.ground.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.solids.meshes.crops import Cropper, SurfaceCrop
-from relief.solids.meshes.places import Frame
+from relief.solids.meshes.mesh_places import Frame
 from relief.solids.meshes.unrolling import TEXTURED_MM, Unroller
 
 GROWTH_MM = 2.0

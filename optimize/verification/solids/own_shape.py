@@ -21,7 +21,7 @@ from relief.ground.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.meshes.crops import Cropper, SurfaceCrop, within
-from relief.solids.meshes.places import FACING, Frame
+from relief.solids.meshes.mesh_places import FACING, Frame
 from relief.solids.objects.torus import REACH_MM, fitted, over, raised, unrolled, unrolled_body
 
 CURVED_MM = 0.09

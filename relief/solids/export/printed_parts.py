@@ -19,7 +19,7 @@ from relief.ground.limits import HEIGHT_LIMIT_MM
 from relief.ground.progress import stage
 from relief.printers import DRAWING, Printer
 from relief.solids.body import Body
-from relief.solids.meshes.places import vertex_normals
+from relief.solids.meshes.mesh_places import vertex_normals
 from relief.solids.meshes.raster import Covered
 from relief.solids.meshes.refining import AREA_PER_FACE, refined
 

@@ -9,8 +9,8 @@ from relief.ground.arrays import Array, Index, extents, renumbered
 from relief.ground.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.patches import samples_of
 from relief.solids.body import Body
+from relief.solids.meshes.mesh_places import Frame, vertex_normals
 from relief.solids.meshes.neighbourhood import NearFaces
-from relief.solids.meshes.places import Frame, vertex_normals
 from relief.solids.meshes.raster import rasterise
 
 SAMPLES = 128

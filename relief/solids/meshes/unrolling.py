@@ -12,8 +12,8 @@ from scipy.spatial import cKDTree
 from relief.ground.arrays import Array, Index, renumbered, units
 from relief.ground.progress import stage
 from relief.solids.body import Body
+from relief.solids.meshes.mesh_places import Frame, frame_along, vertex_normals
 from relief.solids.meshes.neighbourhood import connected_around, edge_pairs, ways_from
-from relief.solids.meshes.places import Frame, frame_along, vertex_normals
 
 REACH_MM = 9.0
 """Distance from a place up to which the object is unrolled, mm: the corners of a patch and a margin."""

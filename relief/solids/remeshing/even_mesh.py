@@ -12,11 +12,11 @@ from relief.ground.progress import say, stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import edge_pairs
 from relief.solids.remeshing.collapsing import Collapses
+from relief.solids.remeshing.facet_noise import FACETS_NOISE, smoothed, turns_by_chance
 from relief.solids.remeshing.features import held_lines, regions
 from relief.solids.remeshing.flipping import Flips
 from relief.solids.remeshing.lifting import lifted
 from relief.solids.remeshing.nearest import NearestPoints
-from relief.solids.remeshing.noise import FACETS_NOISE, smoothed, turns_by_chance
 from relief.solids.remeshing.smooth_surface import SmoothSurface, bulges, corner_angles, smooth_surface
 from relief.solids.remeshing.triangles import Triangles, repeated
 

@@ -9,7 +9,7 @@ from relief.ground.progress import say
 from relief.solids.body import Body
 from relief.solids.meshes.refining import AREA_PER_FACE, edge_for, expected_faces
 from relief.solids.wrapping.surfaces import ENOUGH_MM2, MOST_FACES, BaseSurface, Settings, check_count
-from relief.solids.wrapping.tiles import Covering
+from relief.solids.wrapping.texture_tiles import Covering
 
 BYTES_A_FACE = 21.0
 """Bytes of a 3MF file for a triangle: 20.5 on a capsule and 20.8 on a knob, in gravel."""

@@ -14,12 +14,12 @@ from relief.solids.meshes.neighbourhood import ways_from
 from relief.solids.meshes.unrolling import feet
 from relief.solids.wrapping.coordinates.closing import change_line, closed
 from relief.solids.wrapping.coordinates.found import OFF_SIZE, Coordinates, found_coordinates, shown_vector
+from relief.solids.wrapping.coordinates.geodesic_patches import lay_once
 from relief.solids.wrapping.coordinates.layout import Layout, one_patch
-from relief.solids.wrapping.coordinates.patches import lay_once
 from relief.solids.wrapping.masks import mask_at
 from relief.solids.wrapping.placement import Placement, turned
 from relief.solids.wrapping.surfaces import BaseSurface, FineSurface
-from relief.solids.wrapping.tiles import Covering
+from relief.solids.wrapping.texture_tiles import Covering
 
 BLEND_MM = 2.0
 """Width of the strip on which neighbouring patches share the surface, mm."""

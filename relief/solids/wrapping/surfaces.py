@@ -19,7 +19,7 @@ from relief.solids.remeshing.even_mesh import ARC, EvenMesh, even_mesh, vertex_n
 from relief.solids.remeshing.smooth_surface import raised
 from relief.solids.wrapping.coordinates.layout import Layout
 from relief.solids.wrapping.masks import Points, Regions, mask_at
-from relief.solids.wrapping.tiles import Tile
+from relief.solids.wrapping.texture_tiles import Tile
 
 BASE_EDGE_MM = 1.0
 """Longest edge of the mesh that patches, normals and clearance are computed on, mm."""

@@ -65,7 +65,7 @@ def source(file: str) -> Source:
 
 @lru_cache(maxsize=2)
 def _opened(file: str) -> Any:
-    from relief.preparing.pictures import open_picture
+    from relief.preparing.source_pictures import open_picture
 
     return open_picture(picture_file(file))
 

@@ -11,7 +11,7 @@ from optimize.settings.run_file import run_from_scene
 from relief.ground.errors import InputError, naming
 from relief.ground.lengths import Lengths
 from relief.ground.progress import listening, stage
-from relief.solids.wrapping.wrap import wrap
+from relief.solids.wrapping.wrapped_body import wrap
 from retouch.verbs.objects.wrap_task import WrapOptions, task_of
 from retouch.verbs.reliefs import Source
 

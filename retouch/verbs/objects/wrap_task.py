@@ -24,12 +24,12 @@ from relief.solids.meshes.shells import parts_within_others
 from relief.solids.meshes.solid import check_closed, crossings
 from relief.solids.names import PLACING
 from relief.solids.objects.table import OBJECTS, BundledObject
-from relief.solids.wrapping.checks import check_choices
 from relief.solids.wrapping.masks import Regions
 from relief.solids.wrapping.placement import Placement, Vector, placement_of
 from relief.solids.wrapping.surfaces import Settings
-from relief.solids.wrapping.tiles import Covering, Tile
-from relief.solids.wrapping.wrap import Wrapped
+from relief.solids.wrapping.texture_tiles import Covering, Tile
+from relief.solids.wrapping.wrap_checks import check_choices
+from relief.solids.wrapping.wrapped_body import Wrapped
 from retouch.verbs.reliefs import Source, relief_of
 
 _log = logging.getLogger(__name__)
@@ -122,7 +122,7 @@ class Task(NamedTuple):
 
     Attributes:
         arguments: body, coverings, settings, texture coordinates and regions, as
-            `relief.solids.wrapping.wrap.wrap` takes them.
+            `relief.solids.wrapping.wrapped_body.wrap` takes them.
         placement: where and in what direction textures lie.
         colours: of the corners of the mesh, or None.
         warnings: lines about the mesh and what was mended of it, and about textures that do not repeat.

@@ -18,8 +18,8 @@ from relief.solids.export.parts import as_written, write_parts
 from relief.solids.export.printed_parts import PrintedPart, print_part
 from relief.solids.meshes import check_solid
 from relief.solids.meshes.solid import check_closed
-from relief.solids.wrapping.wrap import Wrapped
-from relief.solids.wrapping.wrap import wrap as wrapped_by
+from relief.solids.wrapping.wrapped_body import Wrapped
+from relief.solids.wrapping.wrapped_body import wrap as wrapped_by
 from retouch.verbs.objects.steering import Steered, with_steered, without_steered
 from retouch.verbs.objects.wrap_task import WrapOptions, task_of, told_of
 from retouch.verbs.progress_display import followed

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from relief.ground.errors import InputError
-from relief.preparing.pictures import SourcePicture, open_picture
+from relief.preparing.source_pictures import SourcePicture, open_picture
 
 WIDE, HIGH = 24, 20
 

@@ -8,12 +8,12 @@ import pytest
 from relief.ground.errors import InputError
 from relief.relief import Relief
 from relief.scans.blurred import DesignSpectrum, surface_of
-from relief.scans.fitting import fit
 from relief.scans.loss import detail_kept, half_kept_mm
 from relief.scans.pose import NAMES, Pose
+from relief.scans.pose_fitting import fit
+from relief.scans.print_summary import print_scanned
 from relief.scans.registration import NORMAL_95, Interval, Registration, register
 from relief.scans.scans import Scan
-from relief.scans.summary import print_scanned
 from tests.relief.scans.conftest import POSE, scan_of, texture
 from tests.relief.scans.simulated import Scanner, scanned
 

@@ -16,8 +16,8 @@ from relief.solids.wrapping.coordinates.revolution import found_axis, found_cent
 from relief.solids.wrapping.laying import TexturePlacer
 from relief.solids.wrapping.placement import Placement, placement_of, turned
 from relief.solids.wrapping.surfaces import BaseSurface, Settings
-from relief.solids.wrapping.tiles import Covering, Tile
-from relief.solids.wrapping.wrap import wrap
+from relief.solids.wrapping.texture_tiles import Covering, Tile
+from relief.solids.wrapping.wrapped_body import wrap
 from tests.relief.solids.test_wrapping import box, uv_box, waves
 
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from relief.heightmap import save_heights_exr
-from relief.solids.export.plate import export_plate
+from relief.solids.export.plate_export import export_plate
 from relief.solids.objects.table import OBJECTS
 from relief.solids.wrapping.surfaces import Settings
-from relief.solids.wrapping.tiles import Tile
-from relief.solids.wrapping.wrap import Covering, wrap
+from relief.solids.wrapping.texture_tiles import Tile
+from relief.solids.wrapping.wrapped_body import Covering, wrap
 from retouch.commands.main import main
 from retouch.commands.mesh_entries import mesh_lines
 from tests.relief.solids.meshes.bodies import CUBE, cube, joined, stl

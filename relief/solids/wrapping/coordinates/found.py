@@ -22,13 +22,13 @@ from relief.solids.wrapping.coordinates.charts import (
     sphere_charts,
 )
 from relief.solids.wrapping.coordinates.closing import closed
+from relief.solids.wrapping.coordinates.geodesic_patches import lay_out
 from relief.solids.wrapping.coordinates.layout import Layout
-from relief.solids.wrapping.coordinates.patches import lay_out
 from relief.solids.wrapping.coordinates.revolution import RevolutionAxis, axis_along, found_axis, found_centre
 from relief.solids.wrapping.coordinates.texture_coordinates import by_texture_coordinates
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface
-from relief.solids.wrapping.tiles import Tile
+from relief.solids.wrapping.texture_tiles import Tile
 
 OFF_SIZE = 0.1
 """Relative change of a length that is reported as distortion; a cylinder is not chosen automatically where

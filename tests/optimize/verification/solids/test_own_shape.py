@@ -10,7 +10,7 @@ from relief.ground.arrays import Array
 from relief.heightmap import load_heights
 from relief.solids.body import Body
 from relief.solids.meshes.crops import Cropper, SurfaceCrop
-from relief.solids.meshes.places import Frame
+from relief.solids.meshes.mesh_places import Frame
 from relief.solids.objects.torus import fitted, torus
 from tactile.skin import Skin
 

@@ -5,9 +5,9 @@ import pytest
 from scipy import ndimage
 
 from relief.solids.body import Body
-from relief.solids.export.plate import plate_mesh
+from relief.solids.export.plate_export import plate_mesh
 from relief.solids.meshes.crops import Cropper, SurfaceCrop
-from relief.solids.meshes.places import Frame, frames, spread, surface_points
+from relief.solids.meshes.mesh_places import Frame, frames, spread, surface_points
 from relief.solids.meshes.raster import rasterise
 from tests.relief.solids.meshes.bodies import cube, torus
 

@@ -22,11 +22,11 @@ from relief.ground.limits import (
 from relief.ground.progress import stage
 from relief.heightmap import save_heights_exr, save_heights_png
 from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS, TURNS
-from relief.preparing.levels import AS_STORED, FULL, WHITE, Levels
-from relief.preparing.pictures import SourcePicture, open_picture
-from relief.preparing.plates import repeated
+from relief.preparing.grey_levels import AS_STORED, FULL, WHITE, Levels
+from relief.preparing.grey_steps import smooth_steps
+from relief.preparing.repeated_tiles import repeated
 from relief.preparing.resampling import Box, resampled, square_in
-from relief.preparing.steps import smooth_steps
+from relief.preparing.source_pictures import SourcePicture, open_picture
 from relief.preparing.tiling import OVERLAP, PERIOD_SIDE, make_tile, period
 from relief.relief import Relief
 from relief.seam import misfit

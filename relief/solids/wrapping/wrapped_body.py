@@ -11,7 +11,6 @@ from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.meshes.refining import refined
 from relief.solids.wrapping.bending import Bending, bending
-from relief.solids.wrapping.checks import check_area, check_choices, check_room, check_size
 from relief.solids.wrapping.clearance import clearance_factor
 from relief.solids.wrapping.displacing import displaced
 from relief.solids.wrapping.edges import edge_of
@@ -20,7 +19,8 @@ from relief.solids.wrapping.lowering import Lowering, lowering
 from relief.solids.wrapping.masks import Regions
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface, FineSurface, Settings
-from relief.solids.wrapping.tiles import Covering
+from relief.solids.wrapping.texture_tiles import Covering
+from relief.solids.wrapping.wrap_checks import check_area, check_choices, check_room, check_size
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from relief.grid import grid_axes, grid_faces, pad_index
 from relief.ground.errors import InputError
 from relief.ground.limits import BASE_MM, LARGEST_PLATE_MM, LARGEST_SIDE, SMALLEST_PLATE_MM
 from relief.ground.progress import stage
+from relief.plate_grid import grid_axes, grid_faces, pad_index
 from relief.seam import check_seams
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
