@@ -1,1 +1,1 @@
-"""Height maps: files and limits, the grid of the plate, where fingers land, input errors and the cache."""
+"""Reliefs: height maps and their files, grids of plates, contact locations, printers and prints."""

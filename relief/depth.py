@@ -1,4 +1,4 @@
-"""Depth of a relief: what lies more than 3 mm below its top is seen, but no finger reaches it (paper 7.1)."""
+"""Depth of a relief: no finger reaches places more than 3 mm below its top, which are visible (paper 7.1)."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,8 +8,8 @@ from relief.ground.errors import InputError
 from relief.ground.limits import HEIGHT_LIMIT_MM
 
 CLEARANCE_MM = 0.1
-"""Least distance, mm, of the skin from the level at which a relief is cut off for touch: 25 times what models
-of touch differ by in the depth that the skin reaches (docs/evidence/touch.md)."""
+"""Least distance, mm, of the skin from the level at which a relief is cut off for touch: 25 times the
+difference of models of touch in the depth that the skin reaches (docs/evidence/touch.md)."""
 
 
 def floor_mm(heights: Array) -> float:

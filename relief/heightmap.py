@@ -80,10 +80,10 @@ def load_height_map(
     """Read a height map with the size of its plate.
 
     There are two kinds of files. Pictures, which are PNG and TIFF of whole numbers, hold grey: black is 0 mm,
-    white is ``relief_mm``, and grey lies between in proportion, whatever gamma or profile the file names.
+    white is ``relief_mm``, and grey lies between in proportion; gamma and colour profiles are ignored.
     EXR, NPY and TIFF of floating-point numbers hold mm, or another unit that ``height_scale`` turns into mm.
-    Neither number has a meaning for files of the other kind. A length that is given goes before the file's
-    header; a warning is logged if these differ.
+    Neither number has a meaning for files of the other kind. An argument overrides the file's header; a
+    warning is logged if both differ.
 
     Args:
         path: PNG, TIFF, EXR or NPY with one channel; more channels only if all colours agree. Of an EXR
@@ -121,7 +121,7 @@ def load_height_map(
 
 
 def fitting_repeats(repeats: Repeats, heights: ArrayLike, path: str | os.PathLike[str]) -> Repeats:
-    """The axes of repeats that a header states, or none if the sides do not fit; a line tells which.
+    """The axes of repeats that a header states, or none if the sides do not fit; both cases are logged.
 
     Args:
         repeats: What the header states.
@@ -137,7 +137,7 @@ def fitting_repeats(repeats: Repeats, heights: ArrayLike, path: str | os.PathLik
 
 
 def repeats_by_header(path: str | os.PathLike[str]) -> Repeats:
-    """`fitting_repeats` of a file; False if it cannot be read, which whoever reads its heights tells."""
+    """`fitting_repeats` of a file; False for an unreadable file, as the later read of its heights raises."""
     try:
         state = os.stat(path)
     except OSError:
@@ -147,7 +147,7 @@ def repeats_by_header(path: str | os.PathLike[str]) -> Repeats:
 
 @lru_cache(maxsize=256)
 def _repeats_of_file(path: Path, _mtime_ns: int, _size: int) -> Repeats:
-    """Remembered, since the rows of a study take the same few files thousands of times."""
+    """Cached, since the rows of a study take the same few files thousands of times."""
     try:
         content = _read(path, _check_shape)
     except InputError:
@@ -156,7 +156,7 @@ def _repeats_of_file(path: Path, _mtime_ns: int, _size: int) -> Repeats:
 
 
 def _first(path: Path, key: str, given: float | None, header: float | None) -> float | None:
-    """The length that is given, else that of the header; a warning tells if these differ."""
+    """The length that is given, else that of the header; a difference of both is logged as a warning."""
     if given is None or header is None:
         return header if given is None else given
     if not math.isclose(given, header, rel_tol=1e-6):
@@ -322,9 +322,9 @@ def write_exr(path: Path, samples: ArrayLike, attributes: Mapping[str, Any] | No
         values = np.ascontiguousarray(samples, dtype=np.float32)
         OpenEXR.File(header, {"Y" if values.ndim == 2 else "RGB": values}).write(str(path))
     except RuntimeError as error:
-        # OpenEXR tells the system's error only at the end of its message.
-        said = str(error).rstrip(".")
-        number = next((n for n in errno.errorcode if said.endswith(os.strerror(n))), errno.EIO)
+        # OpenEXR states the system's error only at the end of its message.
+        message = str(error).rstrip(".")
+        number = next((n for n in errno.errorcode if message.endswith(os.strerror(n))), errno.EIO)
         raise OSError(number, os.strerror(number), str(path)) from error
 
 
@@ -366,7 +366,7 @@ def save_heights_png(
 
 
 def _tile_mark(repeats: Repeats) -> dict[str, str]:
-    """What a header says of a tile; nothing of a plate."""
+    """The entry of a header for a tile; none for a plate."""
     mark = "".join(name for name, does in zip("yx", axes(repeats), strict=True) if does)[::-1]
     return {TILE: mark} if mark else {}
 

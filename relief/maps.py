@@ -1,4 +1,4 @@
-"""Maps over a surface: a picture or an array with a value for each point, such as a mask or a wanted feel."""
+"""Maps over a surface: a picture or an array with a value for each point, such as a mask or a target."""
 
 import os
 from pathlib import Path

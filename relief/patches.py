@@ -1,10 +1,10 @@
 """Patches of a surface on the grid that a finger is pressed on, and gradients carried back to the relief.
 
-Where a plate is its own and only patch, the grid is the plate's. Else every patch measures exactly 10 mm, or
-the side that a round finger needs about the same middle, and a fine one is pressed on as many samples as
-touch needs, by cubic splines through the relief's own. Beyond the rim of a plate there is nothing: heights
-are minus infinity. A spline keeps the peaks, on which a finger rests: on 128 of 200 samples roughness is 0.04
-to 0.9 % off on four bundled textures, and 0.4 to 8 % off by averages over the coarser cells.
+If a plate has one patch, the grid is the plate's. Else every patch measures exactly 10 mm, or the side that a
+round finger needs about the same middle. A fine patch is resampled to as many samples as touch needs, by
+cubic splines. Beyond the rim of a plate heights are minus infinity. Splines keep the peaks, on which a finger
+rests: on 128 of 200 samples roughness is 0.04 to 0.9 % off on four bundled textures, and 0.4 to 8 % off with
+averages over the coarser cells.
 """
 
 import math
@@ -24,7 +24,7 @@ from relief.places import patch_shape
 from relief.surface import Surface
 
 STEERING_SAMPLES = 128
-"""Most samples along the side of a patch that is one of several, in a descent."""
+"""Most samples along the side of a patch, of several, in a descent."""
 
 
 def samples_of(side_mm: float, pitch_mm: float) -> int:
@@ -156,7 +156,7 @@ class Patches:
         return np.asarray(patches)
 
     def within_reach(self, heights: Array, part: slice = slice(None)) -> Array:
-        """The same of what a finger can reach of the relief (`relief.depth.within_reach`)."""
+        """(k, samples, samples) patches of the reachable part of a relief (`relief.depth.within_reach`)."""
         return self.of(within_reach(heights), part)
 
     def back(self, patches: Array) -> Array:

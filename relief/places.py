@@ -1,7 +1,7 @@
-"""Places where a finger lands on a surface, and the patches of the relief that lie under the finger.
+"""Contact locations on a surface, called places, and the patches of the relief under the finger.
 
 A place is the row and column of the first sample of a patch. On an axis that repeats, places cover one period
-evenly and a patch goes on beyond the last sample with the first; on other axes every patch lies wholly on the
+evenly and patches wrap around the period; on other axes every patch lies wholly on the
 plate, and places run evenly from edge to edge.
 """
 
@@ -19,8 +19,8 @@ SPACING_MM = 2.5
 """Greatest distance between neighbouring places, mm: between places 3.3 mm apart a result was up to 0.39
 just-noticeable differences off."""
 ROUND_SPACING_MM = 2.0
-"""The same for a round finger, whose contact is smaller: with 2.5 mm four of twenty tiles were 0.26 to 0.45
-just-noticeable differences off between the places, with 2.0 mm 0.16 to 0.24."""
+"""`SPACING_MM` of a round finger, whose contact is smaller: with 2.5 mm four of twenty tiles were 0.26 to
+0.45 just-noticeable differences off between the places, with 2.0 mm 0.16 to 0.24."""
 _ROUNDING = 1e-6
 """Share of a spacing, or of a sample, by which a quotient of lengths may exceed a whole number."""
 

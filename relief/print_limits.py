@@ -1,4 +1,4 @@
-"""Limits of a printer: the slopes and features that come out, and the nearest relief that has no others."""
+"""Limits of a printer: the slopes and features that it prints, and the nearest relief within these limits."""
 
 from functools import reduce
 from math import atan, cos, hypot, inf, radians, tan
@@ -19,7 +19,7 @@ STRAIGHT = cos(0.5 * atan(0.5))
 SAME = 1e-9
 """Share of a layer by which whole layers may be off by rounding."""
 MOST_ACROSS = 255
-"""Most pixels across the smallest feature. The time to leave out what is finer grows with that number."""
+"""Most pixels across the smallest feature: the time of the morphological opening grows with this number."""
 
 
 class PrintLimits:
@@ -32,7 +32,7 @@ class PrintLimits:
     Args:
         printer: whose limits.
         pitch_mm: distance of neighbouring pixels.
-        repeats: axes (rows, cols) along which the relief goes on as itself.
+        repeats: axes (rows, cols) along which the relief is periodic.
 
     Raises:
         InputError: the smallest feature is too many pixels wide.
@@ -43,7 +43,7 @@ class PrintLimits:
     ) -> None:
         self._printer, self._repeats = printer, repeats
         self.any_slope = printer.max_slope_degrees >= STEEPEST_DEGREES
-        """Whether upright walls come out."""
+        """Whether the printer makes upright walls."""
         self._rise_mm = inf
         if not self.any_slope:
             self._rise_mm = STRAIGHT * pitch_mm * tan(radians(printer.max_slope_degrees))
@@ -58,7 +58,7 @@ class PrintLimits:
         self._rectangles = _rectangles(reach)
 
     def in_layers(self, heights: Array) -> Array:
-        """What is printed of a design (rows, cols), mm: whole layers within the limits."""
+        """The print of a design (rows, cols), mm: whole layers within the limits."""
         return self.nearest(self.gentle(heights))
 
     def nearest(self, heights: Array) -> Array:

@@ -1,9 +1,9 @@
-"""What printers make of a relief: pixels, layers, and what does not come out (`relief.printers`).
+"""Reliefs as printed: pixels, layers, and limits of slopes and features (`relief.printers`).
 
 The model is ideal. A printer fills a grid of square pixels, layer by layer. Slicers cut a layer at its
 middle, and a pixel is solid where half of its area or more lies within the cut. So heights are multiples of
-the layer, off by half a layer at most from the median of the relief over the pixel. Resin that bleeds or
-shrinks, rounded corners and grey pixels are left out.
+the layer, off by half a layer at most from the median of the relief over the pixel. The model ignores resin
+that bleeds or shrinks, rounded corners and grey pixels.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ from relief.printers import Printer
 SUBDIVISIONS = 8
 """Points along a pixel's side at which its height is read."""
 BAND = 64
-"""Rows of pixels that are read at once; 4096 across take 0.1 GB."""
+"""Rows of pixels that are computed together; 4096 pixels across take 0.1 GB."""
 
 
 def on_pixels(
@@ -27,7 +27,7 @@ def on_pixels(
 ) -> Array:
     """Heights of the printer's pixels before layers are cut: the median over each.
 
-    The relief between the samples is bilinear, and beyond the outermost ones goes on as they are. Whole
+    The relief is bilinear between the samples, and constant beyond the outermost. Whole
     pixels fill the width, so they differ from the printer's by half a pixel over the width at most. A relief
     with a sample for each pixel is one of pixels already, and stays as it is.
 
@@ -35,7 +35,7 @@ def on_pixels(
         heights_mm: (rows, cols) samples at the centres of their squares.
         pitch_mm: distance of neighbouring samples.
         printer: whose pixels.
-        repeats: axes (rows, cols) along which the relief goes on as itself.
+        repeats: axes (rows, cols) along which the relief is periodic.
 
     Returns:
         (down, across) mm; the new distance of samples is pitch_mm * cols / across.
@@ -73,7 +73,8 @@ def printed(
 ) -> Array:
     """A relief as printed, mm, a height for each pixel.
 
-    What is too steep is made gentler, and what is too fine left out if the printer is to keep features.
+    Slopes above the limit become gentler; features below the smallest are left out if the printer keeps
+    features.
 
     Args:
         heights_mm, pitch_mm, printer, repeats: as of `on_pixels`.
@@ -94,7 +95,7 @@ def print_of(
         heights_mm: (rows, cols) mm.
         pitch_mm: distance of neighbouring samples.
         printer: makes the print.
-        repeats: axes (rows, cols) along which the relief goes on as itself.
+        repeats: axes (rows, cols) along which the relief is periodic.
         name: of the file, for messages.
 
     Returns:
@@ -117,13 +118,13 @@ def print_of(
 def faults(
     heights_mm: ArrayLike, pitch_mm: float, printer: Printer, repeats: tuple[bool, bool] = (False, False)
 ) -> dict[str, float]:
-    """What of a print is beyond the limits of a printer.
+    """Parts of a print beyond the limits of a printer.
 
     Args:
         heights_mm: (rows, cols) of whole layers.
         pitch_mm: distance of neighbouring pixels.
         printer: to be printed by.
-        repeats: axes (rows, cols) along which the relief goes on as itself.
+        repeats: axes (rows, cols) along which the relief is periodic.
 
     Returns:
         `too_steep_percent`, of the area, that is more than half a layer from all surfaces whose slopes are

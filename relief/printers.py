@@ -1,4 +1,4 @@
-"""Printers by name or by numbers; `relief.printed` has what they make of a relief."""
+"""Printers by name or by numbers; `relief.printed` models their prints."""
 
 import math
 import os
@@ -10,7 +10,7 @@ from relief.ground.errors import InputError, naming
 from relief.ground.limits import BASE_MM, DEEPEST_RELIEF_MM
 
 FEATURE_PIXELS = 3
-"""Smallest feature of a printer in pixels, where no other is given: thinner ones break off or fill up."""
+"""Default smallest feature of a printer, pixels: thinner ones break off or fill up."""
 STEEPEST_DEGREES = 90.0
 """Largest slope of a printer that prints upright walls, which all of the table do."""
 RANGES = {
@@ -110,7 +110,7 @@ DRAWING = ("laser-85", "laser-140", "filament", "filament-fine")
 """Printers that draw outlines with a spot or a strand, which lie on no grid of pixels."""
 
 WITH_SUPPORT = ("polyjet-16", "polyjet-32")
-"""Printers that jet a support under whatever hangs, of their own accord."""
+"""Printers that add a support under overhangs by themselves."""
 
 
 PRINTER_FILE = ".toml"
@@ -118,7 +118,7 @@ PRINTER_FILE = ".toml"
 LARGEST_FILE = 100_000
 """Most bytes of such a file."""
 BESIDE = ("measured",)
-"""Tables of such a file that are for people: how well the numbers are known."""
+"""Tables of such a file for people: intervals of the numbers."""
 
 
 def is_printer_file(name: str) -> bool:

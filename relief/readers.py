@@ -23,7 +23,7 @@ from relief.surface import Repeats
 LARGEST_FIELD_SIDE = 8192
 """Most samples a side of a picture that textures are cut from."""
 MOST_CHANNELS = 8
-"""Most channels of an EXR file; a height map has one, and each costs up to 64 MiB to open."""
+"""Most channels of an EXR file; a height map has one, and each takes up to 64 MiB."""
 LARGEST_TILE = 2048
 """Largest side of a tile of an EXR file, pixels; a tile takes its memory before its data is read."""
 _COLOURS = ("R", "G", "B")
@@ -64,7 +64,7 @@ def repeats_of(header: Mapping[Any, Any], path: Path) -> Repeats:
 
 @contextmanager
 def damage_named(path: Path, kind: str) -> Iterator[None]:
-    """Raise whatever another package raises on a hostile file as InputError, and drop what it prints."""
+    """Raise any error of another package on a hostile file as InputError, and drop its output."""
     try:
         with warnings.catch_warnings(), redirect_stdout(io.StringIO()), _no_stderr():
             warnings.simplefilter("ignore")
@@ -189,8 +189,8 @@ def exr_channels(path: Path, check: Check) -> tuple[dict[str, NDArray[Any]], dic
         preferred = [name for name in ("Y", "Z") if name in channels][:1]
         names = preferred or [name for name in _COLOURS if name in channels] or [*channels]
         if len(names) > 1 and names[0] not in _COLOURS:
-            said = shown(", ".join(names))
-            raise InputError(f"{path}: channels {said}; expected Y, Z, equal R, G, B or a single one")
+            listed = shown(", ".join(names))
+            raise InputError(f"{path}: channels {listed}; expected Y, Z, equal R, G, B or a single one")
         names += ["A"] if "A" in channels and names != ["A"] else []
         if any((channel.xSampling, channel.ySampling) != (1, 1) for channel in channels.values()):
             raise InputError(f"{path}: a channel lacks samples; every pixel of a height map has one")

@@ -24,9 +24,9 @@ class Relief:
     Attributes:
         heights: (rows, cols) mm, row 0 at +y, column 0 at -x.
         width_mm: extent along x of the plate, or of one period, mm.
-        repeats: whether the relief goes on as itself along y (rows) and along x (columns).
+        repeats: whether the relief is periodic along y (rows) and along x (columns).
         name: file of the heights, or another name for messages.
-        printer: whose print the relief is; None if it is none's.
+        printer: printer of which the relief is a print; None for a design.
     """
 
     heights: Array

@@ -1,4 +1,4 @@
-"""Seams: whether a height map goes on across its borders as it does inside, so that it may repeat."""
+"""Seams: whether a height map is continuous across its borders, so that it may repeat."""
 
 import shlex
 from pathlib import Path
@@ -38,7 +38,7 @@ def seams(heights: ArrayLike) -> tuple[float, float]:
 
 
 def misfit(heights: ArrayLike, repeats: tuple[bool, bool] = (True, True)) -> str | None:
-    """What keeps a height map from repeating, as a sentence with a number; None if its sides fit.
+    """The fault by which a height map cannot repeat, as a sentence with a number; None if its sides fit.
 
     Args:
         heights: (rows, cols).

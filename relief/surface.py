@@ -24,8 +24,8 @@ class Surface:
     Attributes:
         shape: rows and columns of the samples; row 0 lies at +y, column 0 at -x.
         width_mm: extent along x, mm.
-        repeats: whether the relief goes on as itself along y (rows) and along x (columns). A surface that
-            repeats is a tile.
+        repeats: whether the relief is periodic along y (rows) and along x (columns). A periodic surface is a
+            tile.
     """
 
     shape: tuple[int, int]

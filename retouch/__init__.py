@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from relief.heightmap import load_heights as load_heights
     from relief.heightmap import save_heights_exr as save_heights_exr
     from relief.heightmap import save_heights_png as save_heights_png
-    from relief.preparing.preparation import Prepared as Prepared
-    from relief.preparing.preparation import prepare as prepare
+    from relief.preparing.picture_preparation import Prepared as Prepared
+    from relief.preparing.picture_preparation import prepare as prepare
     from relief.relief import Relief as Relief
-    from relief.solids.export.plate import export_plate as export_plate
+    from relief.solids.export.plate_export import export_plate as export_plate
     from retouch.laboratory.stimulus_sets.making import StimulusPlates as StimulusPlates
     from retouch.verbs.answering import PeoplesAnswers as PeoplesAnswers
     from retouch.verbs.answering import answers as answers

@@ -141,7 +141,7 @@ def approach_contact(
         allowed = torch.maximum(tol * _mean(displacement), rounding)
         off = torch.maximum(inside, outside)
         cut_short = steps / (max_steps + 1) if max_steps < MAX_STEPS else 0.0
-        this_stage().fallen((off / allowed).max(), cut_short)
+        this_stage().residual_at((off / allowed).max(), cut_short)
         finished = (off <= allowed).view(-1)
         leaving = torch.ones_like(finished) if steps == max_steps else finished
         if bool(leaving.any()):
@@ -307,7 +307,7 @@ def adjoint_pressure(
         error = _sum(residual.square()).sqrt()
         size = error if step == 0 else size
         unfinished = (error > tolerance * size).to(load.dtype)
-        this_stage().fallen((error / size).max() / tolerance)
+        this_stage().residual_at((error / size).max() / tolerance)
         if not bool(unfinished.any()):
             return x
         z = _preconditioned(body, residual, mask)

@@ -10,7 +10,7 @@ from benchmarks.prints.prusa import PRINTER, Slicer, plate_heights
 from relief.printed import printed
 from relief.solids.body import Part
 from relief.solids.export.parts import write_parts
-from relief.solids.export.plate import plate_mesh, repeated
+from relief.solids.export.plate_export import plate_mesh, repeated
 from relief.solids.meshes.solid import volume_mm3
 
 PROGRAM = "prusa-slicer"

@@ -25,17 +25,17 @@ from relief.solids.body import Body
 from relief.solids.meshes.crops import Cropper
 from relief.solids.meshes.intersections import self_intersections
 from relief.solids.meshes.mesh import Mesh
-from relief.solids.meshes.places import Frame
+from relief.solids.meshes.mesh_places import Frame
 from relief.solids.meshes.solid import volume_mm3
 from relief.solids.meshes.unrolling import Unroller, feet
 from relief.solids.objects.table import OBJECTS
 from relief.solids.remeshing.smooth_surface import smooth_object
 from relief.solids.wrapping.coordinates.layout import Layout
-from relief.solids.wrapping.laying import Layer
+from relief.solids.wrapping.laying import TexturePlacer
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface, Settings
-from relief.solids.wrapping.tiles import Covering, Tile
-from relief.solids.wrapping.wrap import wrap
+from relief.solids.wrapping.texture_tiles import Covering, Tile
+from relief.solids.wrapping.wrapped_body import wrap
 from tactile.jnd import ROUGHNESS_JND, jnd_apart
 from tests.relief.solids.known_objects import SIZES_MM, VOLUMES_MM3
 
@@ -122,7 +122,7 @@ def parts(name: str, bare: Body, wrapped: Body, felt: MeshFeel, plate: Array) ->
         return {}
     surface, tile = BaseSurface(bare, None, {}, Settings()), tile_of(TEXTURE)
     base = surface.body
-    layout = Layer(surface, Placement(), Settings().falloff_mm).laid([Covering(tile)])[0].layout
+    layout = TexturePlacer(surface, Placement(), Settings().falloff_mm).laid([Covering(tile)])[0].layout
     unroller = Unroller(wrapped, smooth_object(bare, name))
     laid, flat = [], []
     for number, points in places.items():

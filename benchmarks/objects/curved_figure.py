@@ -37,11 +37,11 @@ from benchmarks.shared.studies import folder_of, rows_in
 from optimize.verification.jod import jod_obstacle
 from relief.ground.arrays import Array
 from relief.solids.body import Body
-from relief.solids.export.plate import plate_mesh
+from relief.solids.export.plate_export import plate_mesh
 from relief.solids.objects.table import OBJECTS
 from relief.solids.wrapping.surfaces import Settings
-from relief.solids.wrapping.tiles import Tile
-from relief.solids.wrapping.wrap import Covering, wrap
+from relief.solids.wrapping.texture_tiles import Tile
+from relief.solids.wrapping.wrapped_body import Covering, wrap
 
 IMAGE = IMAGES / "curved.png"
 TEXTURES = ("gravel", "leather", "knit")

@@ -38,12 +38,12 @@ from relief.solids.meshes.mesh import Mesh
 from relief.solids.objects.implicit import body_of
 from relief.solids.objects.smooth import ball
 from relief.solids.objects.swept import cylinder
-from relief.solids.wrapping.laying import Laid, Layer
+from relief.solids.wrapping.laying import Laid, TexturePlacer
 from relief.solids.wrapping.options import PlacingOptions
 from relief.solids.wrapping.placement import placement_of
 from relief.solids.wrapping.surfaces import BaseSurface, Settings
-from relief.solids.wrapping.tiles import Covering
-from relief.solids.wrapping.wrap import Wrapped, wrap
+from relief.solids.wrapping.texture_tiles import Covering
+from relief.solids.wrapping.wrapped_body import Wrapped, wrap
 from tactile.jnd import ROUGHNESS_JND
 
 COMMAND = "benchmarks.objects.direction"
@@ -135,7 +135,7 @@ def measured(case: Case) -> tuple[dict[str, Any], Body]:
     wrapped = wrap(bare, [covering], settings, placement=placement)
     seconds = time.process_time() - began
     base = BaseSurface(bare, None, {}, settings)
-    (laid,) = Layer(base, placement, settings.falloff_mm).laid([covering])
+    (laid,) = TexturePlacer(base, placement, settings.falloff_mm).laid([covering])
     off = grain_off(base, laid, np.array(case.grain), case.across)
     row = {
         "by": wrapped.coordinates,

@@ -25,19 +25,19 @@ from optimize.verification.solids.over_object import ends, over_object
 from relief.ground.arrays import Array, Index
 from relief.solids.body import Body
 from relief.solids.meshes import read_mesh
-from relief.solids.meshes.crops import Crop, Cropper
-from relief.solids.meshes.places import Frame, spread, surface_points
+from relief.solids.meshes.crops import Cropper, SurfaceCrop
+from relief.solids.meshes.mesh_places import Frame, spread, surface_points
 from relief.solids.meshes.refining import refined
 from relief.solids.meshes.unrolling import Unroller, feet
 from relief.solids.objects.table import OBJECTS
 from relief.solids.remeshing.smooth_surface import smooth_object
 from relief.solids.wrapping.coordinates.layout import Layout
-from relief.solids.wrapping.laying import Layer
+from relief.solids.wrapping.laying import TexturePlacer
 from relief.solids.wrapping.masks import Regions
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface, FineSurface, Settings
-from relief.solids.wrapping.tiles import Covering, Tile
-from relief.solids.wrapping.wrap import Wrapped, wrap
+from relief.solids.wrapping.texture_tiles import Covering, Tile
+from relief.solids.wrapping.wrapped_body import Wrapped, wrap
 from tactile.jnd import ROUGHNESS_JND, jnd_apart
 
 RESULT, COMMAND, TEXTURE = "feel_kept", "benchmarks.objects.feel_kept", "gravel-tile"
@@ -77,7 +77,7 @@ def laid(bare: Body, tile: Tile, regions: Regions, faces: int | None) -> Laid:
     settings = Settings(faces=faces)
     wrapped = wrap(bare, [Covering(tile)], settings, regions=regions)
     base = BaseSurface(bare, None, regions, settings)
-    layout = Layer(base, Placement(), settings.falloff_mm).laid([Covering(tile)])[0].layout
+    layout = TexturePlacer(base, Placement(), settings.falloff_mm).laid([Covering(tile)])[0].layout
     fine = refined(base.body, wrapped.edge_mm, base.textured)
     surface = FineSurface(base, fine, layout.laid())
     if len(surface.fine.body.vertices) != len(wrapped.body.vertices):
@@ -103,7 +103,7 @@ class Stages:
         self._order = np.argsort(keys)
         self._keys = keys[self._order]
 
-    def at(self, crop: Crop) -> tuple[dict[str, Array], dict[str, Any]]:
+    def at(self, crop: SurfaceCrop) -> tuple[dict[str, Array], dict[str, Any]]:
         """Height maps (n, n) mm of a place, and its measures."""
         places = self.before.flat(self.before.frame(crop.frame.at)[0], crop.frame)
         used, flat, faces = self.before.laid(places)

@@ -24,10 +24,10 @@ from relief.ground.arrays import Array
 from relief.solids.body import Body
 from relief.solids.meshes.crops import Cropper
 from relief.solids.meshes.mesh import Mesh
-from relief.solids.meshes.places import frames, surface_points
+from relief.solids.meshes.mesh_places import frames, surface_points
 from relief.solids.objects.table import OBJECTS
 from relief.solids.wrapping.surfaces import Settings
-from relief.solids.wrapping.wrap import Covering, wrap
+from relief.solids.wrapping.wrapped_body import Covering, wrap
 from tactile.jnd import ROUGHNESS_JND, jnd_apart
 
 PLACES, FACES = 20, 400_000

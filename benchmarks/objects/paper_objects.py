@@ -29,14 +29,14 @@ from optimize.settings.skins import load_skin
 from optimize.verification.solids.mesh_feel import feel_of
 from relief.ground.arrays import Array
 from relief.solids.body import Body
-from relief.solids.export.plate import plate_mesh
+from relief.solids.export.plate_export import plate_mesh
 from relief.solids.meshes.mesh import Mesh
 from relief.solids.objects.swept import LINKS
 from relief.solids.objects.table import OBJECTS, Region
 from relief.solids.wrapping.options import MOST_FACES
 from relief.solids.wrapping.surfaces import Settings
-from relief.solids.wrapping.tiles import Tile
-from relief.solids.wrapping.wrap import Covering, Wrapped, wrap
+from relief.solids.wrapping.texture_tiles import Tile
+from relief.solids.wrapping.wrapped_body import Covering, Wrapped, wrap
 from retouch.verbs.comparison import compare
 from tactile.jnd import jnd_apart
 

@@ -31,8 +31,8 @@ from relief.solids.meshes import check_solid, read_mesh
 from relief.solids.meshes.intersections import self_intersections
 from relief.solids.meshes.neighbourhood import edge_pairs
 from relief.solids.wrapping.surfaces import Settings
-from relief.solids.wrapping.tiles import Tile
-from relief.solids.wrapping.wrap import Covering, wrap
+from relief.solids.wrapping.texture_tiles import Tile
+from relief.solids.wrapping.wrapped_body import Covering, wrap
 
 RESULT, SEEDS = "random_unions", 200
 RELIEF_MM, EDGE_MM, CUT = 0.5, 0.4, 0.25

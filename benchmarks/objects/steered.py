@@ -24,13 +24,13 @@ from optimize.settings.skins import load_skin
 from optimize.verification.solids.over_object import over_object
 from relief.ground.arrays import Array
 from relief.solids.meshes.crops import Cropper
-from relief.solids.meshes.places import spread, surface_points
+from relief.solids.meshes.mesh_places import spread, surface_points
 from relief.solids.meshes.unrolling import Unroller
 from relief.solids.objects.table import OBJECTS
 from relief.solids.remeshing.smooth_surface import smooth_object
 from relief.solids.wrapping.surfaces import Settings
-from relief.solids.wrapping.tiles import Covering, Tile
-from relief.solids.wrapping.wrap import wrap
+from relief.solids.wrapping.texture_tiles import Covering, Tile
+from relief.solids.wrapping.wrapped_body import wrap
 from tactile.jnd import ROUGHNESS_JND, jnd_apart
 from tactile.model import touch_model
 from tactile.pair_variation import roughness

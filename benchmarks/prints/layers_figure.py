@@ -16,10 +16,10 @@ from benchmarks.shared.common import IMAGES, folder_named
 from mitsuba_scenes import find_texture
 from relief.heightmap import load_height_map
 from relief.printed import printed
-from relief.shading import facing
+from relief.relief_shading import facing
 from relief.solids.body import Part
 from relief.solids.export.parts import write_parts
-from relief.solids.export.plate import plate_mesh
+from relief.solids.export.plate_export import plate_mesh
 
 IMAGE = IMAGES / "layers.png"
 PART_MM = 5.0

@@ -23,6 +23,7 @@ from typing import Any
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
+from tests.tests.relief.scans.simulated import Scanner, scanned
 
 from benchmarks.prints.prusa import PRINTER as SLICED
 from benchmarks.prints.prusa import Slicer, plate_heights
@@ -37,14 +38,13 @@ from relief.relief import Relief
 from relief.scans.coupon import coupon, scale_for
 from relief.scans.coupon_reading import read_coupon
 from relief.scans.pose import Pose
+from relief.scans.print_summary import PrintScanned, print_scanned
 from relief.scans.registration import Interval, Registration, register
 from relief.scans.scans import Scan, check_scan
-from relief.scans.summary import PrintScanned, print_scanned
-from relief.solids.export.plate import export_plate
+from relief.solids.export.plate_export import export_plate
 from tactile.jnd import jnd_apart
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
-from tests.relief.scans.simulated import Scanner, scanned
 
 PAGE = DOCS / "evidence" / "scans.md"
 SIDE, SIDE_MM = 80, 8.0

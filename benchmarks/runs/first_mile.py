@@ -30,7 +30,7 @@ from optimize.run_directory.finished_run import read_verification
 from relief.ground.files import write_atomically
 from relief.ground.limits import PATCH_SIDE_MM
 from relief.heightmap import load_heights
-from relief.shading import facing, lit
+from relief.relief_shading import facing, lit
 
 SHEET = IMAGES / "first-mile.png"
 WORK = Path("runs/first-mile")

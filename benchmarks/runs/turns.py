@@ -21,7 +21,7 @@ from benchmarks.shared.common import table
 from mitsuba_scenes import find_texture
 from optimize.settings.run_file import load_run
 from relief.heightmap import load_heights, save_heights_exr
-from relief.preparing.preparation import prepare
+from relief.preparing.picture_preparation import prepare
 
 PARTS = ("set_up", "descent", "verify")
 """Parts of a run in `time_s` and `cpu_s` of result.json. The other seconds go to imports and files."""

@@ -13,7 +13,7 @@ from pathlib import Path
 from benchmarks.shared.common import parser_of, table
 from benchmarks.shared.studies import STUDIES, rows_of
 from mitsuba_scenes import find_texture
-from relief.preparing.preparation import prepare
+from relief.preparing.picture_preparation import prepare
 from retouch.laboratory.studies.document import read_document
 
 DOCUMENT = STUDIES / "plates.json"

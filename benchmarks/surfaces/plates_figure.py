@@ -17,7 +17,7 @@ from benchmarks.surfaces.plates import NAMES, PLATE_MM, TEXTURES
 from optimize.run_directory.finished_run import read_verification
 from optimize.verification.verification import Places
 from relief.heightmap import load_heights
-from relief.shading import facing
+from relief.relief_shading import facing
 from tactile.jnd import jnd_apart
 
 IMAGE = IMAGES / "plates.png"

@@ -23,10 +23,10 @@ from relief.places import places
 from relief.relief import Relief
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
-from relief.solids.export.plate import plate_mesh
+from relief.solids.export.plate_export import plate_mesh
 from relief.solids.meshes import Mesh, check_solid, read_mesh
 from relief.solids.meshes.crops import Cropper
-from relief.solids.meshes.places import frame_along
+from relief.solids.meshes.mesh_places import frame_along
 from relief.solids.meshes.refining import refined
 from relief.solids.remeshing.smooth_surface import EDGE_MM
 from relief.surface import Surface

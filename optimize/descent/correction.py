@@ -177,7 +177,7 @@ def _descend(targets: Targets, segment: Segment, limit: int, observer: Observer)
     # Most descents end long before their limit; only a schedule says how long it takes.
     total = limit - segment.start.step if segment.method.patience is None else None
     with stage(name, total) as advance:
-        advance.tell(f"{name}, at most to step {limit}")
+        advance.describe(f"{name}, at most to step {limit}")
 
         def on_step(current: Iterate, best: Iterate, seconds: float) -> None:
             advance()

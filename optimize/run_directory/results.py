@@ -20,7 +20,7 @@ from relief.ground.formats import PLATES, RUN_HEIGHTS
 from relief.ground.limits import BASE_MM, SMALLEST_RELIEF_MM
 from relief.heightmap import save_heights_exr, save_heights_png
 from relief.relief import Relief
-from relief.solids.export.plate import export_plate
+from relief.solids.export.plate_export import export_plate
 from relief.surface import repeats_along
 
 WRITTEN = (

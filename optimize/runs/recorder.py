@@ -55,7 +55,7 @@ class Recorder:
     def step(self, current: Iterate, best: Iterate, seconds: float) -> None:
         self.history.add(current, self.seconds)
         self._save(current, best)
-        this_stage().tell(step_line(self._state.surrogate_targets, current, seconds))
+        this_stage().describe(step_line(self._state.surrogate_targets, current, seconds))
 
     def verifying(self, best: Iterate) -> None:
         # Before the slow part, so that an interrupt leaves something to print.

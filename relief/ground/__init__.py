@@ -1,1 +1,1 @@
-"""What every room builds on: arrays, errors, files, progress, and numbers as text."""
+"""The ground of all packages: arrays, errors, files, progress, and numbers as text."""

@@ -62,7 +62,8 @@ def renumbered(faces: Index, count: int) -> tuple[Index, Index]:
     return np.flatnonzero(used), (np.cumsum(used) - 1)[faces]
 
 
-def in_blocks(rows: AnyArray) -> Iterator[AnyArray]:
-    """The rows of an array in blocks of `ROWS`, for work that takes much more memory than the rows."""
-    for start in range(0, len(rows), ROWS):
-        yield rows[start : start + ROWS]
+def in_blocks(rows: AnyArray, most: int | None = None) -> Iterator[AnyArray]:
+    """The rows of an array in blocks of `most`, by default `ROWS`, for work that takes much more memory."""
+    step = most or ROWS
+    for start in range(0, len(rows), step):
+        yield rows[start : start + step]

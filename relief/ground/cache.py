@@ -23,7 +23,7 @@ _log = logging.getLogger(__name__)
 Layout = Mapping[str, tuple[tuple[int, ...], str]]
 """Shape and type, as numpy's ``dtype.str`` without byte order, by name of the array; -1 is any length."""
 ABANDONED_S = 3600.0
-"""Age of a temporary folder, s, after which no process is writing to it any more."""
+"""Age of a temporary folder, s, after which the folder counts as abandoned."""
 _IMPORT = re.compile(r"^\s*(?:from|import) (\w+(?:\.\w+)*)(?= import| as|$)", re.MULTILINE)
 
 
@@ -135,12 +135,12 @@ def _read(path: Path, kind: str, text: str, layout: Layout) -> Arrays | None:
 
 
 _builds = threading.local()
-"""Whether this thread holds the lock of the cache, since a build may need other arrays from there."""
+"""Whether this thread holds the lock of the cache: a build may need other arrays of the cache."""
 
 
 @contextmanager
 def _one_builder(folder: Path) -> Iterator[None]:
-    """Let processes that share a cache build one after another, so that each finds what another has built.
+    """Let processes that share a cache build one after another, so that none builds the same arrays twice.
 
     Raises:
         OSError, ImportError: There is no folder to lock, or no lock on this system.

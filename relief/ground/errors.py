@@ -26,7 +26,7 @@ def _printable(line: str) -> str:
 
 
 class PictureError(InputError):
-    """A picture that is no height map, but of which `retouch prepare` makes one."""
+    """A picture that is no height map, but that `retouch prepare` turns into one."""
 
 
 @contextmanager

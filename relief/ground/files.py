@@ -29,7 +29,7 @@ def partial_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
     Folders that killed processes have left of the same ``path`` are removed: a lock dies with its process.
 
     Args:
-        path: The final place of what is written; missing folders are made.
+        path: The final path of the file or folder; missing folders are made.
 
     Yields:
         The temporary folder.
@@ -94,7 +94,7 @@ def remove_partial(folder: Path, older_than_s: float = 0.0) -> None:
 
     Args:
         folder: The folder; it may not exist.
-        older_than_s: Least age of what is removed, s.
+        older_than_s: Least age of folders that are removed, s.
     """
     for path in partial_folders(folder):
         if time.time() - path.stat().st_mtime >= older_than_s:
@@ -158,7 +158,7 @@ def read_limited(path: Path, limit: int) -> bytes:
     """
     try:
         with path.open("rb") as file:
-            # Python takes the memory that is asked for, whatever the file has; pipes state no size.
+            # Python allocates the requested bytes at once, more than a file may have; pipes state no size.
             content = file.read(min(limit, os.fstat(file.fileno()).st_size or limit) + 1)
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from error
@@ -184,5 +184,5 @@ def cache_folder() -> Path:
 
 @cache
 def _passing_folder() -> tempfile.TemporaryDirectory[str]:
-    """A folder for this process alone, because what others could leave in a shared one would be believed."""
+    """A folder for this process alone: other users could leave false files in a shared folder."""
     return tempfile.TemporaryDirectory(prefix="retouch-")

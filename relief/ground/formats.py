@@ -48,7 +48,7 @@ RUN_HEIGHTS = "heights.exr"
 RUN_HISTORY = "history.jsonl"
 """Name of the file with a line for each step of a run."""
 RUN_CHECKPOINT = "checkpoint/descent.safetensors"
-"""Path in a run's folder of the state from which the run goes on."""
+"""Path in a run's folder of the state from which `resume` continues."""
 
 HEIGHT_MAPS = (".png", ".tif", ".tiff", ".exr", ".npy")
 """Suffixes of the files that `relief.heightmap` reads."""

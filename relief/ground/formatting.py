@@ -9,7 +9,7 @@ marks of the direction of writing, halves of pairs (of names that are no Unicode
 
 
 def plain(text: str) -> str:
-    """The text with a question mark for each character that would be obeyed, such as those of file names."""
+    """The text with a question mark for each character of `OBEYED`, for example in file names."""
     return OBEYED.sub("?", text)
 
 
@@ -71,7 +71,7 @@ def duration(seconds: float) -> str:
 
 
 def about(seconds: float) -> tuple[str, str]:
-    """An expected duration as a number that promises no more than is known, and its unit."""
+    """An expected duration, rounded to its accuracy, and its unit."""
     if seconds < 55.0:
         return str(max(5, 5 * round(seconds / 5.0))), "s"
     minutes = max(1, round(seconds / 60.0))

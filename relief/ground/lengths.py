@@ -27,7 +27,7 @@ RANGES = {
 
 
 class Lengths(TypedDict, total=False):
-    """The same numbers as arguments, None where unknown; see `relief.heightmap.load_height_map`."""
+    """The numbers of `RANGES` as arguments, None if unknown; see `relief.heightmap.load_height_map`."""
 
     size_mm: float | None
     relief_mm: float | None

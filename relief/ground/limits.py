@@ -1,20 +1,20 @@
 """Limits and usual sizes of a height map and of the plate that carries it."""
 
 HEIGHT_LIMIT_MM = 3.0
-"""Greatest height, mm: H_trg of the paper (4.1, 7.1); the finger reaches no deeper."""
+"""Greatest height, mm: H_trg of the paper (4.1, 7.1), the depth that a finger reaches."""
 DEEPEST_RELIEF_MM = 20.0
-"""Greatest height, mm, of a relief of which only the uppermost 3 mm are felt and changed (`relief.depth`):
-grooves twice as deep as the patch under a finger is wide; what is deeper is no surface but an object."""
+"""Greatest height, mm, of a relief whose uppermost 3 mm alone are felt and changed (`relief.depth`):
+grooves twice as deep as the patch under a finger is wide."""
 PATCH_SIDE_MM = 10.0
-"""Side of the square patch, mm, where no other is given: the paper's textures measure 100 mm² (4.2)."""
+"""Default side of the square patch, mm: the paper's textures measure 100 mm² (4.2)."""
 BASE_MM = 2.0
-"""Thickness of a printed plate under height 0, mm, where no other is given."""
+"""Default thickness of a printed plate under height 0, mm."""
 EYE_DISTANCE_CM = 40.0
-"""Distance from the eye to the plate, cm, where no other is given: that of a small thing in the hand."""
+"""Default distance from the eye to the plate, cm: that of a small thing in the hand."""
 NEAREST_EYE_CM, FARTHEST_EYE_CM = 5.0, 1000.0
-"""Least and greatest distance from the eye to the plate, cm: under a strong loupe, and across a room."""
+"""Least and greatest distance from the eye to the plate, cm: that under a strong loupe, and across a room."""
 MOST_MESH_PLACES = 300
-"""Most places of a mesh that are pressed."""
+"""Most contact locations of a mesh."""
 SMALLEST_PLATE_MM, LARGEST_PLATE_MM = 0.1, 1000.0
 """Shortest and longest side of a plate, mm, that is rendered or printed: 1 % and 100 times the patch."""
 SMALLEST_SIDE, LARGEST_SIDE = 16, 4096
@@ -22,4 +22,4 @@ SMALLEST_SIDE, LARGEST_SIDE = 16, 4096
 SMALLEST_RELIEF_MM, LARGEST_RELIEF_MM = 1e-6, 1000.0
 """Least and greatest height of white above black, mm; a picture need not reach white."""
 LARGEST_HEIGHT_SCALE = 1e6
-"""Greatest factor on heights in another unit than mm, as of km; its inverse is the least."""
+"""Largest unit factor x, mm per unit of a file: factors lie between 1 / x and x, and km have 1e6."""

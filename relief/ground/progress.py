@@ -1,11 +1,11 @@
-"""Progress of long work: deep code names its stages, and whoever listens is told how far they are.
+"""Progress of long work: deep code names its stages, and a listener gets reports of how far they are.
 
     with stage("finite elements", total=4) as advance:
         for block in blocks:
             build(block)
             advance()
 
-Stages lie within one another. Where nobody listens, a stage costs 3 microseconds.
+Stages lie within one another. Without a listener, a stage costs 3 microseconds.
 """
 
 import math
@@ -22,17 +22,17 @@ INTERVAL_S = 0.1
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a stage is.
+    """A report of how far a stage is.
 
     Attributes:
-        stage: what is being done, in words.
-        done: what is done, in the unit of `total`.
-        total: of the whole stage; None where nobody knows.
-        seconds: since the stage began.
+        stage: name of the work, in words.
+        done: amount of work that is done, in the unit of `total`.
+        total: amount of work of the whole stage; None if unknown.
+        seconds: time since the stage began.
         level: 0 for an outermost stage, 1 for a stage within that stage, and so on.
         detail: line about the last step, empty if there is none.
         at_most: whether the stage may end before its total.
-        ended: whether the stage is over, be it finished or given up.
+        ended: whether the stage is over, finished or given up.
     """
 
     stage: str
@@ -46,31 +46,31 @@ class Progress:
 
     @property
     def fraction(self) -> float | None:
-        """Part that is done, 0 to 1; None where nobody knows."""
+        """Share that is done, 0 to 1; None if unknown."""
         if self.total is None or self.at_most:
             return None
         return min(1.0, self.done / self.total) if self.total > 0.0 else 1.0
 
     @property
     def remaining(self) -> float | None:
-        """Seconds that all remaining steps take at the pace so far; None where nobody knows."""
+        """Seconds that all remaining steps take at the pace so far; None if unknown."""
         if self.total is None or self.done <= 0.0:
             return None
         return self.seconds * max(0.0, self.total / self.done - 1.0)
 
 
 class Listener(Protocol):
-    """Whoever is told about progress, by the thread that works."""
+    """Receiver of reports; the thread that works calls its methods."""
 
     def report(self, progress: Progress) -> None:
-        """Called when a stage begins and ends, and now and then between."""
+        """Called when a stage begins and ends, and at intervals between."""
 
     def say(self, line: str) -> None:
-        """Called with a line for a person that is to stay."""
+        """Called with a line for a person, which stays on the screen."""
 
 
 class Stage:
-    """A stage under way; calling the stage says that a step of it is done."""
+    """A stage under way; a call of the stage reports that a step is done."""
 
     def __init__(self, listener: Listener | None, progress: Progress) -> None:
         self._listener, self._progress = listener, progress
@@ -83,18 +83,18 @@ class Stage:
             self.reach(self._done + steps)
 
     def reach(self, done: float) -> None:
-        """Say how much is done in all; less than before counts as no news."""
+        """Report how much is done in all; less than before is ignored."""
         if self._listener is not None and done > self._done:
             self._done = done
             if time.perf_counter() - self._reported >= INTERVAL_S:
                 self._report()
 
-    def fallen(self, over: SupportsFloat, least: float = 0.0) -> None:
-        """Say how far a residual is: done is the share of its digits gained, from 0 to a total of 1.
+    def residual_at(self, over: SupportsFloat, least: float = 0.0) -> None:
+        """Report a residual: done is the share of its digits that are gained, from 0 to a total of 1.
 
         Args:
             over: residual in units of its tolerance.
-            least: what is done at least, whatever the residual.
+            least: lower bound of what is done.
         """
         if self._listener is not None:
             now = max(1.0, float(over))
@@ -102,12 +102,12 @@ class Stage:
             gained = 1.0 - math.log(now) / math.log(self._first) if 1.0 < self._first < math.inf else 0.0
             self.reach(max(gained, least))
 
-    def tell(self, line: str) -> None:
-        """Say something of the last step."""
+    def describe(self, line: str) -> None:
+        """Report a line about the last step."""
         self._report(detail=line)
 
     def end(self) -> None:
-        """Say that the stage is over."""
+        """Report that the stage is over."""
         self._report(ended=True)
 
     def _report(self, **changes: str | bool) -> None:
@@ -118,27 +118,27 @@ class Stage:
             self._listener.report(self._progress)
 
 
-_NOBODY = Stage(None, Progress(""))
+_NULL_STAGE = Stage(None, Progress(""))
 _listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 _stages: ContextVar[tuple[Stage, ...]] = ContextVar("stages", default=())
 
 
 @contextmanager
 def stage(name: str, total: float | None = None, *, at_most: bool = False) -> Iterator[Stage]:
-    """Name what the block does, or what the function does that this decorates.
+    """A stage of the block, or of the decorated function.
 
     Args:
-        name: what is being done, in words that begin in lower case.
-        total: number of steps, or any other measure of the whole; None where nobody knows.
+        name: name of the work, in words that begin in lower case.
+        total: number of steps, or any other measure of the whole; None if unknown.
         at_most: whether the stage may end before its total.
     """
     listener = _listener.get()
     if listener is None:
-        yield _NOBODY
+        yield _NULL_STAGE
         return
-    around = _stages.get()
-    this = Stage(listener, Progress(name, total=total, level=len(around), at_most=at_most))
-    before = _stages.set((*around, this))
+    outer = _stages.get()
+    this = Stage(listener, Progress(name, total=total, level=len(outer), at_most=at_most))
+    before = _stages.set((*outer, this))
     try:
         yield this
     finally:
@@ -147,24 +147,24 @@ def stage(name: str, total: float | None = None, *, at_most: bool = False) -> It
 
 
 def this_stage() -> Stage:
-    """The innermost stage; where nobody listens, one that says nothing."""
-    return (_stages.get() or (_NOBODY,))[-1]
+    """The innermost stage; without a listener, a null stage, which reports nothing."""
+    return (_stages.get() or (_NULL_STAGE,))[-1]
 
 
 def say(line: str) -> None:
-    """Say a line for a person that is to stay."""
+    """Report a line for a person, which stays on the screen."""
     if (listener := _listener.get()) is not None:
         listener.say(line)
 
 
-def heard() -> bool:
-    """Whether anybody listens."""
+def has_listener() -> bool:
+    """Whether there is a listener."""
     return _listener.get() is not None
 
 
 @contextmanager
 def listening(listener: Listener | None) -> Iterator[None]:
-    """Let a listener hear of the stages of the block, in place of any other; None: nobody hears of them."""
+    """Report the stages of the block to a listener, in place of any other; None: to none."""
     before, stages = _listener.set(listener), _stages.set(())
     try:
         yield
@@ -186,7 +186,7 @@ def progress(callback: Callable[[Progress], None]) -> Iterator[None]:
 
 
 class _Callback:
-    """Listener of one function."""
+    """Listener that calls one function."""
 
     def __init__(self, callback: Callable[[Progress], None]) -> None:
         self.report = callback

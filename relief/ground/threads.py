@@ -1,9 +1,9 @@
 """Threads of torch: touch takes one.
 
-Two threads on two cores take 1.3 times the processor's time of one for a run, and no less time on the clock:
-products of a few patches are small, and the threads wait for each other by spinning. Batches of patches side
-by side, one on each core, wait for Python's lock instead: 1.1 times the time, and no less on the clock
-either.
+A run with two threads on two cores takes 1.3 times the CPU seconds of one thread, and no less time on the
+clock: products of a few patches are small, and the threads wait for each other by spinning. Batches of
+patches in parallel, one on each core, wait for Python's lock: 1.1 times the CPU seconds, and no less time on
+the clock.
 """
 
 from collections.abc import Iterator

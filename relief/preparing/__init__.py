@@ -1,1 +1,1 @@
-"""Preparing: from somebody's picture to a height map that is square, grey and, if asked for, periodic."""
+"""Preparing: height maps of any picture, square, grey and, if asked for, periodic."""

@@ -1,4 +1,4 @@
-"""Choices that a preparation leaves to its user; this module imports nothing heavy."""
+"""Options of a preparation; this module imports nothing heavy."""
 
 from collections.abc import Mapping
 
@@ -15,12 +15,12 @@ GREYS: Mapping[str, Mapping[str, float]] = {
 Those of luminance are of ITU-R BT.709.
 """
 METHODS = ("blend", "cut")
-"""Ways to join the borders of a tile; `relief.preparing.tiling` tells them apart."""
+"""Ways to join the borders of a tile; `relief.preparing.tiling` describes them."""
 TURNS = (0, 90, 180, 270)
 """Degrees by which a picture may be turned."""
 AUTO = "auto"
 """The way with the smaller seam error."""
 MOST_USUAL_SAMPLES = 128
-"""Most samples a side where no number is given: one for each pixel of the pictures of the bundled scenes."""
+"""Default of the most samples a side: one for each pixel of the pictures of the bundled scenes."""
 OUTPUTS = (".png", ".exr")
 """Suffixes of the files that are written."""

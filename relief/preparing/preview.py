@@ -9,9 +9,9 @@ from PIL import Image, ImageDraw, ImageFont
 
 from relief.ground.arrays import Array
 from relief.ground.limits import PATCH_SIDE_MM
-from relief.preparing.pictures import Picture
-from relief.preparing.preparation import Prepared
-from relief.shading import facing, lit, open_sky
+from relief.preparing.picture_preparation import Prepared
+from relief.preparing.source_pictures import SourcePicture
+from relief.relief_shading import facing, lit, open_sky
 
 PANEL, GAP, MARGIN = 480, 24, 36
 """Pixels of the side of a panel, between panels, and around the sheet."""
@@ -22,19 +22,19 @@ AZIMUTH_DEG, ELEVATIONS_DEG = 135.0, (25.0, 45.0)
 `STEEP_PERCENTILE` of the slopes within these bounds, so that a steep relief is not all shadow."""
 STEEP_PERCENTILE = 75.0
 SHADOW_SOFTNESS = 0.5
-"""Width of the edges of shadows, as a part of how far above the shadow its edge stands."""
+"""Width of the edges of shadows, relative to the height of the edge above the shadow."""
 SKY, SKY_REACH = 0.5, 0.125
-"""Share of the light of a level surface that comes from the sky, and how far a relief covers it, in sides."""
+"""Share of the light of a level surface from the sky, and range within which a relief covers it, in sides."""
 BOUNCES = 0.6
-"""Exponent of the light of the sky: below 1, as what is covered gets light from the relief around it."""
+"""Exponent of the light of the sky: below 1, since shaded places get light from the relief around."""
 SMOOTHING = 0.45
-"""Standard deviation, in samples, of the blur that takes the steps from edges that run across samples."""
+"""Standard deviation, in samples, of the blur that antialiases edges across samples."""
 ASSUMED_SLOPE = 0.1
 """Relief in sides of the plate that is shaded and drawn where no relief is known."""
 PROFILE_HEIGHT = 150
 """Most pixels of the profile from its lowest to its highest point."""
 PAPER, INK, FAINT, ACCENT = (250, 248, 244), (38, 38, 42), (128, 124, 118), (196, 78, 40)
-"""Colours of the background, the text, the labels, and of what is marked."""
+"""Colours of the background, the text, the labels, and the marks."""
 DARK, BRIGHT = (28, 27, 34), (252, 243, 226)
 """Colours of the relief without light and in full light."""
 GLYPHS = str.maketrans({"²": "2", "µ": "u", "–": "-", "−": "-", "×": "x"})
@@ -117,7 +117,7 @@ def _picture(prepared: Prepared) -> Image.Image:
     return panel
 
 
-def small_picture(picture: Picture, longest: int) -> Image.Image:
+def small_picture(picture: SourcePicture, longest: int) -> Image.Image:
     """A picture whose longer side has so many pixels, in RGB, with transparent parts white.
 
     Of a file of numbers, the lowest and the highest half per cent of the values are black and white.
@@ -174,14 +174,14 @@ def _resized(values: Array, side: int) -> Array:
 
 
 def _profile(draw: ImageDraw.ImageDraw, y: int, heights: Array, size_mm: float, in_mm: bool) -> int:
-    """Draw a section through the middle row, to scale; returns where the next thing goes."""
+    """Draw a section through the middle row, to scale; returns y of the next item."""
     across = WIDTH - 2 * MARGIN
     scale = min(across / size_mm, PROFILE_HEIGHT / (heights.max() or 1.0))
     row = heights[len(heights) // 2]
     at = MARGIN + scale * size_mm * (np.arange(len(row)) + 0.5) / len(row)
     foot = y + 26 + round(scale * heights.max())
-    said = f"section through the middle, to scale, {size_mm:g} mm wide"
-    draw.text((MARGIN, y), said if in_mm else "section through the middle, relief assumed", FAINT, _font(17))
+    label = f"section through the middle, to scale, {size_mm:g} mm wide"
+    draw.text((MARGIN, y), label if in_mm else "section through the middle, relief assumed", FAINT, _font(17))
     outline = [*zip(at.tolist(), (foot - scale * row).tolist(), strict=True)]
     draw.polygon([(at[0], foot + 14), *outline, (at[-1], foot + 14)], fill=(226, 218, 204))
     draw.line(outline, fill=INK, width=2)
@@ -189,7 +189,7 @@ def _profile(draw: ImageDraw.ImageDraw, y: int, heights: Array, size_mm: float, 
 
 
 def _figures(draw: ImageDraw.ImageDraw, y: int, figures: Sequence[tuple[str, str]]) -> int:
-    """Draw numbers in a row, large; returns where the next thing goes."""
+    """Draw numbers in a row, large; returns y of the next item."""
     if not figures:
         return y
     step = (WIDTH - 2 * MARGIN) // len(figures)

@@ -29,8 +29,8 @@ def square_in(width: int, height: int, crop: Box | None = None, centre: int | No
     left, upper, wide, high = (0, 0, width, height) if crop is None else crop
     inside = 0 <= left <= left + wide <= width and 0 <= upper <= upper + high <= height
     if not inside or min(wide, high) < 1:
-        said = ",".join(str(number) for number in (left, upper, wide, high))
-        raise InputError(f"crop: {said} is no part of a picture of {width} x {height} pixels")
+        numbers = ",".join(str(number) for number in (left, upper, wide, high))
+        raise InputError(f"crop: {numbers} is no part of a picture of {width} x {height} pixels")
     side = min(wide, high)
     if centre is not None:
         if not 1 <= centre <= side:
@@ -63,5 +63,5 @@ def resampled(values: NDArray[np.float32], samples: int, side: float | None = No
     image = Image.fromarray((values - np.float32(low)) / np.float32(unit))
     method = Image.Resampling.BILINEAR if side > samples else Image.Resampling.BICUBIC
     shrunk = image.resize((samples, samples), method, box=(0.0, 0.0, side, side))
-    # Cubic interpolation swings beyond the values at an edge, as would be beyond white.
+    # Cubic interpolation overshoots at edges, for example beyond white.
     return low + unit * np.clip(np.asarray(shrunk, dtype=np.float64), 0.0, 1.0)

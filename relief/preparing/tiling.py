@@ -26,9 +26,9 @@ OVERLAP = 0.25
 SMALLEST_TILE = 0.5
 """Smallest side of a tile that is tried, in sides of the largest tile."""
 PERIOD_SIDE = 400
-"""Samples a side of the copy of the texture in which its period is looked for."""
+"""Samples a side of the texture for the search of its period."""
 PERIODIC = 0.35
-"""Largest mismatch of a smaller tile, in parts of the largest tile's, for which the larger area is given up.
+"""Largest mismatch of a smaller tile, relative to the largest tile's, with which the smaller tile is taken.
 
 Textures without a period vary by a tenth by chance, woven ones fall to a fifth.
 """
@@ -39,7 +39,7 @@ SEAM_REACH = 4
 
 
 @dataclass(frozen=True)
-class Tile:
+class JoinedTile:
     """A texture that continues across its borders.
 
     Attributes:
@@ -48,7 +48,7 @@ class Tile:
         seam_errors: By method: mean difference between the sizes of the steps where copies are joined and of
             those in the copies at the same places (Wasserstein distance), in mean steps of the texture,
             times the share of the tile where copies are joined. 0 is perfect.
-        border_ratio: Root mean square of the steps across the border, in that of the steps inside.
+        border_ratio: Ratio of the root mean squares of the steps across the border and of those inside.
         histogram_change: Mean difference between the heights of the tile and of the texture, both in order
             (Wasserstein distance), in ranges of the texture.
     """
@@ -66,10 +66,10 @@ class Tile:
 
 
 def period(texture: Array) -> float:
-    """The side of the tile that suits a texture best, in sides of the texture.
+    """The best side of a tile of a texture, in sides of the texture.
 
-    Of a texture with a period that is the side at which the overlapping copies fit best, of any other the
-    largest possible.
+    For a texture with a period, the side at which the overlapping copies fit best; else the largest possible
+    side.
 
     Args:
         texture: (side, side) heights.
@@ -90,7 +90,7 @@ def _mismatch(texture: Array, tile: int, overlap: int) -> float:
     return float(sum(off) / (2.0 * whole.var() or 1.0))
 
 
-def make_tile(texture: Array, samples: int, method: str | None = None) -> Tile:
+def make_tile(texture: Array, samples: int, method: str | None = None) -> JoinedTile:
     """Make a texture periodic.
 
     Args:
@@ -103,11 +103,11 @@ def make_tile(texture: Array, samples: int, method: str | None = None) -> Tile:
     method = method or min(METHODS, key=errors.__getitem__)
     heights = joined[method][0]
     change = scipy.stats.wasserstein_distance(heights.ravel(), texture.ravel()) / (np.ptp(texture) or 1.0)
-    return Tile(heights, method, errors, border_ratio(heights), float(change))
+    return JoinedTile(heights, method, errors, border_ratio(heights), float(change))
 
 
 def border_ratio(heights: Array) -> float:
-    """Root mean square of the steps across the border of a tile, in that of the steps inside."""
+    """Ratio of the root mean squares of the steps across the border of a tile and of those inside."""
     across = np.concatenate([heights[0] - heights[-1], heights[:, 0] - heights[:, -1]])
     inside = np.concatenate([np.diff(heights, axis=axis).ravel() for axis in (0, 1)])
     return float(np.sqrt(np.mean(across**2) / (np.mean(inside**2) or 1.0)))
@@ -130,7 +130,7 @@ def _blend(texture: Array, samples: int) -> tuple[Array, NDArray[np.bool_]]:
             weight = np.outer(down, right)
             total += weight * beyond[rows, cols]
             squares += weight**2
-    # Divided so, independent copies keep the variance of one; a plain mean of them would be flatter.
+    # This division keeps the variance of independent copies; their plain mean would be flatter.
     rank = scipy.special.ndtr(total / np.sqrt(squares)) * texture.size - 0.5
     tile = np.interp(rank, np.arange(texture.size), ordered)
     return tile, np.maximum.outer(second, second) > 0.0
@@ -205,15 +205,15 @@ def _closed_path(costs: Array) -> Index:
     length = len(costs)
     middle = length // 2
     start = _path(np.concatenate([costs, costs]))[middle]
-    around = np.roll(costs, -middle, axis=0)
-    around = np.concatenate([around, around[:1]])
+    turned = np.roll(costs, -middle, axis=0)
+    turned = np.concatenate([turned, turned[:1]])
     fixed = np.arange(costs.shape[1]) == start
-    around[[0, -1]] = np.where(fixed, around[[0, -1]], np.inf)
-    return np.roll(_path(around)[:-1], middle)
+    turned[[0, -1]] = np.where(fixed, turned[[0, -1]], np.inf)
+    return np.roll(_path(turned)[:-1], middle)
 
 
 def _seam_error(tile: Array, texture: Array, seam: NDArray[np.bool_]) -> float:
-    """`Tile.seam_errors` of one tile; ``seam`` is where its copies are joined."""
+    """`JoinedTile.seam_errors` of one tile; ``seam`` is where its copies are joined."""
     samples, size = len(tile), len(texture)
     row, col = np.nonzero(seam)
     errors = []

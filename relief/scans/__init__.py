@@ -1,1 +1,1 @@
-"""Scans of prints: read, registered to their design, and what the printer lost; a coupon for printers."""
+"""Scans of prints: readers, registration to the design, lost detail; a coupon that measures printers."""

@@ -1,7 +1,7 @@
 """A design as a blurring printer makes it: exact Gaussian blur, with its derivatives, at any point.
 
-On the grid of the design a cosine transform holds the relief, which then goes on beyond its rim as in a
-mirror. Blur of variance q multiplies the coefficient of wave number k by exp(-q k²/2), whatever the sampling.
+A cosine transform on the grid of the design holds the relief, with mirror images beyond its rim. Blur of
+variance q multiplies the coefficient of wave number k by exp(-q k²/2), on any grid.
 """
 
 from copy import copy
@@ -17,7 +17,7 @@ from relief.relief import Relief
 from relief.scans.scans import axes_mm
 
 CUBIC, LINEAR = 3, 1
-"""Orders of the splines of heights, and of derivatives, which decide the number of steps alone."""
+"""Orders of the splines of heights, and of derivatives, whose accuracy affects the number of steps alone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,14 +37,14 @@ class Derivatives:
 
 
 FINER = 8
-"""Most samples for one of a relief, along a side, that hold the surface between its samples."""
+"""Most samples along a side for one sample of a relief."""
 
 
 def surface_of(relief: Relief, most: int) -> Array:
     """The surface of a relief as a plate has it, on finer samples: linear between samples, or flat pixels.
 
     Args:
-        relief: the print of a printer has a flat pixel for each sample (`relief.solids.export.plate`).
+        relief: the print of a printer has a flat pixel for each sample (`relief.solids.export.plate_export`).
         most: samples a side, unless the relief has more.
 
     Returns:
@@ -58,7 +58,7 @@ def surface_of(relief: Relief, most: int) -> Array:
     return np.asarray(map_coordinates(relief.heights, places, order=LINEAR, mode="nearest"))
 
 
-class Design:
+class DesignSpectrum:
     """A design that can be blurred.
 
     Args:
@@ -78,7 +78,7 @@ class Design:
         self.level_mm = float(heights.mean())
         self._hold(dctn(heights - self.level_mm, norm="ortho"), most)
 
-    def coarser(self, most: int) -> "Design":
+    def coarser(self, most: int) -> "DesignSpectrum":
         """The same design on at most so many samples a side, without aliasing."""
         if max(self.shape) <= most:
             return self
@@ -122,7 +122,7 @@ class Design:
     def at(self, x: Array, y: Array, variance_mm2: float) -> Derivatives:
         """The blurred design and its derivatives at points, mm from the middle, y upward.
 
-        A negative variance, which noise can suggest, goes on linearly from a variance of 0.
+        Negative variances, which noise can cause, are extrapolated linearly from 0.
         """
         positive, negative = max(variance_mm2, 0.0), min(variance_mm2, 0.0)
         spectrum = self._coefficients * np.exp(-0.5 * positive * self._squares)

@@ -1,4 +1,4 @@
-"""A coupon: one small plate whose gratings, lines, dots, slopes and steps tell the numbers of a printer.
+"""A coupon: one small plate with gratings, lines, dots, slopes and steps, which measures a printer.
 
 All lengths here are in mm at scale 1, for pixels of 50 um; for other printers the whole plate is scaled.
 Gratings and lines are slanted, so that their edges meet every part of a printer's pixels, as edges of
@@ -184,7 +184,7 @@ def _engrave(heights: Array, text: str, x: float, y: float) -> None:
 
 
 def _mark(heights: Array) -> None:
-    """Raise an L in the upper left corner and a square in the upper right, which tell turn and mirror."""
+    """Raise an L in the upper left corner and a square in the upper right, as marks of turn and mirror."""
     one = round(0.6 / PITCH_MM)
     heights[one : 4 * one, one : 2 * one] = FLOOR_MM + HIGH_MM
     heights[3 * one : 4 * one, one : 4 * one] = FLOOR_MM + HIGH_MM

@@ -1,7 +1,7 @@
 """The numbers of a printer from a scan of its coupon.
 
 * Footprint: a square pixel of side p leaves sin(x)/x, x = pi p / P, of the amplitude of a slanted grating of
-  pitch P. p fits that to all gratings of which enough is left.
+  pitch P. p is fitted to all gratings with enough contrast.
 * Layer: the long ramp is printed as terraces; its height above a straight line is a sawtooth of the layer.
 * Smallest feature: the width from which ridges and grooves come out with half their height.
 * Slope: the steepest wedge whose slope is that of its design, blurred by the footprint.
@@ -28,7 +28,7 @@ from relief.scans.registration import NORMAL_95, Interval, Registration, registe
 from relief.scans.scans import Scan
 
 STRIPS = 8
-"""Strips of a field whose numbers are compared, which tells how well their mean is known."""
+"""Strips of a field; the spread of their numbers gives the standard error of the mean."""
 FEWEST = 20
 """Samples of a strip, above which the strip counts."""
 STUDENT_95 = 2.365
@@ -37,7 +37,7 @@ ENOUGH = 0.7
 """Least share of the amplitude of a grating that counts: below, what a round blur and a square pixel of one
 variance leave differs by more than 3 %."""
 COMES_OUT = 0.5
-"""Share of its height from which a ridge or groove has come out."""
+"""Least share of its height of a ridge or groove that counts as printed."""
 REPRODUCED = 0.75
 """Share of its slope, blurred by the footprint, from which a wedge is reproduced: pixels and layers take
 up to a fifth of the slope of a wall two pixels wide."""
@@ -49,11 +49,11 @@ EDGES = 8
 PERIODS_ERROR = 0.05
 """Share of a period by which terraces at the ends of the ramp can shift the number of its periods."""
 LAYERS_UM = (8.0, 500.0)
-"""Thinnest and thickest layer that is looked for, um."""
+"""Range of the thickness of layers, um."""
 SEEN = 0.2
 """Share of the ramp's variance about a straight line, explained by terraces, from which layers are seen."""
 RIM_MM, RAMP_RIM_MM = 0.15, 0.45
-"""Rim of a field, at scale 1, that is not read; the walls beside a ramp are the highest of the coupon."""
+"""Rim of a field, mm at scale 1, that is left out; the walls beside a ramp are the highest of the coupon."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,12 +81,12 @@ class CouponNumbers:
 
     def numbers(self) -> dict[str, Any]:
         """The numbers by name, for JSON; None where an end is open."""
-        told: dict[str, Any] = {}
+        values: dict[str, Any] = {}
         for name in ("pixel_um", "min_feature_um", "max_slope_degrees", "scale", "height_scale"):
-            told |= getattr(self, name).as_json(name)
-        told |= {} if self.layer_um is None else self.layer_um.as_json("layer_um")
-        told |= {"smallest_dot_um": self.smallest_dot_um}
-        return {name: value if np.isfinite(value) else None for name, value in told.items()}
+            values |= getattr(self, name).as_json(name)
+        values |= {} if self.layer_um is None else self.layer_um.as_json("layer_um")
+        values |= {"smallest_dot_um": self.smallest_dot_um}
+        return {name: value if np.isfinite(value) else None for name, value in values.items()}
 
     def printer(self, name: str, layer_um: float | None = None) -> Printer:
         """The printer.
@@ -103,7 +103,7 @@ class CouponNumbers:
                 missing = "the scan shows no terraces of layers; state the thickness of a layer"
                 raise InputError(f"layer_um: {missing}", f"--layer-um: {missing}")
             layer_um = self.layer_um.value
-        # The coupon may say more or less than a printer may have.
+        # The coupon may give numbers out of the range of printers.
         pixel_um, min_feature_um, max_slope_degrees = (
             float(np.clip(getattr(self, key).value, *RANGES[key]))
             for key in ("pixel_um", "min_feature_um", "max_slope_degrees")
@@ -159,7 +159,7 @@ class _Read:
     """Heights of the print in the frame of the coupon, mm at scale 1."""
 
     def __init__(self, found: Registration, design: Relief, scale: float) -> None:
-        # What does not come out is no outlier here.
+        # Features that are not printed are no outliers here.
         self._heights = found.levelled(outlier=inf)[0] / found.pose.height_scale / scale
         self._design, self._scale, self._found = design.heights / scale, scale, found
         self._name = found.scan.name
@@ -173,12 +173,12 @@ class _Read:
             np.abs(y - 0.5 * field.high) < 0.5 * field.high - rim
         )
         own = (self._heights if heights is None else heights)[rows, cols]
-        known = inside & np.isfinite(own)
-        if known.sum() < 0.5 * inside.sum():
+        measured = inside & np.isfinite(own)
+        if measured.sum() < 0.5 * inside.sum():
             raise InputError(
                 f"{self._name}: more than half of the {field.kind} of {field.size:g} was not measured"
             )
-        return x[known], y[known], own[known], self._design[rows, cols][known]
+        return x[measured], y[measured], own[measured], self._design[rows, cols][measured]
 
     def contrast(self, field: Field) -> Interval:
         """Amplitude of a grating over that of its design."""
@@ -259,8 +259,8 @@ class _Read:
             own, expected = self._slope(field, self._heights), self._slope(field, blurred)
             if own < REPRODUCED * expected:
                 # The print is as steep as the printer makes it, up to what the footprint takes.
-                told = degrees(atan(own / expected * tan(radians(field.size))))
-                return Interval(min(max(told, reached), field.size), reached, field.size)
+                slope = degrees(atan(own / expected * tan(radians(field.size))))
+                return Interval(min(max(slope, reached), field.size), reached, field.size)
             reached = field.size
         return Interval(STEEPEST_DEGREES, reached, STEEPEST_DEGREES)
 
@@ -293,13 +293,13 @@ def _error(values: list[float], times: float) -> float:
 
 
 def _strongest(heights: Array, left: Array, per_um: Array) -> tuple[float, float]:
-    """The frequency whose wave explains most of what is left, and the share of its variance."""
+    """The frequency of the wave that explains most of the residuals, and its share of their variance."""
     # Heights of the design are few numbers, each of many samples.
     levels, index = np.unique(heights, return_inverse=True)
     sums, counts = np.bincount(index, left), np.bincount(index)
     waves = np.exp(-2j * pi * per_um[:, None] * levels)
     power = np.abs(waves @ sums) ** 2 / len(left) * 2.0
-    # Layers average out along a terrace: of what varies with height alone, the share of a wave is told.
+    # Layers average out along a terrace, so shares are of the variance between levels of the design.
     whole = max(float(np.sum(sums**2 / counts)), np.finfo(float).tiny)
     place = int(np.argmax(power))
     return float(per_um[place]), float(power[place]) / whole

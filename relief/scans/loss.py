@@ -1,4 +1,4 @@
-"""What a printer lost: how much of each detail of a design is in the scan of its print, by spatial frequency.
+"""Transfer function of printer and scanner: the share of a design's detail in its scan, by spatial frequency.
 
 The share kept at a frequency is the cross spectrum of scan and design over the power of the design, averaged
 over directions; with its coherence comes an interval (J. Bendat and A. Piersol, Random Data, 2010, 9.2).
@@ -16,8 +16,8 @@ from relief.scans.registration import NORMAL_95, Interval, Registration
 BANDS = 24
 """Bands of frequency up to the finest that design and scan both show."""
 LEAST_POWER = 1e-4
-"""Power of a wave of a band, in that of the strongest band, below which the band tells nothing: there the
-window shows the feet of stronger waves."""
+"""Power of a wave of a band, relative to the strongest band, below which the band is left out: leakage of the
+window from stronger waves dominates there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,23 +58,20 @@ def detail_kept(registration: Registration) -> Kept:
     def sums(values: Array) -> Array:
         return np.asarray(np.bincount(band.ravel(), values.ravel(), BANDS + 1)[:BANDS], dtype=np.float64)
 
-    cross, of_print, of_design = (
-        sums((one * np.conj(other)).real),
-        sums(np.abs(one) ** 2),
-        sums(np.abs(other) ** 2),
-    )
+    cross = sums((one * np.conj(other)).real)
+    of_print, of_design = sums(np.abs(one) ** 2), sums(np.abs(other) ** 2)
     # Half of the waves are the mirror images of the others, and a window of cosines joins neighbours.
     waves = np.maximum(sums(np.ones(band.shape)) / 2.0 / WINDOW_WAVES, 1.0)
     density = of_design / waves
-    told = density > LEAST_POWER * density.max()
-    told[0] = False
-    cross, of_print, of_design, waves = (each[told] for each in (cross, of_print, of_design, waves))
+    strong = density > LEAST_POWER * density.max()
+    strong[0] = False
+    cross, of_print, of_design, waves = (each[strong] for each in (cross, of_print, of_design, waves))
     share = cross / of_design
     coherence = np.minimum(cross**2 / np.maximum(of_print * of_design, np.finfo(float).tiny), 1.0)
     unexplained = np.maximum(of_print - cross**2 / of_design, 0.0)
     sigma = np.sqrt(unexplained / of_design / (2.0 * waves))
     # The strongest waves of a band decide its share.
-    per_mm = sums(radius * np.abs(other) ** 2)[told] / of_design
+    per_mm = sums(radius * np.abs(other) ** 2)[strong] / of_design
     return Kept(per_mm, share, share - NORMAL_95 * sigma, share + NORMAL_95 * sigma, coherence)
 
 
@@ -107,5 +104,5 @@ def _window(places: Array, side_mm: float) -> Array:
 
 
 def half_kept_mm(blur_mm: Interval) -> Interval:
-    """The period of which a Gaussian blur leaves half the amplitude."""
+    """The period at which a Gaussian blur halves the amplitude."""
     return blur_mm.times(pi * sqrt(2.0 / log(2.0)))

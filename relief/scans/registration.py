@@ -1,4 +1,4 @@
-"""Registration: a scan laid on its design, and what it measures there, with intervals."""
+"""Registration: the pose of a print in its scan, and measures of the print, with intervals."""
 
 from dataclasses import dataclass, replace
 from math import atan, degrees, hypot, inf, log, pi, sqrt
@@ -10,9 +10,9 @@ from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.relief import Relief
-from relief.scans.blurred import Design, samples_mm, surface_of
-from relief.scans.fitting import TUKEY, Fit, LostError, fit
+from relief.scans.blurred import DesignSpectrum, samples_mm, surface_of
 from relief.scans.pose import Pose
+from relief.scans.pose_fitting import TUKEY, Fit, LostError, fit
 from relief.scans.scans import Scan
 from relief.scans.searching import Candidate, Search
 
@@ -21,16 +21,16 @@ NORMAL_95 = 1.959964
 WORKING_SIDE = 600
 """Most samples a side of a scan on which a pose is fitted; finer ones are averaged in blocks."""
 FIRST_SIDE = 100
-"""The same for the first steps of each candidate."""
+"""`WORKING_SIDE` in the first steps of each candidate."""
 DESIGN_SIDE, MOST_SIDE = 512, 1024
 """Samples a side with which the surface of the design is held, and most where the design has more."""
 CANDIDATES, FIRST_STEPS = 4, 8
-"""Most candidates of the search that are fitted, and steps of each before the best goes on."""
+"""Most candidates of the search that are fitted, and steps of each before the choice of the best."""
 SAME_DESIGN = 0.6
 """Least correlation of scan and blurred design, where the mirrored scan fits much worse."""
 SURELY_SAME = 0.85
-"""The same where the mirrored scan fits as well, as of a design that is its own mirror image. Scans of other
-plates reach 0.3 to 0.5, and 0.8 if the design has a few hills alone (docs/evidence/scans.md)."""
+"""Least correlation where the mirrored scan fits as well, as of a design that is its own mirror image. Scans
+of other plates reach 0.3 to 0.5, and 0.8 if the design has a few hills alone (docs/evidence/scans.md)."""
 BETTER = 0.15
 """Correlation by which a scan fits much better than another."""
 OTHER_SCALES = (0.93, 1.075, 0.86, 1.16)
@@ -38,9 +38,9 @@ OTHER_SCALES = (0.93, 1.075, 0.86, 1.16)
 UNITS_APART = (1e-3, 0.1, 1.0 / 25.4, 10.0, 25.4, 1000.0)
 """Ratios of lengths in different units: um, cm, inches and metres for mm."""
 UNIT_MARGIN = 1.6
-"""How far a ratio may be off such a one, as a factor, and still suggest another unit."""
+"""Largest factor between a ratio of lengths and one of `UNITS_APART` that still suggests another unit."""
 FARTHEST_SCALE = 0.08
-"""Change of the logarithm of the scale from where a fit began, beyond which it shows no print."""
+"""Largest change of the logarithm of the scale in a fit; a fit that changes more has found no print."""
 MOST_BLUR = 0.1
 """Greatest standard deviation of the blur in sides of the design."""
 LEAST_ON_PLATE = 0.6
@@ -80,7 +80,7 @@ class Interval:
 
 @dataclass(frozen=True, eq=False)
 class Registration:
-    """A scan laid on its design.
+    """A scan registered to its design.
 
     Attributes:
         scan: as read.
@@ -92,7 +92,7 @@ class Registration:
 
     scan: Scan
     design: Relief
-    surface: Design
+    surface: DesignSpectrum
     fitted: Fit
     working: Scan
 
@@ -113,7 +113,7 @@ class Registration:
 
     @property
     def shift_y_mm(self) -> Interval:
-        """The same, upward."""
+        """Shift of the middle of the print from the middle of the scan's file, upward."""
         return Interval.about(self.pose.shift_y_mm, self.fitted.sigma("shift_y_mm"))
 
     @property
@@ -145,8 +145,8 @@ class Registration:
     def levelled(self, outlier: float = TUKEY) -> tuple[Array, Array]:
         """The print on the samples of the design.
 
-        Deviations are read between the samples of the scan, and added to the design as blurred, which is
-        known everywhere: heights themselves, read between samples, would be smoothed.
+        Deviations are interpolated between the samples of the scan, and added to the blurred design: direct
+        interpolation would smooth the heights.
 
         Args:
             outlier: standard deviations of the residuals beyond which a sample is left out.
@@ -196,17 +196,17 @@ class Registration:
 def _between_holes(values: Array, places: Array) -> Array:
     """Values (rows, cols) at places (2, ...) of their grid, linear between samples.
 
-    Beside holes they are means of the known samples, by the same weights; NaN where these are less than
-    half of the weights.
+    Beside holes values are weighted means of the measured samples; NaN where these have less than half of the
+    weight.
     """
-    known = np.isfinite(values)
-    there = map_coordinates(known.astype(np.float64), places, order=1, cval=0.0)
-    read = map_coordinates(np.where(known, values, 0.0), places, order=1, cval=0.0)
+    measured = np.isfinite(values)
+    there = map_coordinates(measured.astype(np.float64), places, order=1, cval=0.0)
+    read = map_coordinates(np.where(measured, values, 0.0), places, order=1, cval=0.0)
     return np.where(there >= 0.5, read / np.maximum(there, 0.5), np.nan)
 
 
 def register(scan: Scan, design: Relief) -> Registration:
-    """Lay a scan on its design.
+    """Register a scan to its design.
 
     Args:
         scan: of a print.
@@ -219,7 +219,7 @@ def register(scan: Scan, design: Relief) -> Registration:
         raise InputError(f"{scan.name}: cannot be laid on {design.name}, which is flat")
     _check_size(scan, max(design.surface.size_mm))
     side = min(MOST_SIDE, max(DESIGN_SIDE, *design.heights.shape))
-    surface = Design(surface_of(design, side), design.width_mm, side)
+    surface = DesignSpectrum(surface_of(design, side), design.width_mm, side)
     working = scan.averaged(-(-max(scan.heights.shape) // WORKING_SIDE))
     found = _found(surface.coarser(FIRST_SIDE), working, scan.name)
     with stage("fitting the pose"):
@@ -228,8 +228,8 @@ def register(scan: Scan, design: Relief) -> Registration:
     return Registration(scan, design, surface, fitted, working)
 
 
-def _found(design: Design, scan: Scan, name: str) -> Fit:
-    """The best pose of the scan as it is. Raises InputError."""
+def _found(design: DesignSpectrum, scan: Scan, name: str) -> Fit:
+    """The best pose of the scan. Raises InputError if it is mirrored, of a mould or of another plate."""
     search = Search(design)
     small = scan.averaged(-(-max(scan.heights.shape) // FIRST_SIDE))
     # A scan upside down or mirrored fits its design in another way.
@@ -251,7 +251,7 @@ def _found(design: Design, scan: Scan, name: str) -> Fit:
     return direct
 
 
-def _refuse_mould(search: Search, design: Design, scan: Scan, name: str) -> None:
+def _refuse_mould(search: Search, design: DesignSpectrum, scan: Scan, name: str) -> None:
     """Raise InputError for a scan whose heights are upside down, as of a mould, which is mirrored as well."""
     inverse = replace(scan, heights=-scan.heights)
     with stage("looking for a mould", total=2 * search.angles):
@@ -270,7 +270,7 @@ def _is_print(found: Fit | None, other: Fit | None) -> bool:
     return quality >= SAME_DESIGN and (quality >= SURELY_SAME or quality >= chance + BETTER)
 
 
-def _best(search: Search, design: Design, scan: Scan, scale: float = 1.0) -> Fit | None:
+def _best(search: Search, design: DesignSpectrum, scan: Scan, scale: float = 1.0) -> Fit | None:
     """The best fit from the candidates of a search; None if none is a print of this design."""
     fits = []
     for candidate in _distinct(sorted(search.candidates(scan, scale), reverse=True), search):
@@ -288,7 +288,7 @@ def _best(search: Search, design: Design, scan: Scan, scale: float = 1.0) -> Fit
     return fitted if _plausible(fitted, start, design) else best
 
 
-def _plausible(fitted: Fit, start: Pose, design: Design) -> bool:
+def _plausible(fitted: Fit, start: Pose, design: DesignSpectrum) -> bool:
     """Whether a fit stayed where it began: one that grows, blurs away or leaves the plate shows no print."""
     pose = fitted.pose
     grown = abs(pose.log_scale - start.log_scale) > FARTHEST_SCALE
@@ -297,7 +297,7 @@ def _plausible(fitted: Fit, start: Pose, design: Design) -> bool:
 
 
 def _distinct(candidates: list[Candidate], search: Search) -> list[Candidate]:
-    """The best candidates, of which neighbouring angles count once."""
+    """The best candidates, one of neighbouring angles each."""
     kept: list[Candidate] = []
     for each in candidates:
         apart = (abs((each.pose.turn - other.pose.turn + pi) % (2.0 * pi) - pi) for other in kept)
@@ -308,8 +308,8 @@ def _distinct(candidates: list[Candidate], search: Search) -> list[Candidate]:
     return kept
 
 
-def _heights_fitted(design: Design, scan: Scan, start: Pose) -> Pose:
-    """The pose with heights and tilt by least squares, with all else as it is."""
+def _heights_fitted(design: DesignSpectrum, scan: Scan, start: Pose) -> Pose:
+    """The pose with heights and tilt by least squares, and unchanged other numbers."""
     plane = ("turn", "log_scale", "shift_x_mm", "shift_y_mm", "variance_mm2")
     level = float(np.median(scan.heights[scan.measured]))
     return fit(design, scan, replace(start, level_mm=level), fixed=plane, steps=3).pose

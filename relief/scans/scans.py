@@ -15,7 +15,7 @@ from relief.ground.limits import LARGEST_SIDE, SMALLEST_SIDE
 MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal distribution in units of its median absolute deviation."""
 LEAST_MEASURED = 0.5
-"""Least share of the area of a scan that is measured: a scan with more holes than surface is refused."""
+"""Least measured share of the area of a scan."""
 MIXED_DIFFERENCE = np.outer((1.0, -2.0, 1.0), (1.0, -2.0, 1.0)) / 6.0
 """Second difference along both axes, scaled to keep the variance of white noise (J. Immerkaer, Computer
 Vision and Image Understanding 64, 1996): planes and most of a surface that is finely sampled drop out."""
@@ -30,7 +30,7 @@ class Scan:
         pitch_mm: distance of neighbouring samples.
         name: file of the scan, for messages.
         middle_mm: x and y of the middle of these heights, mm from the middle of the file's, y upward.
-        variance_mm2: of the blur that reading has added, where samples lie between those of the file.
+        variance_mm2: variance of the blur by interpolation between samples of the file.
     """
 
     heights: Array
@@ -63,7 +63,7 @@ class Scan:
 
     @property
     def hole_share(self) -> float:
-        """Share of the convex hull of what is measured that holds no height."""
+        """Share of the convex hull of the measured samples that holds no height."""
         rows, cols = np.nonzero(self.measured)
         # The ends of each row span the hull of all.
         ends = np.flatnonzero(
@@ -120,7 +120,7 @@ def block_means(heights: Array, down: int, across: int) -> Array:
 
 
 def check_scan(scan: Scan) -> Scan:
-    """The scan, cut to what is measured.
+    """The scan, cropped to its measured samples.
 
     Raises:
         InputError: nothing or too little is measured, or there are too many samples.

@@ -1,9 +1,9 @@
-"""Where in a scan a print lies, and how it is turned: correlation at all angles and shifts.
+"""Coarse registration: position and turn of a print in a scan, by correlation at all angles and shifts.
 
-Both reliefs are brought to a coarse grid, and what is broad is taken out, which takes out tilt. The
-design, turned by one angle after another, is correlated with the scan at all shifts at once by Fourier
-transforms; holes count for nothing (D. Padfield, IEEE Transactions on Image Processing 21, 2012, less
-the means, which are near zero here).
+Both reliefs are resampled on a coarse grid and high-pass filtered, which removes tilt. The design is turned
+by one angle after another, and correlated with the scan at all shifts at once by Fourier transforms; holes
+are masked (D. Padfield, IEEE Transactions on Image Processing 21, 2012, less the means, which are near zero
+here).
 """
 
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 
 from relief.ground.arrays import Array
 from relief.ground.progress import this_stage
-from relief.scans.blurred import Design
+from relief.scans.blurred import DesignSpectrum
 from relief.scans.pose import Pose
 from relief.scans.scans import MAD_TO_SIGMA, Scan
 
@@ -27,16 +27,16 @@ VARIANCE_KEPT = 0.5
 STEP = 1.5
 """Samples of the coarse grid by which a corner of the design moves from one angle to the next."""
 BROAD = 0.2
-"""Standard deviation of the Gaussian whose mean is taken out, in sides of the design."""
+"""Standard deviation of the Gaussian of the high-pass filter, in sides of the design."""
 CLIPPED = 4.0
-"""Standard deviations at which heights are clipped: walls around a plate, spikes."""
+"""Robust standard deviations at which heights are clipped, because of spikes and walls around a plate."""
 LEAST_OVERLAP = 0.4
-"""Least share of the smaller of plate and scan that lies over the other."""
+"""Least overlap of plate and scan, as a share of the smaller of both."""
 
 
 @dataclass(frozen=True, order=True)
 class Candidate:
-    """A pose to begin with, and the correlation there."""
+    """An initial pose, and the correlation at this pose."""
 
     score: float
     pose: Pose = field(compare=False)
@@ -49,7 +49,7 @@ class Search:
         design: to be found.
     """
 
-    def __init__(self, design: Design) -> None:
+    def __init__(self, design: DesignSpectrum) -> None:
         self._design = design
         longest = max(design.size_mm)
         for samples in GRIDS:
@@ -60,13 +60,13 @@ class Search:
         """Variance of the blur of the coarse grid, mm²."""
         heights = design.blurred(self.variance_mm2)
         blur = BROAD * longest / design.pitch_mm
-        fine = _without_broad(heights, np.ones(heights.shape), blur)
+        fine = _high_passed(heights, np.ones(heights.shape), blur)
         self._fine = _clipped(fine, np.ones(heights.shape, bool))
         self.angles = max(8, round(np.pi * samples / STEP))
         """Number of angles of a full turn."""
 
     def candidates(self, scan: Scan, scale: float = 1.0) -> Iterator[Candidate]:
-        """The best shift at each angle; a stage is told of each angle."""
+        """The best shift at each angle; the stage counts angles."""
         advance = this_stage()
         coarse = _Coarse(scan, self._step_mm, BROAD * max(self._design.size_mm))
         for number in range(self.angles):
@@ -89,13 +89,13 @@ class _Coarse:
     """A scan on the coarse grid, ready to be correlated."""
 
     def __init__(self, scan: Scan, step_mm: float, broad_mm: float) -> None:
-        known = scan.measured.astype(np.float64)
+        measured = scan.measured.astype(np.float64)
         level = float(np.median(scan.heights[scan.measured]))
         heights = np.where(scan.measured, scan.heights - level, 0.0)
-        heights = _clipped(_without_broad(heights, known, broad_mm / scan.pitch_mm), scan.measured)
+        heights = _clipped(_high_passed(heights, measured, broad_mm / scan.pitch_mm), scan.measured)
         blur = 0.5 * step_mm / scan.pitch_mm
-        weight = gaussian_filter(known, blur, mode="constant")
-        smooth = gaussian_filter(heights * known, blur, mode="constant") / np.maximum(weight, 1e-6)
+        weight = gaussian_filter(measured, blur, mode="constant")
+        smooth = gaussian_filter(heights * measured, blur, mode="constant") / np.maximum(weight, 1e-6)
         rows, cols = (max(1, round(side / step_mm)) for side in scan.size_mm)
         along = [
             (np.arange(count) - 0.5 * (count - 1)) * step_mm / scan.pitch_mm + 0.5 * (side - 1)
@@ -116,12 +116,12 @@ class _Coarse:
             next_fast_len(one + other - 1, real=True)
             for one, other in zip(self._there.shape, there.shape, strict=True)
         )
-        scan, squares, known = self._transformed(shape)
+        scan, squares, measured = self._transformed(shape)
         flipped = rfft2(values[::-1, ::-1], shape), rfft2(there[::-1, ::-1], shape)
         energy = rfft2(np.square(values)[::-1, ::-1], shape)
         product, of_design, of_scan, overlap = (
             irfft2(each, shape)
-            for each in (scan * flipped[0], known * energy, squares * flipped[1], known * flipped[1])
+            for each in (scan * flipped[0], measured * energy, squares * flipped[1], measured * flipped[1])
         )
         smaller = min(float(there.sum()), float(self._there.sum()))
         share = np.minimum(overlap / smaller, 1.0)
@@ -152,14 +152,14 @@ def _half_turn(turn: float) -> float:
     return float((turn + np.pi) % (2.0 * np.pi) - np.pi)
 
 
-def _without_broad(heights: Array, known: Array, samples: float) -> Array:
-    """Heights less their mean under a Gaussian of this standard deviation in samples, over what is known."""
-    weight = gaussian_filter(known, samples, mode="constant")
-    mean = gaussian_filter(heights * known, samples, mode="constant") / np.maximum(weight, 1e-6)
+def _high_passed(heights: Array, measured: Array, samples: float) -> Array:
+    """Heights less their mean, over measured samples, under a Gaussian of a standard deviation in samples."""
+    weight = gaussian_filter(measured, samples, mode="constant")
+    mean = gaussian_filter(heights * measured, samples, mode="constant") / np.maximum(weight, 1e-6)
     return np.asarray(heights - mean)
 
 
-def _clipped(heights: Array, known: NDArray[np.bool_]) -> Array:
+def _clipped(heights: Array, measured: NDArray[np.bool_]) -> Array:
     """Heights clipped a few robust standard deviations from 0."""
-    limit = CLIPPED * MAD_TO_SIGMA * float(np.median(np.abs(heights[known])))
+    limit = CLIPPED * MAD_TO_SIGMA * float(np.median(np.abs(heights[measured])))
     return np.clip(heights, -limit, limit) if limit > 0.0 else heights

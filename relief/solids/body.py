@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from relief.ground.arrays import Array
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-"""A triangle in a binary STL file, which one module reads and another writes."""
+"""A triangle in a binary STL file, for reader and writer."""
 
 
 class Body(NamedTuple):

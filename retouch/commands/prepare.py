@@ -38,7 +38,7 @@ OPTIONS = (
     *("grey", "crop", "centre", "rotate", "samples", "invert", "levels", "keep_steps", "tile"),
     *("plate_mm", "relief_mm", "size_mm"),
 )
-"""Options that are arguments of `relief.preparing.preparation.prepare`, by the same names."""
+"""Options that are arguments of `relief.preparing.picture_preparation.prepare`, by the same names."""
 
 HELP = "make a height map of any picture"
 DESCRIPTION = """\

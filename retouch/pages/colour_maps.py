@@ -10,7 +10,7 @@ from PIL import Image
 
 from relief.ground.arrays import FloatArray
 from relief.ground.srgb import srgb
-from relief.shading import averaged, facing
+from relief.relief_shading import averaged, facing
 
 Table = NDArray[np.uint8]
 

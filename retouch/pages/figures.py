@@ -11,7 +11,7 @@ from optimize.verification.picture_metrics import mean_change, pixel_weights, rm
 from optimize.verification.verification import ChangePercent, PictureChange
 from relief.ground.arrays import FloatArray
 from relief.ground.formatting import number
-from relief.shading import averaged
+from relief.relief_shading import averaged
 from retouch.pages import colour_maps, svg
 from retouch.pages.content import Baseline, Pair, Report
 from retouch.pages.plate_viewer.appearance import STUDIO, Appearance

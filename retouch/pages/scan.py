@@ -11,7 +11,7 @@ from markupsafe import Markup
 from relief.ground.arrays import Array
 from relief.ground.files import write_atomically
 from relief.relief import Relief
-from relief.scans.summary import PrintScanned
+from relief.scans.print_summary import PrintScanned
 from retouch.pages import colour_maps, intervals, svg
 from retouch.pages.figures import PERCENTILE, SHOWN_SIDE
 from retouch.pages.intervals import Mean, Means

@@ -17,7 +17,7 @@ from relief.ground.limits import BASE_MM, SMALLEST_RELIEF_MM
 from relief.heightmap import check_scales, save_heights_png
 from relief.printers import Printer, printer_of
 from relief.relief import Relief
-from relief.solids.export.plate import export_plate, repeated
+from relief.solids.export.plate_export import export_plate, repeated
 from relief.surface import repeats_along
 from retouch.verbs.reliefs import Source, relief_of
 

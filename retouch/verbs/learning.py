@@ -127,7 +127,7 @@ def _teller(total: int) -> Callable[[ShardResult], None]:
         nonlocal count
         count += result.textures
         shard = "a shard abandoned" if result.shard is None else f"shard {result.shard.number}"
-        this_stage().tell(f"{shard}: {count} of {total} textures")
+        this_stage().describe(f"{shard}: {count} of {total} textures")
 
     return observer
 
@@ -181,7 +181,7 @@ def train(
     )
 
     def report(epoch: Epoch) -> None:
-        this_stage().tell(
+        this_stage().describe(
             f"epoch {epoch.number} of at most {settings.epochs}: loss {epoch.loss:.4f}, "
             f"validation {epoch.error:.4f}, {epoch.seconds:.0f} s"
         )

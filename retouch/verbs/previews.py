@@ -6,7 +6,7 @@ from pathlib import Path
 from relief.ground.files import write_atomically
 from relief.ground.formatting import number
 from relief.ground.progress import stage
-from relief.preparing.preparation import Prepared
+from relief.preparing.picture_preparation import Prepared
 from relief.preparing.preview import preview
 from retouch.verbs.evaluation import Evaluation
 

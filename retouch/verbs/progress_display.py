@@ -54,7 +54,7 @@ class Shown(NamedTuple):
 @contextmanager
 def shown(quiet: bool = False) -> Iterator[None]:
     """Show the stages of the block on stderr, unless it is to be quiet or somebody listens already."""
-    if quiet or stages.heard():
+    if quiet or stages.has_listener():
         yield
         return
     with _watched(_Terminal() if sys.stderr.isatty() else _Pipe()):
@@ -65,7 +65,7 @@ def followed(callback: Callable[[Progress], None] | None, quiet: bool | None) ->
     """A context whose stages are reported to a callback, or shown: with `quiet` None in notebooks only."""
     if callback is not None:
         return stages.progress(callback)
-    if quiet is not None or stages.heard():
+    if quiet is not None or stages.has_listener():
         return shown(quiet is not False)
     return _watched(_Notebook()) if _in_notebook() else nullcontext()
 

@@ -15,7 +15,7 @@ from PIL import Image, ImageDraw
 
 from relief.ground.files import write_atomically
 from relief.ground.limits import PATCH_SIDE_MM
-from relief.shading import facing
+from relief.relief_shading import facing
 from surrogate.corpus.bundled_textures import TEXTURES
 from surrogate.corpus.photographs import FILES
 from surrogate.corpus.recipes import Recipe

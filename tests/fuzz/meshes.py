@@ -45,7 +45,7 @@ def sound() -> Mapping[str, bytes]:
     from relief.ground.formats import FORMATS
     from relief.solids.body import Part
     from relief.solids.export.parts import writer_of
-    from relief.solids.export.plate import plate_mesh
+    from relief.solids.export.plate_export import plate_mesh
 
     body = plate_mesh([[0.1, 0.4, 0.2, 0.3]] * 4, 20.0)
     parts = (Part("plate", body),)

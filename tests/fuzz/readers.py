@@ -217,7 +217,7 @@ def check_results(folder: Path, printed: str) -> None:
 
 
 def read_picture(folder: Path, arguments: Sequence[Any]) -> None:
-    from relief.preparing.preparation import prepare
+    from relief.preparing.picture_preparation import prepare
 
     name, asked = arguments
     prepared = prepare(folder / name, **asked)

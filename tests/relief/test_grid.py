@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from relief import grid
+from relief import plate_grid as grid
 from tests.relief.solids.triangles import face_normals
 
 SIZE_MM = 10.0

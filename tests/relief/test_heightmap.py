@@ -26,7 +26,7 @@ from relief.heightmap import (
     save_heights_exr,
     save_heights_png,
 )
-from relief.preparing.pictures import open_picture
+from relief.preparing.source_pictures import open_picture
 from relief.relief import Relief
 from relief.surface import Repeats, axes, repeats_along
 

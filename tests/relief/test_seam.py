@@ -6,7 +6,7 @@ import pytest
 from mitsuba_scenes import FOLDER
 from relief.ground.errors import InputError
 from relief.heightmap import load_heights
-from relief.preparing.preparation import prepare
+from relief.preparing.picture_preparation import prepare
 from relief.seam import LARGEST_SEAM, check_seams, seams
 
 TEXTURES = sorted((FOLDER / "textures").glob("*.png"))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from relief.shading import facing, lit, open_sky
+from relief.relief_shading import facing, lit, open_sky
 
 SIDE, SIZE_MM = 64, 10.0
 PITCH = SIZE_MM / SIDE

@@ -108,7 +108,7 @@ def test_a_pipe_gets_each_line_once_and_at_once(monkeypatch) -> None:
     stream = stderr(monkeypatch, False)
     with shown(), stage("descending", 4, at_most=True) as advance:
         for step in (1, 2):
-            advance.tell(f"step {step}")
+            advance.describe(f"step {step}")
             advance()
         say("interrupted")
         assert stream.getvalue() == "step 1\nstep 2\ninterrupted\n"
@@ -119,7 +119,7 @@ def test_quiet_shows_nothing_and_an_own_listener_goes_before(hasty, monkeypatch)
     stream = stderr(monkeypatch, False)
     told: list[Progress] = []
     with shown(quiet=True), stage("pressing") as advance:
-        advance.tell("unheard")
+        advance.describe("unheard")
     with followed(told.append, False), followed(None, None), shown(), stage("pressing"):
         time.sleep(0.02)
     assert stream.getvalue() == ""

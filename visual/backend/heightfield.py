@@ -6,7 +6,7 @@
 | ``heights`` | instead of ``filename``, in scenes made in Python: ``mi.TensorXf`` of shape (rows, cols), mm |
 | ``size_mm`` | width of the plate, along x, default 10; the samples are square |
 | ``relief_mm`` | height of white above black in a picture whose header has none; without meaning for mm |
-| ``halo_rows``, ``halo_cols`` | for a tile: samples of its neighbours on each side (see ``relief.grid``) |
+| ``halo_rows``, ``halo_cols`` | for a tile: samples of its neighbours on each side (``relief.plate_grid``) |
 | nested BSDF | the plate's material |
 
 The plate lies in the plane z = 0, centred on the origin, one scene unit per mm. ``mi.traverse`` shows
@@ -20,7 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from relief import grid, heightmap
+from relief import heightmap
+from relief import plate_grid as grid
 from relief.ground.errors import InputError
 from relief.ground.limits import PATCH_SIDE_MM
 from visual.backend import buffers

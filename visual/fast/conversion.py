@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from relief.grid import NO_HALO, Halo
 from relief.ground.arrays import Array
+from relief.plate_grid import NO_HALO, Halo
 from relief.surface import Surface
 from visual.exact.background import Background
 from visual.exact.view import Illumination

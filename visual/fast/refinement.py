@@ -1,8 +1,8 @@
 """Refinement of a relief into quarters of pixels, each of them two triangles that lie on one face each.
 
-A pixel is centred on its height sample, a cell of the mesh lies between four samples (`relief.grid`). Cut at
-the middles of the cells, every quarter of a pixel is a square whose diagonal from the upper right to the
-lower left parts it into two triangles of equal area.
+A pixel is centred on its height sample, a cell of the mesh lies between four samples (`relief.plate_grid`).
+Cut at the middles of the cells, every quarter of a pixel is a square whose diagonal from the upper right to
+the lower left parts it into two triangles of equal area.
 
 Shapes: r x c samples and pixels, (r + 1) (c + 1) cells with two faces each, 2r x 2c quarters, and
 (2r + 1) (2c + 1) corners of quarters. On an axis that repeats, the ring around the samples is that of the

@@ -24,8 +24,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from relief.grid import NO_HALO, Halo
 from relief.ground.arrays import Index
+from relief.plate_grid import NO_HALO, Halo
 from relief.surface import Surface
 
 OUTSIDE_MM = -1e4

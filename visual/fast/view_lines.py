@@ -20,8 +20,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from relief.grid import Halo
 from relief.ground.arrays import Array, Index
+from relief.plate_grid import Halo
 from relief.surface import Surface
 from visual.geometry.projection import Projection
 

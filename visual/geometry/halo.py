@@ -3,8 +3,8 @@
 import math
 from collections.abc import Sequence
 
-from relief.grid import Halo
 from relief.ground.arrays import Array
+from relief.plate_grid import Halo
 from relief.surface import Surface
 
 MARGIN = 1.25

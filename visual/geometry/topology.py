@@ -6,9 +6,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from relief import grid
-from relief.grid import NO_HALO, Halo
+from relief import plate_grid as grid
 from relief.ground.arrays import Array, Index
+from relief.plate_grid import NO_HALO, Halo
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class PlateTopology:
     Attributes:
         rows, cols: of the height samples.
         size_mm: width of the plate, along x.
-        halo: samples of the neighbours beyond each side, along y and x; see `relief.grid`.
+        halo: samples of the neighbours beyond each side, along y and x; see `relief.plate_grid`.
         x, y: (vertices,) mm.
         sample: (vertices,) number of the height sample that each vertex carries.
         faces: (faces, 3) vertices.

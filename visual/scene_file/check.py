@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 
 from mitsuba_scenes import find_file
 from relief import heightmap
-from relief.grid import NO_HALO, Halo
 from relief.ground.errors import InputError
+from relief.plate_grid import NO_HALO, Halo
 from visual.backend import heightfield
 from visual.backend.messages import last_line
 from visual.backend.mitsuba import mi

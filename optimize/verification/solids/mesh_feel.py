@@ -16,9 +16,9 @@ from relief.ground.errors import InputError
 from relief.ground.limits import HEIGHT_LIMIT_MM, MOST_MESH_PLACES, PATCH_SIDE_MM
 from relief.ground.progress import stage
 from relief.solids.body import Body
-from relief.solids.meshes.crops import Crop, Cropper
+from relief.solids.meshes.crops import Cropper, SurfaceCrop
 from relief.solids.meshes.mesh import Mesh
-from relief.solids.meshes.places import frames, spread, surface_points
+from relief.solids.meshes.mesh_places import frames, spread, surface_points
 from relief.solids.meshes.shells import outside
 from relief.solids.meshes.unrolling import Unroller
 from relief.solids.remeshing.smooth_surface import smooth_object
@@ -55,7 +55,7 @@ class MeshFeel:
     """
 
     body: Body
-    crops: Sequence[Crop]
+    crops: Sequence[SurfaceCrop]
     values: dict[str, Array]
     contact_fractions: Array
     edges: int
@@ -146,7 +146,7 @@ def feel_of(
         InputError: The object without texture is another one, or its faces are too large.
         ContactError: A contact does not converge.
     """
-    cropped: Iterator[Crop]
+    cropped: Iterator[SurfaceCrop]
     body = mesh.body if as_printed is None else as_printed
     if without_texture is None:
         points = surface_points(mesh.body)
@@ -190,7 +190,7 @@ def feel_of(
     return MeshFeel(body, chosen, values, fractions, edges, plain, points.area_mm2, curvature, as_pressed)
 
 
-def _of_print(crop: Crop, cropper: Cropper) -> Crop:
+def _of_print(crop: SurfaceCrop, cropper: Cropper) -> SurfaceCrop:
     """What the print has at a place of the mesh; edges and planes are those of the mesh."""
     if crop.on_edge or crop.flat:
         return crop
@@ -215,9 +215,9 @@ def _unroller(mesh: Mesh, without_texture: Mesh) -> Unroller:
     return unroller
 
 
-def _looked_at(cropped: Iterator[Crop], count: int, most: int) -> list[Crop]:
+def _looked_at(cropped: Iterator[SurfaceCrop], count: int, most: int) -> list[SurfaceCrop]:
     """Crops until as many as are wanted are neither on edges nor flat."""
-    crops: list[Crop] = []
+    crops: list[SurfaceCrop] = []
     left = most
     with stage("looking at places", count, at_most=True) as advance:
         for crop in cropped:

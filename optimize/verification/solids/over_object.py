@@ -6,8 +6,8 @@ import numpy as np
 
 from relief.ground.arrays import Array
 from relief.ground.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
-from relief.solids.meshes.crops import Crop, Cropper
-from relief.solids.meshes.places import Frame
+from relief.solids.meshes.crops import Cropper, SurfaceCrop
+from relief.solids.meshes.mesh_places import Frame
 from relief.solids.meshes.unrolling import TEXTURED_MM, Unroller
 
 GROWTH_MM = 2.0
@@ -23,7 +23,7 @@ LEAST_TEXTURE = 0.4
 The least over places on the tiles that come with Retouch is 0.49 (terrain); without texture it is 0."""
 
 
-def over_object(unroller: Unroller, near: Array, side_mm: float | None, whole: bool) -> Crop:
+def over_object(unroller: Unroller, near: Array, side_mm: float | None, whole: bool) -> SurfaceCrop:
     """The crop of the texture over the unrolled object near a point (3,) mm.
 
     One that is not textured all over counts as on an edge, and, where `whole` is asked for, one beside which
@@ -32,7 +32,7 @@ def over_object(unroller: Unroller, near: Array, side_mm: float | None, whole: b
     vertex, frame = unroller.frame(near)
     # What is left out is not cropped, and most of it not unrolled: four places of five on a dial with texture
     # around its side.
-    left_out = Crop(frame, np.zeros((1, 1)), True)
+    left_out = SurfaceCrop(frame, np.zeros((1, 1)), True)
     if whole and near_end(unroller, vertex):
         return left_out
     places = unroller.flat(vertex, frame)

@@ -20,8 +20,8 @@ from relief.ground.arrays import Array, Index
 from relief.ground.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.ground.progress import stage
 from relief.solids.body import Body
-from relief.solids.meshes.crops import Crop, Cropper, within
-from relief.solids.meshes.places import FACING, Frame
+from relief.solids.meshes.crops import Cropper, SurfaceCrop, within
+from relief.solids.meshes.mesh_places import FACING, Frame
 from relief.solids.objects.torus import REACH_MM, fitted, over, raised, unrolled, unrolled_body
 
 CURVED_MM = 0.09
@@ -81,7 +81,7 @@ class OwnShape:
     power: Array
 
 
-def textures_alone(crops: Sequence[Crop], around: Callable[[Frame, float], Body]) -> dict[int, Array]:
+def textures_alone(crops: Sequence[SurfaceCrop], around: Callable[[Frame, float], Body]) -> dict[int, Array]:
     """Heights of the texture alone of those patches that have a shape of their own.
 
     Args:
@@ -117,7 +117,7 @@ def textures_alone(crops: Sequence[Crop], around: Callable[[Frame, float], Body]
     return alone
 
 
-def _own_shapes(crop: Crop, around: Body) -> tuple[OwnShape, OwnShape]:
+def _own_shapes(crop: SurfaceCrop, around: Body) -> tuple[OwnShape, OwnShape]:
     """Shapes around a place, by the wide disc and by the other; by the patch where they do not fit."""
     points = _points(around)
     depth = points[:, 2] - crop.level_mm
@@ -185,7 +185,7 @@ def _own_power(shapes: Sequence[OwnShape]) -> Array:
     return np.asarray(number * np.exp(middle + rise * np.log(np.maximum(number - 1.0, 1.0))))
 
 
-def _over_torus(crop: Crop, around: Body, shape: Array) -> Array:
+def _over_torus(crop: SurfaceCrop, around: Body, shape: Array) -> Array:
     """Heights (n, n) of the mesh over the torus (6,) of a place, mm."""
     side = None if crop.side_mm == PATCH_SIDE_MM else crop.side_mm
     flat = Cropper(unrolled_body(around, shape), side_mm=side).crop(Frame(np.zeros(3), np.eye(3)))

@@ -1,1 +1,1 @@
-"""What a relief leaves as: bodies with labels, their files, and what printers make of it."""
+"""Export: plates and labels, files of bodies, and bodies as printed."""

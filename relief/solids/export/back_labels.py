@@ -29,7 +29,7 @@ Points = NDArray[np.float64]
 def labelled(body: Body, lines: Sequence[str], depth_mm: float) -> Body:
     """Put a label on the bottom of a body.
 
-    The bottom is triangulated anew around the letters; every other face stays as it is, so that a watertight
+    The bottom is triangulated anew around the letters; all other faces are unchanged, so that a watertight
     body stays watertight.
 
     Args:

@@ -18,7 +18,7 @@ def places_on_beds(count: int, side_mm: float, bed_mm: tuple[float, float]) -> l
         bed_mm: Sides of the bed along x and y, mm.
 
     Returns:
-        For each bed the places of its plates, row by row from +y, each bed's plates around its middle.
+        For each bed the middles of its plates, row by row from +y, around the middle of the bed.
 
     Raises:
         InputError: Not a single plate fits.

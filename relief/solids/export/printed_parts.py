@@ -1,4 +1,4 @@
-"""What printers make of a part: layers along z, each of whole pixels or of drawn strands (`relief.printers`).
+"""Parts as printed: voxelised in layers along z, of whole pixels or of drawn strands (`relief.printers`).
 
 The model is that of `relief.printed`. A printer cuts the part at the middle of each layer, from the lowest
 point of the file upward. Where it has pixels, a pixel is solid if half of its area or more lies within the
@@ -19,27 +19,27 @@ from relief.ground.limits import HEIGHT_LIMIT_MM
 from relief.ground.progress import stage
 from relief.printers import DRAWING, Printer
 from relief.solids.body import Body
-from relief.solids.meshes.places import vertex_normals
+from relief.solids.meshes.mesh_places import vertex_normals
 from relief.solids.meshes.raster import Covered
 from relief.solids.meshes.refining import AREA_PER_FACE, refined
 
 COLUMN_MM = 0.025
-"""Distance of the columns in which a part is looked at, mm, about: an odd number of 3 to 9 makes a pixel, so
-that no pixel is half solid."""
+"""Distance of the columns that sample a part, mm, about: an odd number of 3 to 9 makes a pixel, so that no
+pixel is half solid."""
 ASIDE = np.array([1.37e-3, 0.71e-3])
-"""Offset of the columns in x and y, in their distance, so that hardly one meets an edge of round numbers."""
+"""Offset of the columns in x and y, in their distance: few columns then meet an edge of round numbers."""
 MOST_CELLS = 16e9
 """Pixels in all layers at most: their bits take 2 GB."""
 EDGE_MM = 0.13
 """Longest edge of the triangles on which a print is shown, mm: as large as those of wrapped objects."""
 PLANE_EDGE_MM = 1.0
-"""The same in planes across an axis of the printer, mm."""
+"""Longest edge in planes across an axis of the printer, mm."""
 MOST_FACES = 3_000_000
 """Triangles of a print at most; longer edges where it would have more."""
 ALONG = 1.0 - 1e-9
 """Least cosine of the angle between an axis of the printer and the normal of a plane that lies across it."""
 STEPS = 4.0
-"""Steps of the search for the surface in a layer or a pixel, the smaller of both."""
+"""Steps of the search for the surface within the smaller of layer and pixel."""
 BISECTIONS = 5
 """Halvings of a step; a layer of 0.1 mm is then found to 1 µm."""
 
@@ -53,7 +53,7 @@ class PrintedPart:
         body: its surface, on the triangles of the part, divided where they were long.
         part: the same triangles before.
         rms_mm: distance of the print from the part, mm, the root of the mean square by area.
-        lost: share of the area that the printer does not make, as what is there is too thin for it.
+        lost: share of the area that the printer does not make, since the part is too thin there.
     """
 
     printer: Printer
@@ -63,7 +63,7 @@ class PrintedPart:
     lost: float
 
     def as_json(self) -> dict[str, Any]:
-        """What commands tell of it: all but the surfaces."""
+        """What commands print: all but the surfaces."""
         return {"printer": self.printer.name, "rms_mm": self.rms_mm, "lost": self.lost}
 
 
@@ -81,7 +81,7 @@ def print_part(body: Body, printer: Printer, longest_mm: float = EDGE_MM) -> Pri
         longest_mm: longest edge of the triangles on which the print is shown.
 
     Raises:
-        InputError: the part has more pixels than can be looked at.
+        InputError: the part has too many pixels.
     """
     solid = _Solid(body, printer)
     # Triangles that are fine already stay as they are.
@@ -102,7 +102,7 @@ def print_part(body: Body, printer: Printer, longest_mm: float = EDGE_MM) -> Pri
 
 
 class _Solid:
-    """Which cells of a grid, pixels by layers, a printer makes solid."""
+    """The voxels, pixels by layers, that a printer makes solid."""
 
     def __init__(self, body: Body, printer: Printer) -> None:
         self.layer_mm = printer.layer_mm
@@ -111,7 +111,7 @@ class _Solid:
         self.draws = printer.name in DRAWING
         self.cell_mm = column_mm if self.draws else printer.pixel_mm
         low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
-        # A pixel more on each side, so that what lies beside the grid is empty.
+        # One more pixel on each side, which is empty.
         size = np.ceil((high - low)[:2] / printer.pixel_mm).astype(int) + 2
         self.origin = low - (printer.pixel_mm, printer.pixel_mm, 0.0)
         cells = size * fine if self.draws else size
@@ -125,7 +125,7 @@ class _Solid:
         self.bits = self._filled(body, size[::-1] * fine, column_mm, fine)
 
     def _filled(self, body: Body, shape: Index, column_mm: float, fine: int) -> NDArray[np.uint8]:
-        """Bits of the cells, (layers, bytes), of a part looked at in columns (rows, cols)."""
+        """Bits of the voxels, (layers, bytes), of a part sampled in columns (rows, cols)."""
         column, layer, way = self._crossings(body, shape, column_mm)
         order = np.argsort(-layer, kind="stable")
         column, layer, way = column[order], layer[order], way[order]

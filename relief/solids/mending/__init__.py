@@ -1,1 +1,1 @@
-"""Mending of bodies that files bring, and the round holes of bodies."""
+"""Repair of meshes of files, and the round holes of bodies."""

@@ -1,10 +1,10 @@
-"""Round holes of a body: through and blind ones, told by the faces of their walls.
+"""Round holes of a body, through and blind, recognised by the faces of their walls.
 
-Faces hang together as a wall over edges that are flat or concave and bend by less than `WIDEST_BEND`. A wall
-is that of a round hole if its corners lie on a circle seen along one axis, to which its normals are
+A wall is a connected set of faces whose edges are flat, or concave with a bend below `WIDEST_BEND`. A wall is
+that of a round hole if its corners lie on a circle seen along one axis, to which its normals are
 perpendicular, if the normals point towards that axis, and if corners lie all around. Faces beside a wall that
-lie within the same cylinder belong to the hole: floors, tips of drills. So do those that face its axis
-and lie within a cylinder that is not too wide either: countersinks, rounded rims.
+lie within the same cylinder belong to the hole: floors, tips of drills. So do faces that face the axis within
+a cylinder of the largest diameter: countersinks, rounded rims.
 """
 
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ BESIDE, BESIDE_MM = 1e-3, 0.05
 beside the flat of a D-shaped bore of 6 mm the smooth surface leaves the cylinder by 0.012 mm, and no printer
 makes a wall of 0.05 mm."""
 RIM_MM = 0.1
-"""Distance of the points that stand for the rims of holes, mm, at most."""
+"""Largest distance of the sample points of rims of holes, mm."""
 MOST_RIM = 1000
 """Points on an edge of a rim, at most."""
 
@@ -57,7 +57,7 @@ class Holes:
     rim: Array
 
     def share(self, places: Array, falloff_mm: float) -> Array:
-        """How much texture the holes leave at places (n, 3): 0 in a hole, 1 from the falloff on."""
+        """Share (n,) of the texture at points (n, 3): 0 in a hole, 1 at the falloff or farther."""
         far, _ = cKDTree(self.rim).query(places, distance_upper_bound=falloff_mm)
         share = smooth_step(np.minimum(far, falloff_mm) / falloff_mm)
         for point, axis, radius, low, high in self.cylinders:

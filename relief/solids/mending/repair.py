@@ -4,7 +4,7 @@ A crack lies between faces whose corners differ by the rounding of a file. A hol
 a face on one side only, and is closed by the triangles of least area between its corners (G. Barequet and M.
 Sharir, Filling gaps in the boundary of a polyhedron, Computer Aided Geometric Design 12, 1995). A sliver with
 a short edge is dropped by joining the ends of that edge, one without by turning its longest edge towards the
-corner opposite to it. What needs none of it stays as it is.
+corner opposite to it. A sound body stays unchanged.
 """
 
 from collections import defaultdict
@@ -31,27 +31,28 @@ from relief.solids.meshes.shells import components, parts_within_others, repeats
 from relief.solids.meshes.solid import MEND, check_closed
 
 CRACK_MM = 1e-3
-"""Distance of corners, mm, up to which a crack between them is closed: the depth from which faces count as
-passing through one another, and far above the rounding of files."""
+"""Distance of corners, mm, up to which a crack is closed: the least depth of an intersection, and far above
+the rounding of files."""
 SLIVER_MM = 1e-5
 """Height of a triangle over its longest edge, mm, below which it is a sliver: what single precision rounds
 coordinates of 100 mm by."""
 MOST_RIM, MOST_OPEN = 300, 200_000
-"""Most edges around a hole, whose triangles take half a second then, and most open edges looked at."""
+"""Most edges around a hole, whose triangulation takes half a second, and most open edges of a mesh."""
 MOST_NEAR = 20
-"""Corners within `CRACK_MM` of one, in the mean, beyond which they are a cloud and no cracks."""
+"""Mean number of corners within `CRACK_MM` of one, beyond which the mesh is a cloud of points without
+cracks."""
 MOST_TURNS = 10
 """Rounds in which edges of slivers are turned; two are usual."""
 
 
 @dataclass(frozen=True)
 class Mended:
-    """A body, and what was done to it.
+    """A body, and the repairs of it.
 
     Attributes:
         body: Each position once.
         origin: (m,) number that each face had before; -1 for faces that are new.
-        lines: What was done, for a person; empty if the body is as it was.
+        lines: The repairs, for a person; empty if the body is unchanged.
     """
 
     body: Body
@@ -59,7 +60,7 @@ class Mended:
     lines: tuple[str, ...] = ()
 
     def changed(self, faces: Index, origin: Index, line: str) -> "Mended":
-        """The same with other faces, by the numbers that they have in this one."""
+        """The body with other faces, and a line about the change; `origin` counts faces of this body."""
         before = np.where(origin < 0, -1, self.origin[origin])
         return Mended(Body(self.body.vertices, faces), before, (*self.lines, line))
 
@@ -71,14 +72,14 @@ def mended(body: Body, name: object, holes_mm: float | None = None) -> Mended:
     Args:
         body: With one position per vertex.
         name: Of the file, for messages.
-        holes_mm: Width of a hole, mm, up to which holes are closed; None: those of no width, beside corners
-            that lie on an edge.
+        holes_mm: Largest width of holes that are closed, mm; None: holes of no width, beside corners on an
+            edge.
 
     Returns:
         The body. It need not be closed.
 
     Raises:
-        InputError: A hole is wider, unless None was said, or its rim has too many edges.
+        InputError: A hole is wider than `holes_mm`, or its rim has too many edges.
     """
     work = Mended(body, np.arange(len(body.faces)))
     rim = open_edges(body.faces)
@@ -86,7 +87,7 @@ def mended(body: Body, name: object, holes_mm: float | None = None) -> Mended:
         work = _without_cracks(work, rim)
     again = repeats(work.body.faces)
     kept = np.delete(np.arange(len(work.body.faces)), again)
-    # Parts that lie there twice are closed, and none of a mesh without them would be open.
+    # Repeated parts are closed, so the mesh is no more open without them.
     if len(again) and len(open_edges(work.body.faces[kept])) < len(open_edges(work.body.faces)):
         work = work.changed(work.body.faces[kept], kept, f"drops faces that lie there twice: {len(again)}")
     rim = open_edges(work.body.faces)
@@ -96,7 +97,7 @@ def mended(body: Body, name: object, holes_mm: float | None = None) -> Mended:
 
 
 def united_parts(work: Mended, name: object) -> Mended:
-    """The same with the shells that overlap as one. Raises InputError if the body is not closed."""
+    """The body with the Boolean union of overlapping shells. Raises InputError if the body is open."""
     body = work.body
     check_closed(body, name, repeated=True)
     if not (len(repeats(body.faces)) or self_intersections(body) or parts_within_others(body, name)):
@@ -119,7 +120,7 @@ def open_edges(faces: Index) -> Index:
 
 
 def _without_cracks(work: Mended, rim: Index) -> Mended:
-    """The same with corners at open edges that are hardly apart joined."""
+    """The body with cracks closed: corners at open edges within `CRACK_MM` are joined."""
     at = np.unique(rim)
     tree = cKDTree(work.body.vertices[at])
     if tree.count_neighbors(tree, CRACK_MM) > MOST_NEAR * len(at):
@@ -141,7 +142,7 @@ def _joined(body: Body, pairs: Index) -> tuple[Index, Index]:
 
 
 def _without_holes(work: Mended, rim: Index, name: object, holes_mm: float | None) -> Mended:
-    """The same with its holes closed. Raises InputError if one is too large."""
+    """The body with its holes closed. Raises InputError if a hole is too large."""
     if len(rim) > MOST_OPEN:
         return work
     loops = _loops(rim)
@@ -211,7 +212,7 @@ def _least_area(vertices: Array, loop: Index) -> Index:
 
 
 def _without_slivers(work: Mended) -> Mended:
-    """The same without slivers, as far as the body stays as closed as it is."""
+    """The body without slivers, unless their removal would open edges."""
     thin = _thin(work.body)
     if not len(thin):
         return work

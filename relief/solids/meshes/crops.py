@@ -9,27 +9,27 @@ from relief.ground.arrays import Array, Index, extents, renumbered
 from relief.ground.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.patches import samples_of
 from relief.solids.body import Body
+from relief.solids.meshes.mesh_places import Frame, vertex_normals
 from relief.solids.meshes.neighbourhood import NearFaces
-from relief.solids.meshes.places import Frame, vertex_normals
 from relief.solids.meshes.raster import rasterise
 
 SAMPLES = 128
 """Samples along 10 mm of a crop."""
 EDGE_SHARE = 0.005
-"""Share of a patch's samples without a surface in reach from which the place counts as on an edge."""
+"""Share of a patch's samples without a surface in reach, above which the place counts as on an edge."""
 FLAT_MM = 1e-3
 """Difference of heights, mm, below which a patch is a plane."""
 RIM_MM, RIM_SHARE = 4.5, 0.03
 """Distance from the place, mm, beyond which this share of a plane's patch may lie below the plane."""
 FINE_MM = 0.3
-"""Longest edge, mm, of the faces that stand for samples of a smooth surface; larger faces are meant flat."""
+"""Longest edge, mm, of faces that sample a smooth surface; larger faces count as flat."""
 STEEPEST = 20.0
 """Largest slope of a surface that is curved between its vertices."""
 
 
 @dataclass(frozen=True)
-class Crop:
-    """What lies under a finger at a place.
+class SurfaceCrop:
+    """The surface under a finger at a contact location.
 
     Attributes:
         frame: of the place.
@@ -54,7 +54,7 @@ class Crop:
 
     @cached_property
     def flat(self) -> bool:
-        """Whether nothing can be felt: the patch is a plane, whose rim may lie on the rim of the patch.
+        """Whether the patch is a plane without texture; the rim of the plane may lie on the rim of the patch.
 
         The axis of a place beside a rim may lean a little, so the plane may, too, and what lies below the rim
         is seen. Lower than the plane may lie 3 % of the patch, all beyond 4.5 mm from the place.
@@ -79,7 +79,7 @@ class Cropper:
     bricks came out half a just-noticeable difference larger than that of its samples.
 
     Args:
-        body: What is touched.
+        body: The touched body.
         samples: Along 10 mm of a crop.
         fine_mm: Longest edge of the faces that are curved, mm; 0: all are flat.
         side_mm: Of a crop; None: 10 mm.
@@ -98,10 +98,10 @@ class Cropper:
         self._side = side_mm or PATCH_SIDE_MM
         self._samples = samples if side_mm is None else samples_of(side_mm, PATCH_SIDE_MM / samples)
 
-    def crop(self, frame: Frame) -> Crop:
+    def crop(self, frame: Frame) -> SurfaceCrop:
         """The patch around a place, seen along its axis.
 
-        Surfaces that face away from the finger are not seen; of several one above the other the highest is.
+        Back faces are culled; of several surfaces above one another the highest counts.
         """
         near = self._around(frame, 0.5 * self._side, HEIGHT_LIMIT_MM)
         seen = near[self._normals[near] @ frame.axes[2] > 0.0]
@@ -114,7 +114,7 @@ class Cropper:
         heights = rasterise(frame.local(self._corners[seen]), slopes, self._side, self._samples)
         top = float(in_the_middle(heights, self._side).max())
         level = top - HEIGHT_LIMIT_MM if np.isfinite(top) else 0.0
-        return Crop(frame, *reachable(heights, self._side), self._side, level)
+        return SurfaceCrop(frame, *reachable(heights, self._side), self._side, level)
 
     def around(self, frame: Frame, reach_mm: float) -> Body:
         """The body in the axes of a place, mm: its faces within a reach along x and y, 6 mm down and up."""

@@ -19,7 +19,7 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Index, in_blocks
 from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import edge_pairs
@@ -182,10 +182,8 @@ def _near(corners: Array, fan: Index, depth: float) -> Iterator[tuple[Index, Ind
             # The children of a node with itself make three pairs, of two nodes four; the last may be missing.
             two = one != other
             a, b = 2 * one, 2 * other
-            left, right = (
-                np.concatenate([a, a, a + 1, (a + 1)[two]]),
-                np.concatenate([b, b + 1, b + 1, b[two]]),
-            )
+            left = np.concatenate([a, a, a + 1, (a + 1)[two]])
+            right = np.concatenate([b, b + 1, b + 1, b[two]])
             there = np.maximum(left, right) << (last - level - 1) < count
             blocks.append((level + 1, left[there], right[there]))
 
@@ -261,9 +259,9 @@ def _cross(first: Array, second: Array, depth: float) -> NDArray[np.bool_]:
     for one, other in AXES:
         kept = _overlap(corners, np.cross(edges[one], edges[other], axis=0), depth)
         corners, edges, at = corners[:, :, kept], edges[:, :, kept], at[kept]
-    met = np.zeros(first.shape[2], bool)
-    met[at] = True
-    return met
+    crossing = np.zeros(first.shape[2], bool)
+    crossing[at] = True
+    return crossing
 
 
 def _edges(corners: Array) -> Array:
@@ -274,7 +272,7 @@ def _edges(corners: Array) -> Array:
 def _overlap(corners: Array, axis: Array, depth: float) -> NDArray[np.bool_]:
     """(k,) whether two triangles (6, 3, k) overlap by a depth along an axis (3, k) of any length.
 
-    An axis of length 0, as of parallel edges, tells nothing, and the answer is yes.
+    An axis of length 0, as of parallel edges, separates nothing, and the answer is yes.
     """
     along = np.einsum("cik,ik->ck", corners, axis)
     # Rows two at a time: a reduction along an axis of three takes half as long again.
@@ -287,8 +285,7 @@ def _folds(body: Body, depth: float) -> Index:
     """Pairs (k, 2) of faces in one plane that lie by a depth on the same side of the edge they share."""
     halves = edge_pairs(body.faces)
     folds = [np.empty((0, 2), np.int64)]
-    for start in range(0, len(halves), PAIRS):
-        half = halves[start : start + PAIRS].T
+    for half in (block.T for block in in_blocks(halves, PAIRS)):
         turned = body.faces[half // 3, (half % 3 + np.arange(3)[:, None, None]) % 3]
         # The corners of both triangles, the one opposite to the edge last.
         corners = np.moveaxis(body.vertices[turned], 0, 1).reshape(6, -1, 3).swapaxes(1, 2)

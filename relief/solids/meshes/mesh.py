@@ -14,19 +14,19 @@ from relief.ground.formats import MESHES, UNITS
 from relief.ground.progress import stage
 from relief.readers import damage_named
 from relief.solids.body import Body
-from relief.solids.meshes.glb import read_glb
-from relief.solids.meshes.parsed import LARGEST_FILE, Parsed, check_count, check_numbers
-from relief.solids.meshes.ply import read_ply
+from relief.solids.meshes.glb_reader import read_glb
+from relief.solids.meshes.parsed_mesh import LARGEST_FILE, Parsed, check_count, check_numbers
+from relief.solids.meshes.ply_reader import read_ply
 from relief.solids.meshes.text_formats import read_obj, read_stl
-from relief.solids.meshes.threemf import read_3mf
+from relief.solids.meshes.threemf_reader import read_3mf
 
 READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".glb": read_glb, ".3mf": read_3mf}
 """Readers by the suffix of the file: from its bytes and its path."""
 SMALLEST_MM, LARGEST_MM = 0.01, 1e5
 """Least and greatest longest side of a mesh, mm: a speck of dust, and a hundred metres."""
 FEW_MM, MANY_MM = 12.0, 1000.0
-"""Longest sides, mm, below and above which the unit is doubted. Things in the hand measure 0.5 to 12 inches,
-and less than 12 mm has no room for a finger's patch of 10 mm beside an edge."""
+"""Longest sides, mm, below and above which a warning asks for the unit. Things in the hand measure 0.5 to 12
+inches, and less than 12 mm has no room for a finger's patch of 10 mm beside an edge."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Mesh:
         uv: (m, 3, 2) texture coordinates of the corners of each face; None if the file has none.
         colours: (m, 3, 3) red, green and blue of the corners in sRGB, from 0 to 1; None if the file has none.
         path: of the file.
-        warnings: lines about what may not be meant, such as a size that suggests another unit.
+        warnings: lines about likely mistakes, such as a size that suggests another unit.
         folded: whether faces may pass through one another, so that some lie inside.
     """
 
@@ -56,11 +56,11 @@ def read_mesh(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh
 
     Vertices at exactly the same position become one, and faces without three positions are dropped. GLB is in
     metres with y up by its definition, and comes out in mm with z up; 3MF states its unit; the others are
-    taken as mm. Whether the mesh is a solid is the question of `check_solid`.
+    taken as mm. `check_solid` checks whether the mesh is a solid.
 
     Args:
-        path: The file; its suffix tells the format.
-        units: A key of `UNITS` that goes before the unit of the file.
+        path: The file; its suffix states the format.
+        units: A key of `UNITS`, which overrides the unit of the file.
 
     Returns:
         The mesh.
@@ -80,7 +80,7 @@ def read_mesh(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh
     parsed = _checked(parsed, path)
     body, sound = _welded(parsed, factor, path)
     lines = (*parsed.warnings, *_doubts(body, parsed.unit_mm is None and units is None))
-    uv, colours = (None if of is None else of[sound] for of in (parsed.uv, parsed.colours))
+    uv, colours = (None if each is None else each[sound] for each in (parsed.uv, parsed.colours))
     return Mesh(body, uv, path, lines, colours=colours)
 
 
@@ -91,7 +91,7 @@ def check_units(path: Path, units: str | None) -> None:
 
 
 def _checked(parsed: Parsed, path: Path) -> Parsed:
-    """The same with types that fit, if shapes and numbers are sound. Raises InputError."""
+    """The content with proper types, after checks of shapes and numbers. Raises InputError."""
     vertices = np.asarray(parsed.vertices, dtype=np.float64)
     faces = np.asarray(parsed.faces, dtype=np.int64)
     if not len(faces) or not len(vertices):
@@ -109,7 +109,7 @@ def _checked(parsed: Parsed, path: Path) -> Parsed:
             raise InputError(f"{path}: texture coordinates are not finite or do not fit the faces")
     colours = None
     if parsed.colours is not None:
-        # Colours that are none are left out: a mesh is sound without.
+        # Invalid colours are left out: a mesh is sound without colours.
         read = np.asarray(parsed.colours, dtype=np.float32)
         if read.shape == (len(faces), 3, 3) and np.isfinite(read).all():
             colours = np.clip(read, 0.0, 1.0)

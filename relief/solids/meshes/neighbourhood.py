@@ -80,7 +80,7 @@ def twins(pairs: NDArray[np.intp], count: int) -> NDArray[np.intp]:
 def near_faces(
     vertices: NDArray[np.float64], faces: NDArray[np.intp], chosen: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """(m,) whether faces may touch chosen ones: also some that lie farther off, but all that touch them.
+    """(m,) whether faces may touch chosen ones: all that touch them, and some that lie farther off.
 
     Args:
         vertices: (n, 3).
@@ -108,7 +108,7 @@ def near_faces(
 
 
 def connected_around(faces: NDArray[np.intp], seed: int, count: int) -> NDArray[np.intp]:
-    """Triangles that hang together with a vertex by their edges; what hangs by a single vertex is cut off.
+    """Triangles connected with a vertex by their edges; parts that hang by a single vertex are cut off.
 
     Logarithmic maps need that: a vertex at which the rim passes twice has no order of its neighbours.
 
@@ -134,7 +134,7 @@ def connected_around(faces: NDArray[np.intp], seed: int, count: int) -> NDArray[
 
 
 def ways_from(body: Body, start: NDArray[np.bool_], most_mm: float) -> Array:
-    """Ways (vertices,) along edges from some vertices, mm; infinite beyond a limit."""
+    """Distances (vertices,) along edges from some vertices, mm; infinite beyond a limit."""
     if start.all() or not start.any():
         return np.where(start, 0.0, np.inf)
     starts, ends = edge_ends(body.faces)
@@ -160,7 +160,7 @@ class NearFaces:
         self._start = self._low.min(axis=0, initial=np.inf) if len(corners) else np.zeros(3)
         sides = self._high.max(axis=0, initial=-np.inf) - self._start if len(corners) else np.ones(3)
         self._cell = max(CELL_MM, float(sides.max()) / MOST_CELLS)
-        # Larger faces than a cell, which few meshes with a texture have, are looked at each time.
+        # Faces larger than a cell, which few meshes with a texture have, are checked each time.
         small = (self._high - self._low).max(axis=1) <= self._cell
         self._large = np.flatnonzero(~small)
         numbers = np.flatnonzero(small)

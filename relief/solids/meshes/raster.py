@@ -1,4 +1,4 @@
-"""Heights of triangles on a grid: at each sample the highest, which a finger from above meets."""
+"""Heights of triangles on a grid: at each sample the highest, which a finger from above touches."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,7 @@ import numpy as np
 from relief.ground.arrays import Array, Index, extents
 
 SAMPLES_AT_ONCE = 1 << 18
-"""Pairs of a triangle and a sample of its box that are looked at together, which bounds the memory."""
+"""Pairs of a triangle and a sample of its box that are computed together, which bounds the memory."""
 INSIDE = -1e-9
 """Least barycentric coordinate of a sample that counts as in a triangle, so that none falls between two."""
 
@@ -61,7 +61,7 @@ class Covered:
         area = edges[:, 1, 0] * edges[:, 2, 1] - edges[:, 1, 1] * edges[:, 2, 0]
         self.faces = some = np.flatnonzero((sides.prod(axis=1) > 0) & (area != 0.0))
         self._cols, self._low, self._sides = cols, low[some], sides[some]
-        # What is the same at all samples of a triangle is computed once: barycentric coordinates are linear
+        # Terms that all samples of a triangle share are computed once: barycentric coordinates are linear
         # in columns and rows.
         by = np.stack([-edges[some, :, 1], edges[some, :, 0]]).transpose(0, 2, 1) / area[some]
         nearest = np.roll(at[some], -1, axis=1) - low[some, None]

@@ -1,4 +1,4 @@
-"""Refinement of triangles where a texture needs it; corners keep their place in the old triangles."""
+"""Refinement of triangles where a texture needs it, with barycentric coordinates in the old triangles."""
 
 from dataclasses import dataclass
 
@@ -14,13 +14,13 @@ from relief.solids.meshes.neighbourhood import BITS, MASK, edge_ends, edge_keys
 AREA_PER_FACE = 0.21
 """Mean area of the triangles that refinement leaves, in the square of the longest edge allowed."""
 MOST_ROUNDS = 40
-"""Rounds of refinement that even a triangle a million edges long does not need."""
+"""Most rounds of refinement; a triangle a million edges long needs fewer."""
 SAMPLED = 60_000
 """Triangles that a sample is divided into, about: their number is then known within 2 %."""
 HALVINGS = 7
-"""Halvings of the range in which an edge is looked for; 1 % of it is left."""
+"""Halvings of the range of an edge length, to 1 %."""
 MOST_FACES = 25_000_000
-"""Triangles at most, where no other number is given: needles may need many more than their area tells."""
+"""Default of the most triangles: needles may need many more than their area suggests."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,8 @@ def refined(
     needed = np.ones(len(faces), bool) if where is None else where
     fresh = 0
     for _ in range(MOST_ROUNDS):
-        # Triangles that a round leaves whole stay so: all their long edges lie between such as need nothing.
+        # Triangles that a round leaves whole stay whole: no triangle beside their long edges needs
+        # refinement.
         split, number = _too_long(vertices, faces[fresh:], edge_mm, needed[parent[fresh:]])
         if not len(split):
             return Refined(Body(vertices, faces), parent, corners)

@@ -1,8 +1,8 @@
-"""Shells of a body, the closed surfaces that it consists of: which lie there twice, or within another part.
+"""Shells of a body, the closed surfaces that it consists of: repeated ones, and those within another part.
 
-In a solid none do. Else people have left unions to the slicer, or folds of a displaced surface cross, and a
-finger meets the outer surface, whatever lies inside. Manifold unites shells. What one shell has folded
-through itself stays there, and points of it that lie inside are told by their winding number.
+A solid has none of either. Other meshes leave unions to the slicer, or have folds of a displaced surface that
+cross; a finger then touches the outer surface. Manifold computes Boolean unions of shells. A shell that is
+folded through itself keeps its folds; the winding number classifies points on them as inside or outside.
 
 A point behind a face of an outer shell has winding number 1 in a solid. The number is 2 where another part
 holds the point, whose volume would count twice. Winding numbers are sums of the solid angles of all faces
@@ -29,7 +29,7 @@ MOST_BOXES, MOST_ANGLES = 1_000_000_000, 100_000_000
 FEW_FACES, HALVINGS = 24, 30
 """Faces, and halvings of the box, at which the search for a place of a crossing ends."""
 UPWARDS = np.array([0.1234567, 0.2345678, 0.9642])
-"""Direction in which the faces before a point are counted: along no edge that people draw."""
+"""Direction of the rays that count faces before a point: parallel to no edge of usual drawings."""
 BEFORE = 1e-6
 """Distance of the counted faces from the point, as a share of the body's longest side."""
 
@@ -58,7 +58,7 @@ def parts_within_others(body: Body, name: object) -> int:
         name: of the file, for the message.
 
     Raises:
-        InputError: There are too many parts to tell.
+        InputError: There are too many parts for the search.
     """
     faces = body.faces
     # Shells hang together by edges of two faces; parts, whose shells may touch, by vertices.
@@ -99,7 +99,7 @@ def crossing_place(body: Body) -> Array:
     """(3,) mm near which faces of a body pass through one another.
 
     Both faces of a pair reach into the box in which they cross. Boxes are halved, and of the halves one with
-    a crossing is kept. Of few faces all pairs are looked at.
+    a crossing is kept. Of few faces all pairs are tested.
     """
     faces = body.faces
     low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
@@ -128,7 +128,7 @@ def crossing_place(body: Body) -> Array:
 
 @stage("uniting parts")
 def united(body: Body) -> Body:
-    """The shells of a closed body as one, less those that are hollows; as it is if Manifold refuses it."""
+    """Boolean union of the outer shells of a closed body, less its hollows; unchanged if Manifold fails."""
     whole = _manifold(body)
     if whole.status() != Error.NoError:
         return body

@@ -1,4 +1,4 @@
-"""Solids: whether a printer can make a body, or what has to be mended first."""
+"""Solids: checks whether a printer can make a body, and what has to be repaired."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from relief.solids.meshes.shells import (
 )
 
 THINNEST = 1e-7
-"""Least volume of a solid as a share of the cube of its longest side; what is less is a sheet."""
+"""Least volume of a solid, relative to the cube of its longest side; a sheet has less."""
 MEND = "mend it in a slicer or by Blender's 3D Print toolbox"
 
 
@@ -59,7 +59,7 @@ def check_solid(body: Body, name: object, *, apart: bool = False) -> None:
     Args:
         body: with one position per vertex.
         name: of the file, for the message.
-        apart: whether faces are known not to pass through one another, which takes longest to find out.
+        apart: whether faces are known not to intersect, which is the slowest check.
 
     Raises:
         InputError: The body is no solid; the line says what to do.
@@ -106,7 +106,7 @@ def _overlap(fault: str, body: Body) -> InputError:
 
 
 def outer_body(body: Body, name: object) -> tuple[Body, tuple[str, ...]]:
-    """The body that fingers meet, and what there is to say of it.
+    """The body that fingers touch, and warnings about it.
 
     Args:
         body: With one position per vertex.
@@ -140,7 +140,7 @@ def _edges(faces: Index) -> tuple[int, int]:
 def _inverted_part(body: Body, volumes: Array, name: object) -> bool:
     """Whether a part with negative volume is no hollow, as the box of no other part holds it.
 
-    Raises InputError if the parts are too many to tell.
+    Raises InputError if there are too many parts for the search.
     """
     part = components(body)
     count = int(part.max()) + 1

@@ -11,7 +11,7 @@ import numpy as np
 
 from relief.ground.errors import InputError
 from relief.solids.body import TRIANGLE
-from relief.solids.meshes.parsed import MOST_FACES, MOST_VERTICES, Parsed, check_count, check_numbers
+from relief.solids.meshes.parsed_mesh import MOST_FACES, MOST_VERTICES, Parsed, check_count, check_numbers
 
 STL_HEAD = 84
 """Bytes before the triangles of a binary STL file: a comment, and the number of triangles."""
@@ -45,7 +45,7 @@ def read_stl(content: bytes, path: Path) -> Parsed:
     else:
         text = _text(content, path)
         if text[:5].lower() != b"solid" or b"\0" in text[:STL_HEAD]:
-            raise InputError(f"{path}: damaged or not an STL: {_no_stl(content, text, count)}")
+            raise InputError(f"{path}: damaged or not an STL: {_stl_fault(content, text, count)}")
         vertices = (vertex.groups() for vertex in STL_VERTEX.finditer(text) if vertex[1] is not None)
         numbers = chain.from_iterable(islice(vertices, MOST_VERTICES + 1))
         corners = np.fromiter(map(float, numbers), np.float64)
@@ -56,15 +56,15 @@ def read_stl(content: bytes, path: Path) -> Parsed:
     return Parsed(corners, np.arange(len(corners)).reshape(-1, 3))
 
 
-def _no_stl(content: bytes, text: bytes, count: int) -> str:
-    """Why a file is neither a binary STL of as many triangles as its header tells nor one in text."""
+def _stl_fault(content: bytes, text: bytes, count: int) -> str:
+    """Why a file is neither a binary STL with the number of triangles of its header nor one in text."""
     if text and CONTROL.search(text[:STL_HEAD]) is None:
         return "is a text that does not begin with the word solid"
     if len(content) < STL_HEAD:
         return f"has {len(content)} bytes, fewer than the {STL_HEAD} of the header"
     held, more = divmod(len(content) - STL_HEAD, TRIANGLE.itemsize)
     rest = f" and {more} bytes" if more else ""
-    return f"the header tells {count} triangles, the file holds {held}{rest}"
+    return f"the header states {count} triangles, the file holds {held}{rest}"
 
 
 def read_obj(content: bytes, path: Path) -> Parsed:
@@ -73,7 +73,7 @@ def read_obj(content: bytes, path: Path) -> Parsed:
     Polygons become fans of triangles. Negative numbers count back from the last vertex before the face.
 
     Raises:
-        InputError: A line is too long or tells no vertex or face, or there is more than is read.
+        InputError: A line is too long, holds no vertex or face, or there is more than is read.
     """
     vertices, coordinates, faces, pairs = array("d"), array("d"), array("q"), array("q")
     colours = array("f")

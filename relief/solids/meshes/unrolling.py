@@ -12,15 +12,15 @@ from scipy.spatial import cKDTree
 from relief.ground.arrays import Array, Index, renumbered, units
 from relief.ground.progress import stage
 from relief.solids.body import Body
+from relief.solids.meshes.mesh_places import Frame, frame_along, vertex_normals
 from relief.solids.meshes.neighbourhood import connected_around, edge_pairs, ways_from
-from relief.solids.meshes.places import Frame, frame_along, vertex_normals
 
 REACH_MM = 9.0
 """Distance from a place up to which the object is unrolled, mm: the corners of a patch and a margin."""
 CANDIDATES = 16
-"""Faces of the object, the nearest by their middles, among which a foot is looked for."""
+"""Faces of the object, the nearest by their middles, that are candidates for a foot."""
 TEXTURED_MM = 1e-3
-"""Least height over the object, mm, that is texture and no rounding."""
+"""Least height over the object, mm, of texture; less is rounding."""
 BARE_MM = 1.25
 """Distance from any texture, mm, from which the object is bare: gaps in a tile of dots reach 1.05 mm."""
 SHARP = np.cos(np.radians(40.0))
@@ -58,7 +58,8 @@ class Unroller:
         self.sharp = np.zeros(len(base.vertices), bool)
         for corner in (turned % 3, (turned + 1) % 3):
             self.sharp[base.faces[turned // 3, corner]] = True
-        self.to_bare, self.to_sharp = (ways_from(base, of, REACH_MM) for of in (self.bare, self.sharp))
+        self.to_bare = ways_from(base, self.bare, REACH_MM)
+        self.to_sharp = ways_from(base, self.sharp, REACH_MM)
 
     def frame(self, near: Array) -> tuple[int, Frame]:
         """Number and frame of the object's vertex nearest to a point."""
@@ -122,7 +123,7 @@ def feet(points: Array, body: Body) -> tuple[Index, Array]:
     count = min(CANDIDATES, len(corners))
     middles = corners.mean(axis=1)
     wide = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
-    far, near = (of.reshape(len(points), -1) for of in cKDTree(middles).query(points, k=count))
+    far, near = (found.reshape(len(points), -1) for found in cKDTree(middles).query(points, k=count))
     best = np.full(len(points), np.inf)
     face, shares = np.zeros(len(points), dtype=np.int64), np.zeros((len(points), 3))
     for distance, candidate in zip(far.T, near.T, strict=True):

@@ -105,7 +105,7 @@ def smooth_union(distances: Array, radius_mm: float) -> Array:
 
     Args:
         distances: (bodies, n) signed distances, mm.
-        radius_mm: Size of the fillet: how far from each other bodies begin to flow together.
+        radius_mm: Radius of the fillet, about: distance at which bodies begin to blend.
 
     Returns:
         (n,) field of the union; at most ``radius_mm * log(bodies)`` below the least distance.

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from relief.ground.arrays import Array
 from relief.solids.body import Body
-from relief.solids.export.plate import plate_mesh
+from relief.solids.export.plate_export import plate_mesh
 
 LINKS = 16
 """Links of the bracelet; an even number, so that two kinds may take turns."""

@@ -1,4 +1,4 @@
-"""Tori near a place: fitted to points, and a mesh over one unrolled to heights over a plane.
+"""Tori fitted to points near a place, and meshes over a torus unrolled to heights over a plane.
 
 A torus has two curvatures that are nearly constant: a ball, a cylinder and a saddle are parts of tori.
 """
@@ -13,7 +13,7 @@ from relief.solids.body import Body
 REACH_MM = 9.0
 """Distance from the place, along each axis, up to which a mesh is unrolled, mm."""
 LEAST = 1e-3
-"""Least square of the cosines of a torus' sections, beyond which it goes on steeply."""
+"""Lower bound of the squared cosines of a torus' sections, beyond which the surface goes on steeply."""
 FOOTINGS, MOST_EVALUATIONS = 6, 60
 """Newton steps to the nearest point of a torus, and most evaluations of a fit."""
 NODES, WEIGHTS = (np.polynomial.legendre.leggauss(8)[n] for n in (0, 1))
@@ -67,7 +67,7 @@ def over(shape: Array, x: Array, y: Array, z: Array) -> Array:
 
 
 def raised(shape: Array, way_mm: float) -> Array:
-    """The torus that lies a way farther along the normals, mm."""
+    """The torus that is offset along its normals, mm."""
     moved = shape.copy()
     moved[0] += way_mm
     moved[4:] /= 1.0 + way_mm * moved[4:]
@@ -77,7 +77,7 @@ def raised(shape: Array, way_mm: float) -> Array:
 def unrolled(points: Array, shape: Array) -> Array:
     """Points (n, 3) over a torus as (n, 3) of a plane: lengths along its sections, and heights, mm.
 
-    Points farther than `REACH_MM` come to lie at that distance along each axis, or beyond.
+    Points farther than `REACH_MM` are moved to this distance along each axis, or beyond.
     """
     x, y = points[:, 0].copy(), points[:, 1].copy()
     for _ in range(FOOTINGS):

@@ -1,1 +1,1 @@
-"""Remeshing: even triangles on the smooth surface behind the facets of a body."""
+"""Isotropic remeshing of the smooth surface behind the facets of a body."""

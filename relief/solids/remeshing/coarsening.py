@@ -1,4 +1,4 @@
-"""Fewer triangles on the flat parts of an even mesh that carry nothing."""
+"""Decimation of the flat parts of an even mesh without texture."""
 
 from dataclasses import replace
 from functools import partial
@@ -28,7 +28,7 @@ def coarsened(mesh: EvenMesh, kept: NDArray[np.bool_], edge_mm: float) -> tuple[
     """The mesh with fewer triangles on its flat parts, and the numbers (k,) of the vertices that are left.
 
     Vertices of triangles that are kept or not flat stay; along a straight edge between two planes some go. A
-    mesh with texture coordinates stays as it is.
+    mesh with texture coordinates is unchanged.
 
     Args:
         mesh: Even triangles.

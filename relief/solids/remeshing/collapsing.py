@@ -8,9 +8,9 @@ from relief.solids.meshes.neighbourhood import BITS, MASK, among, edge_ends, edg
 from relief.solids.remeshing.triangles import LONG, Triangles
 
 SHORT = 4.0 / 5.0
-"""Length of an edge, in that wanted, up to which it is collapsed."""
+"""Length of an edge, relative to the wanted length, below which the edge is collapsed."""
 HELD_MM = 0.005
-"""Farthest that a held line may be moved by collapses along it, mm."""
+"""Largest displacement of a held line by collapses, mm."""
 MOST_AROUND = 40
 """Triangles around a vertex up to which it may be removed."""
 TURN = np.cos(np.radians(40.0))
@@ -22,7 +22,7 @@ THIN = 0.02
 
 
 class Collapses:
-    """Passes of collapses over triangles whose vertices keep their numbers between.
+    """Passes of collapses over triangles; vertices keep their numbers between passes.
 
     Attributes:
         triangles: Changed in place.
@@ -87,7 +87,7 @@ class Collapses:
         shortest = np.full(count, np.inf)
         np.minimum.at(shortest, gone, length)
         least = length == shortest[gone]
-        # Of edges of equal length that to the next higher number, so that the order of edges has no effect.
+        # Ties go to the next higher number of a vertex, so that the order of edges has no effect.
         beyond = np.full(count, count)
         np.minimum.at(beyond, gone[least], (stays[least] - gone[least]) % count)
         gone = np.flatnonzero(beyond < count)
@@ -101,7 +101,7 @@ class Collapses:
             stays: (k,) those they are moved to.
             faces: (m, 3) all triangles around them.
         """
-        # Vertices in any order: with that of their lengths few would be first among their neighbours.
+        # A random order: in the order of lengths few vertices would be first among their neighbours.
         rank = np.random.default_rng(len(gone)).permutation(len(gone))
         best = np.full(len(self.triangles.vertices), len(gone))
         best[gone] = rank

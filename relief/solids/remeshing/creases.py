@@ -1,9 +1,9 @@
-"""Edges of a part among the edges of its facets: sharp ones, and those that no bend of a surface explains."""
+"""Feature edges of a part among the edges of its facets: sharp ones, and those sharper than edges beside."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index, units
+from relief.ground.arrays import Array, Index, in_blocks, units
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import twins
 
@@ -13,10 +13,10 @@ degrees."""
 SMOOTHEST = np.radians(2.0)
 """Angle between two facets, rad, up to which their edge is none of the part."""
 SUPPORT = 2.5
-"""Angle at an edge of the part against those at the edges beside, from which facets do not explain it. In the
-middle of a fillet of two facets the angle is twice that beside."""
+"""Least ratio of the angle at an edge of the part to the angles at edges beside. In the middle of a fillet of
+two facets the ratio is 2."""
 PARALLEL = np.cos(np.radians(35.0))
-"""Cosine of the widest angle between an edge and those beside it that explain it."""
+"""Cosine of the widest angle between an edge and the edges that it is compared with."""
 IN_LINE = 0.6
 """Distance of an edge from the line of another, in the gap between them along that line, up to which it goes
 on in this line and explains nothing: an edge of the part that fades out, as between two fillets."""
@@ -28,7 +28,7 @@ FARTHEST = 20.0
 BESIDE = 4
 """Triangles away that edges may lie to explain one: facets of a strip or a cell are one to three."""
 AT_ONCE = 1 << 15
-"""Edges looked at together, which bounds the memory."""
+"""Edges computed together, which bounds the memory."""
 
 
 def turns_at(body: Body, pairs: Index) -> Array:
@@ -50,8 +50,7 @@ def crease_edges(body: Body, pairs: Index) -> NDArray[np.bool_]:
     turns = turns_at(body, pairs)
     sharp = turns >= SHARPEST
     doubtful = np.flatnonzero((turns > SMOOTHEST) & ~sharp)
-    for start in range(0, len(doubtful), AT_ONCE):
-        part = doubtful[start : start + AT_ONCE]
+    for part in in_blocks(doubtful, AT_ONCE):
         sharp[part] = turns[part] > SUPPORT * _support(body, pairs, turns, part)
     creases = np.zeros(3 * len(body.faces), bool)
     creases[pairs[sharp].ravel()] = True

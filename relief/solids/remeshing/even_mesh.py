@@ -1,4 +1,4 @@
-"""Even triangles on the smooth surface that is meant, whatever triangles the body came with."""
+"""Isotropic remeshing: even triangles on the smooth surface behind the facets of a body."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,11 +12,11 @@ from relief.ground.progress import say, stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import edge_pairs
 from relief.solids.remeshing.collapsing import Collapses
+from relief.solids.remeshing.facet_noise import FACETS_NOISE, smoothed, turns_by_chance
 from relief.solids.remeshing.features import held_lines, regions
 from relief.solids.remeshing.flipping import Flips
 from relief.solids.remeshing.lifting import lifted
 from relief.solids.remeshing.nearest import NearestPoints
-from relief.solids.remeshing.noise import FACETS_NOISE, smoothed, turns_by_chance
 from relief.solids.remeshing.smooth_surface import SmoothSurface, bulges, corner_angles, smooth_surface
 from relief.solids.remeshing.triangles import Triangles, repeated
 
@@ -33,8 +33,8 @@ COARSER = (128.0, 64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0)
 """Edges, in those wanted, to which triangles are divided at first: flips and collapses between keep them from
 becoming slivers, whose number would double with each halving, also across."""
 STIR = 0.3
-"""Part of their edges by which vertices move by chance at first. Squares would stay squares, and divided all
-at once the number of triangles would jump by a half."""
+"""Random displacement of vertices in the first round, in their edges. Without it regular grids of squares
+would stay, whose edges all pass the limit at once, so that the number of triangles would jump by a half."""
 STEP = 0.8
 """Part of the way to the middle of its triangles that a vertex moves."""
 UPRIGHT = 0.3
@@ -42,7 +42,8 @@ UPRIGHT = 0.3
 SHRUNK = 0.1
 """Least part of its area that relaxing may leave of a triangle."""
 INWARD = 0.05
-"""Part of the way from a corner to the middle of its triangle where the side of a crease is looked up."""
+"""Share of the way from a corner to the middle of its triangle, at the point whose side of a crease is looked
+up."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ def even_mesh(
 
 
 class _Remesher:
-    """The triangles so far, and the surface that they lie on."""
+    """The current triangles, and the surface that they lie on."""
 
     def __init__(
         self, surface: SmoothSurface, edge_mm: float, uv: Array | None, side: NDArray[np.bool_], arc: float
@@ -133,7 +134,7 @@ class _Remesher:
         first = len(triangles.vertices)
         count = triangles.split(coarser * self.triangles.wanted())
         if count:
-            # The triangles around tell the region alone: flips have carried their places away.
+            # Triangles around a vertex give its region alone: flips have moved them away from their origins.
             corner, start = triangles.faces.ravel(), np.repeat(triangles.origin, 3)
             own = np.flatnonzero(corner >= first)
             vertex, start = corner[own], start[own]
@@ -223,7 +224,7 @@ class _Remesher:
         inner = place + INWARD * (triangles.vertices[faces[number]].mean(axis=1) - place)
         start = triangles.origin[number]
         side, _ = self.nearest.at(inner, self.region[start], start)
-        at[held], shares[held] = self.nearest.from_(place, side)
+        at[held], shares[held] = self.nearest.walk_from(place, side)
         normals = surface.normals_at(at.ravel(), shares.reshape(-1, 3)).reshape(-1, 3, 3)
         body = Body(vertices, faces)
         pairs = edge_pairs(faces)

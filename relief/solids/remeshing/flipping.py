@@ -14,7 +14,7 @@ LEAST_GAIN = 1e-7
 
 
 class Flips:
-    """Passes of flips over triangles that nothing else changes between.
+    """Passes of flips over triangles, without other changes between passes.
 
     Attributes:
         triangles: Changed in place.
@@ -27,8 +27,8 @@ class Flips:
     def flip(self) -> int:
         """Flip edges towards Delaunay's triangles where the surface turns little; returns how many.
 
-        After the first call only edges are looked at whose triangles were flipped, or could not be, as others
-        were beside them.
+        After the first call only edges of triangles that were flipped, or waited for flips beside them, are
+        checked.
         """
         faces, (pairs, edges) = self.triangles.faces, self._flippable()
         one, other = pairs[:, 0] // 3, pairs[:, 1] // 3

@@ -1,7 +1,7 @@
-"""Vertices brought to the smooth surface, but where triangles would pass through one another then.
+"""Projection of vertices onto the smooth surface, unless triangles would then intersect.
 
-Facets of a thin wall need not cross where the smooth surfaces through their corners do: beside the line where
-a ball and a bore that nearly touches it meet.
+The smooth surfaces of a thin wall may intersect where its facets do not, for example between a ball and a
+bore that nearly touches it.
 """
 
 import numpy as np
@@ -16,13 +16,14 @@ LEAST_EDGE_MM, PARTED = 1e-3, 0.02
 """Length of an edge, mm, below which its ends are one point, and part of the way to the middle of its
 neighbours by which such a vertex moves: some um."""
 ROUNDS = 4
-"""Times that vertices are left where they are: those beside them may cross others after the first."""
+"""Most rounds in which vertices return to their facets: each round may leave new intersections beside
+them."""
 
 
 def lifted(
     vertices: Array, onto: Array, faces: Index, free: NDArray[np.bool_]
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Vertices (n, 3) on the smooth surface, and whether they stayed (n,), as triangles would cross.
+    """Vertices (n, 3) on the smooth surface, and whether they stayed on the facets (n,).
 
     Args:
         vertices: On the facets, mm.

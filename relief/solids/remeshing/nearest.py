@@ -1,4 +1,4 @@
-"""Nearest points of a surface: from the faces around a first guess, on, triangle by triangle."""
+"""Nearest points of a surface, by walks from triangle to triangle from initial guesses."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,9 @@ GUESSES = 6
 MOST_STEPS = 100
 """Triangles that are crossed at most."""
 CORNER = 1e-6
-"""Distance from a corner, as a part of a triangle, up to which a point lies at it."""
+"""Largest barycentric distance from a corner of a point that counts as at the corner."""
 AT_ONCE = 1 << 16
-"""Points looked at together, which bounds the memory."""
+"""Points computed together, which bounds the memory."""
 
 
 class NearestPoints:
@@ -27,7 +27,7 @@ class NearestPoints:
         Args:
             body: The surface.
             held: (faces, 3) edges that no point crosses.
-            region: (faces,) numbers; a point is looked for on faces of its number.
+            region: (faces,) numbers; nearest points are sought on faces of the same number.
             spacing_mm: Distance of the samples along thin triangles, mm.
         """
         self.corners, self.region = body.vertices[body.faces], region
@@ -88,8 +88,8 @@ class NearestPoints:
         order = order[np.diff(own[order], prepend=-1) > 0]
         return self._better(own[order], guess[order], points, best, share, square)
 
-    def from_(self, points: Array, face: Index) -> tuple[Index, Array]:
-        """The same by triangles across edges from a face alone, which stays on its side of held edges."""
+    def walk_from(self, points: Array, face: Index) -> tuple[Index, Array]:
+        """The same by a walk from one face, which stays on its side of held edges."""
         best = face.copy()
         share, square = nearest_in(points, self.corners[face])
         self._walk(points, best, share, square, np.arange(len(points)))

@@ -1,9 +1,9 @@
-"""The smooth surface behind the facets of a body: creases, normals, and how far it bulges over an edge.
+"""The smooth surface behind the facets of a body: creases, normals, and bulges over edges.
 
-Programs that write facets put their corners on the surface that is meant. On a round surface the sum of the
+Programs that write facets put the corners on the surface of the design. On a round surface the sum of the
 normals at both ends of an edge is perpendicular to the edge: exactly on planes and balls, and around
-cylinders, and up to the third power of the length elsewhere. So the normals are those that fulfil this best
-near a first guess.
+cylinders, and up to the third power of the length elsewhere. The normals minimise these products, in least
+squares, near an initial guess.
 """
 
 from dataclasses import dataclass
@@ -22,24 +22,25 @@ from relief.solids.meshes.refining import refined
 from relief.solids.remeshing.creases import crease_edges, directions, turns_at
 
 RIM = np.radians(10.0)
-"""Angle, rad, from which the rim of a flat side that stays is an edge of the part; a fillet may end there."""
+"""Least angle, rad, at which the rim of a flat side is an edge of the part; at less a fillet may end
+there."""
 COPLANAR = np.radians(0.05)
 """Angle between facets of one plane, rad: rounding of files in single precision leaves less."""
 WIDE = 3.0
 """Width of a plane against that of the facets beside it, from which the plane has the normal of both."""
 POWER = 2.0
-"""Power of the length by which edges count less: the sums are perpendicular up to its third power."""
+"""Power of the length that divides the weights of edges: the products are exact up to its third power."""
 SLIVER = 4.0
 """Length of an edge, in the shortest of its triangle, from which it belongs to a sliver."""
 NEAR = 1e-3
-"""Weight of staying near the guess, in that of the shortest edges of triangles: long thin ones, which fulfil
-little, then turn nothing."""
+"""Weight of the initial normals, relative to that of the shortest edges of triangles: keeps slivers, whose
+edges have little weight, from rotating normals."""
 STEPS = 60
-"""Steps of conjugate gradients; the guess is off at few places, and near."""
+"""Most steps of conjugate gradients; the initial guess is good but for few places."""
 EDGE_MM, MOST_FACES = 1.5, 600_000
 """Longest edge, mm, of the triangles on which an object is unrolled, and most of these triangles."""
 LARGEST_BULGE = 0.12
-"""Largest bulge over an edge, as a part of its length: over an arc of 55 degrees."""
+"""Largest bulge over an edge, relative to its length: that of an arc of 55 degrees."""
 SLIVER_BULGE = 0.5
 """Largest bulge over an edge of a facet, in the height of the wider facet beside: facets are no narrower than
 what they leave out, and along a sliver a normal that leans by a degree would be 0.1 mm."""
@@ -89,9 +90,8 @@ def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None) -> SmoothS
         rim = pairs[(side[pairs[:, 0] // 3] != side[pairs[:, 1] // 3]) & (turns_at(body, pairs) > RIM)]
         creases.reshape(-1)[rim.ravel()] = True
     group = corner_groups(body, pairs, creases)
-    normals = _fulfilled(body, group, _guess(body, pairs[~creases.ravel()[pairs[:, 0]]], group))[
-        group
-    ].reshape(-1, 3, 3)
+    guess = _guess(body, pairs[~creases.ravel()[pairs[:, 0]]], group)
+    normals = _fulfilled(body, group, guess)[group].reshape(-1, 3, 3)
     return SmoothSurface(body, creases, normals, bulges(body, pairs, creases, normals, facets=True))
 
 
@@ -152,9 +152,8 @@ def _guess(body: Body, pairs: Index, group: Index) -> Array:
     unit, weight = units(body.normals), corner_angles(body).ravel()
     count, planes = int(group.max()) + 1, len(width)
     own = group * planes + np.repeat(plane, 3)
-    height = (
-        2.0 * np.repeat(body.areas, 3) / np.maximum(directions(body, np.arange(3 * len(plane)))[1], 1e-12)
-    )
+    length = directions(body, np.arange(3 * len(plane)))[1]
+    height = 2.0 * np.repeat(body.areas, 3) / np.maximum(length, 1e-12)
     wide = []
     rim = pairs[plane[pairs[:, 0] // 3] != plane[pairs[:, 1] // 3]]
     for one, other in (rim.T, rim.T[::-1]):

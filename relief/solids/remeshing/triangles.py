@@ -15,13 +15,13 @@ from relief.solids.meshes.neighbourhood import BITS, MASK, among, edge_ends, edg
 from relief.solids.meshes.refining import divided
 
 LONG = 4.0 / 3.0
-"""Length of an edge, in that wanted, from which it is split."""
+"""Length of an edge, relative to the wanted length, above which the edge is split."""
 GROWTH = 0.5
-"""By how much edges may grow from one to the next, as a part of them."""
+"""Largest relative growth of edges from one to the next."""
 MOST_PASSES = 40
-"""Passes of collapses in a round; each removes a tenth of what there is to remove."""
+"""Most passes of collapses in a round; each removes a tenth of the short edges."""
 ENOUGH = 0.03
-"""Changes in a pass, as a part of those of the first, up to which no other pass follows."""
+"""Changes in a pass, relative to the first pass, below which no other pass follows."""
 
 
 class Triangles:
@@ -33,7 +33,7 @@ class Triangles:
         origin: (m,) a triangle of the first mesh in the region of each triangle, and near it.
         held: (k,) sorted keys of held edges.
         corner: (n,) vertices that stay.
-        moved: (n,) how far held lines have been moved at a vertex, mm.
+        moved: (n,) displacement of held lines at a vertex so far, mm.
         size: (n,) length of edges that the surface at each vertex allows, mm.
     """
 
@@ -71,7 +71,7 @@ class Triangles:
         """
         one, other = edge_ends(self.faces)
         length = self.lengths(one, other)
-        # Keys of edges are the same from both sides, and so is what is long.
+        # Both sides of an edge have the same key and the same length.
         chosen = np.unique(self.keys()[length > LONG * 0.5 * (size[one] + size[other])])
         if not len(chosen):
             return 0
@@ -93,7 +93,7 @@ class Triangles:
         return len(chosen)
 
     def drop_unused(self) -> None:
-        """Number the vertices that are left anew."""
+        """Renumber the remaining vertices."""
         used = np.zeros(len(self.vertices), bool)
         used[self.faces] = True
         renumber = np.cumsum(used) - 1

@@ -1,4 +1,4 @@
-"""How an object bends along the axes of the texture that lies on it."""
+"""Normal curvatures of an object along the axes of its texture."""
 
 from typing import NamedTuple
 
@@ -10,11 +10,12 @@ from relief.solids.body import Body
 from relief.solids.wrapping.coordinates.layout import Layout
 
 STRAIGHT_MM = 200.0
-"""Radius from which a surface counts as straight, mm: over the 10 mm of a patch it then rises by 0.06 mm."""
+"""Least radius of a surface that counts as straight, mm: over a patch of 10 mm such a surface rises by 0.06
+mm."""
 LEAST_MM = 3.0
-"""Least radius that is told, mm, as the finger takes no smaller one."""
+"""Least radius that is reported, mm: the least that models of touch take."""
 HALF = (0.25, 0.75)
-"""Parts of the area between which its middle half lies."""
+"""Lower and upper quartile, as shares of the area."""
 DEGENERATE = 1e-9
 """Area in the texture, mm², below which a triangle has no directions there."""
 
@@ -24,8 +25,8 @@ class Bending(NamedTuple):
 
     Attributes:
         median: over the textured area.
-        low: a quarter of the area bends less.
-        high: a quarter of the area bends more.
+        low: lower quartile.
+        high: upper quartile.
     """
 
     median: float
@@ -67,7 +68,7 @@ def bending(body: Body, normals: Array, layout: Layout, where: NDArray[np.bool_]
 
 
 def _over_area(values: Array, areas: Array) -> Bending:
-    """The median of values (n,), and those of the middle half, by areas (n,)."""
+    """Median and quartiles of values (n,), weighted by areas (n,)."""
     if not len(values):
         return Bending(0.0, 0.0, 0.0)
     return Bending(*quantiles(values, areas, [0.5, *HALF]).tolist())

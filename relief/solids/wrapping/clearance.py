@@ -1,9 +1,9 @@
-"""How far a surface may be moved along its normals before it meets itself."""
+"""Clearance: how far a surface can be displaced along its normals without self-intersection."""
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Index, units
+from relief.ground.arrays import Array, Index, in_blocks, units
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import edge_ends
@@ -12,33 +12,33 @@ from relief.solids.remeshing.even_mesh import EvenMesh
 from relief.solids.remeshing.smooth_surface import raised
 
 SAFE = 0.7
-"""Part of the radius of the empty ball that a displacement may use; the rest is for the facets of a mesh."""
+"""Share of the radius of the empty ball that a displacement may use; the rest allows for facets."""
 SPACING = 0.2
-"""Distance of the samples of the surface, in the radius that is large enough."""
+"""Distance of the samples of the surface, in the radius at which the search ends."""
 LEAST_SPACING_MM = 0.1
-"""Least distance of the samples, mm: under a relief of 0.1 mm a fifth of the radius is 0.03 mm, and takes
-ten seconds of a processor on a box of 16 mm."""
+"""Least distance of the samples, mm: under a relief of 0.1 mm a fifth of the radius is 0.03 mm, and takes ten
+CPU seconds on a box of 16 mm."""
 MOST_SAMPLES = 1_000_000
 """Samples at most, which bounds the memory."""
 SAME_SHEET = np.cos(np.radians(15.0))
-"""Cosine of the angle between two normals up to which points belong to one smooth piece: what turns so
-little cannot fold, and rounding and facets turn normals too."""
+"""Least cosine of the angle between normals of one smooth sheet, which cannot fold: rounding and facets turn
+normals, too."""
 BLENDED = 0.85
 """Width, in the edges at a vertex of a crease, over which normals turn from one side to the mean of both."""
 BESIDE = 2.0
 """Distance, in the edges at a vertex, up to which a side of another direction is that of a crease there."""
 FACING = -0.5
-"""Cosine of the angle between normals from which two points face one another, however near they are."""
+"""Largest cosine of the angle between normals of two points that face one another at any distance."""
 AT_ONCE = 1 << 13
-"""Points whose balls are looked at together, which bounds the memory."""
+"""Points whose balls are computed together, which bounds the memory."""
 
 
-class Room:
-    """The room beside a surface: radii of the largest balls that touch the surface and hold no part of it.
+class LocalFeatureSize:
+    """Local feature sizes of a surface: radii of the largest empty balls that touch the surface.
 
-    Displacements along the normals that are shorter than the radius do not meet one another: each point stays
-    inside of its own empty ball. The radius is the distance to the medial axis: in a hollow the radius of
-    curvature, in a gap half its width.
+    Displacements along the normals that are shorter than the radius do not intersect: each point stays inside
+        its own empty ball. The radius is the distance to the medial axis: in a hollow the radius of
+        curvature, in a gap half the width.
     """
 
     def __init__(self, mesh: EvenMesh, most_mm: float) -> None:
@@ -46,7 +46,7 @@ class Room:
 
         Args:
             mesh: The surface.
-            most_mm: Radius that is large enough.
+            most_mm: Radius at which the search ends.
         """
         self.mesh, self.most_mm = mesh, most_mm
         spacing = max(
@@ -64,7 +64,7 @@ class Room:
         """Radii at the vertices, (n,) mm, the least on all sides of creases.
 
         Args:
-            side: 1 for the room outside, -1 for that inside.
+            side: 1 for balls outside, -1 for balls inside.
         """
         vertices, corners = self.mesh.body.vertices, self.mesh.body.faces.ravel()
         normals = self.mesh.normals.reshape(-1, 3)
@@ -74,8 +74,7 @@ class Room:
         own = order[np.append(True, (np.diff(rows[order], axis=0) != 0).any(axis=1))]
         near = self._edges()
         radii = np.full(len(vertices), self.most_mm)
-        for start in range(0, len(own), AT_ONCE):
-            some = own[start : start + AT_ONCE]
+        for some in in_blocks(own, AT_ONCE):
             least = self._least(vertices[corners[some]], side * normals[some], side, near[corners[some]])
             np.minimum.at(radii, corners[some], least)
             this_stage()(0)
@@ -107,12 +106,12 @@ class Room:
         cosine = (normals[number] * (side * self.normals[sample])).sum(axis=1)
         square = (way**2).sum(axis=1)
         through = square / np.maximum(2.0 * (way * normals[number]).sum(axis=1), 1e-12)
-        # The plane of the sample is touched beside it, by what half the distance of two samples allows.
+        # The ball touches the plane of a sample beside the sample, within half the distance of two samples.
         plane = -(way * (side * self.normals[sample])).sum(axis=1) / np.maximum(1.0 - cosine, 1e-12)
         least = through - self.offset_mm[sample] ** 2 / (2.0 * np.sqrt(np.maximum(square, 1e-12)))
         radius = np.clip(plane, np.maximum(least, 0.0), through)
-        # At a crease normals turn as on a fillet. What is moved along them meets the plane that halves the
-        # crease from this way on.
+        # At a crease normals turn as on a fillet; this is the displacement at which points reach the
+        # bisecting plane of the crease.
         half = np.maximum(0.5 * np.arccos(np.clip(cosine, -1.0, 1.0)), 1e-6)
         beside = (square < (BESIDE * near[number]) ** 2) & (cosine > FACING)
         fillet = np.where(beside, BLENDED * near[number] * np.cos(half) / half, 0.0)
@@ -120,7 +119,7 @@ class Room:
 
 
 def clearance_factor(mesh: EvenMesh, carried: Array, out_mm: float, in_mm: float, falloff_mm: float) -> Array:
-    """Factor in [0, 1] at each vertex, (n,), by which displacements are lowered so that none can meet.
+    """Factors (n,) in [0, 1] of the displacements of vertices, with which none can intersect.
 
     Args:
         mesh: The surface.
@@ -132,7 +131,7 @@ def clearance_factor(mesh: EvenMesh, carried: Array, out_mm: float, in_mm: float
     factor = np.ones(len(mesh.body.vertices))
     for side, need in ((1.0, out_mm), (-1.0, in_mm)):
         if need > 0.0:
-            room = SAFE * Room(mesh, need / SAFE * 1.01).radii(side)
+            room = SAFE * LocalFeatureSize(mesh, need / SAFE * 1.01).radii(side)
             factor = np.minimum(factor, room / np.maximum(need * carried, 1e-9))
     return evened(mesh.body, factor, falloff_mm)
 

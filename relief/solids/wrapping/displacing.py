@@ -1,6 +1,6 @@
-"""Vertices moved along their normals by a relief, which is lowered where triangles pass through one another.
+"""Displacement of vertices along their normals by a relief, which is lowered where triangles intersect.
 
-Also those count that pass through one another by less than any printer shows, as other programs find them.
+Intersections shallower than any printer shows count as well, since other programs report them.
 """
 
 from collections.abc import Callable
@@ -18,11 +18,11 @@ from relief.solids.wrapping.clearance import evened
 from relief.solids.wrapping.surfaces import FineSurface, Settings
 
 MENDINGS = 6
-"""Times that the relief is lowered where triangles pass through one another; two are usual."""
+"""Most rounds in which the relief is lowered where triangles intersect; two are usual."""
 MENDED = 0.5
-"""Factor of the heights there, each time."""
+"""Factor of the heights there, in each round."""
 LEAST_FACTOR = 0.05
-"""Factor below which heights are 0, as then nothing passes through anything."""
+"""Factor below which heights are set to 0, which leaves no intersection."""
 
 
 def displaced(
@@ -35,7 +35,7 @@ def displaced(
         offset: (fine vertices,) displacements, mm.
         factor: (base vertices,) by which they are lowered where there is too little room.
         settings: How the body is wrapped.
-        written: What the coordinates become in the file.
+        written: Gives a body with the coordinates that the file will hold.
 
     Raises:
         InputError: Triangles pass through one another however low the relief is.
@@ -47,7 +47,7 @@ def displaced(
         places = body.vertices + moved[:, None] * surface.points.normals
         places[:, 2] = np.maximum(places[:, 2], surface.base.bed_mm)
         wrapped = written(Body(places, body.faces))
-        # What has not been lowered since the last search is sound, and so are pairs of it.
+        # Triangles that were not lowered since the last search do not intersect each other.
         changed |= (wrapped.vertices != before).any(axis=1)[body.faces].any(axis=1)
         crossing = _crossing(surface, wrapped, settings, changed, shallow=True)
         if not left or not len(crossing):
@@ -55,7 +55,7 @@ def displaced(
         at = np.zeros(len(factor), bool)
         at[surface.base.body.faces[surface.fine.parent[crossing]]] = True
         away = (moved != 0.0)[body.faces[crossing]].any()
-        # What lowering did not mend may be the surface itself, between vertices of the base.
+        # Remaining intersections may be those of the smooth surface between vertices of the base.
         if not surface.flatten(at & (tight | (not away))) and not away:
             break
         before, changed, tight = wrapped.vertices, np.zeros(len(body.faces), bool), tight | at
@@ -64,7 +64,7 @@ def displaced(
         lower[lower < LEAST_FACTOR] = 0.0
         factor = evened(surface.base.body, lower, settings.falloff_mm)
         say(f"{len(crossing):,} triangles pass through others; the relief is lowered there")
-    # The object's own surface may pass through itself by what no printer shows.
+    # The object's own surface may have intersections that no printer shows.
     if len(crossing):
         _refuse(wrapped, _crossing(surface, wrapped, settings, changed))
     return wrapped, factor

@@ -1,4 +1,4 @@
-"""Edges and number of the triangles that carry a texture, of a wrapping and as a draft tells them."""
+"""Edge lengths and numbers of textured triangles: for a wrapping, and as a draft predicts them."""
 
 from collections.abc import Sequence
 
@@ -10,14 +10,14 @@ from relief.solids.body import Body
 from relief.solids.meshes.refining import AREA_PER_FACE, edge_for, expected_faces
 from relief.solids.wrapping.options import MOST_FACES
 from relief.solids.wrapping.surfaces import ENOUGH_MM2, BaseSurface, Settings, check_count
-from relief.solids.wrapping.tiles import Covering
+from relief.solids.wrapping.texture_tiles import Covering
 
 BYTES_A_FACE = 21.0
-"""Size of a 3MF file for a triangle, bytes: 20.5 on a capsule and 20.8 on a knob, in gravel."""
+"""Bytes of a 3MF file for a triangle: 20.5 on a capsule and 20.8 on a knob, in gravel."""
 
 
 def edge_of(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], settings: Settings) -> float:
-    """Longest edge of the textured triangles, mm; what the work comes to is told."""
+    """Longest edge of the textured triangles, mm; logs the face count."""
     pitch, edge = _pitch(coverings, settings), settings.edge_mm
     if edge is None:
         edge = max(pitch, edge_for(body, where, _most(body, where, settings)))
@@ -35,9 +35,9 @@ def expected_file(base: BaseSurface, coverings: Sequence[Covering], settings: Se
     """Longest edge of the textured triangles, mm, and number of all triangles that `wrap` will write, about.
 
     Args:
-        base: Of a draft of the same textures.
+        base: Surface of a draft of the same textures.
         coverings: The textures.
-        settings: How the file is made.
+        settings: Settings of the file.
     """
     body, where = base.body, base.textured
     edge_mm = settings.edge_mm or _pitch(coverings, settings)
@@ -51,7 +51,7 @@ def expected_file(base: BaseSurface, coverings: Sequence[Covering], settings: Se
 
 
 def _pitch(coverings: Sequence[Covering], settings: Settings) -> float:
-    """Shortest edges of triangles that show more of the textures, mm."""
+    """Shortest useful edges of triangles, mm: those of the samples of the textures."""
     return max(settings.finest_mm, min(covering.tile.pitch_mm for covering in coverings))
 
 

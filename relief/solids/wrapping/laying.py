@@ -1,4 +1,4 @@
-"""Laying textures on a body: each one's place in flat coordinates, repeated or once."""
+"""Placement of textures on a body in flat coordinates, repeated or once."""
 
 import math
 from collections.abc import Sequence
@@ -12,31 +12,31 @@ from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import ways_from
 from relief.solids.meshes.unrolling import feet
-from relief.solids.wrapping.coordinates.closing import closed, told
+from relief.solids.wrapping.coordinates.closing import change_line, closed
 from relief.solids.wrapping.coordinates.found import OFF_SIZE, Coordinates, found_coordinates, shown_vector
+from relief.solids.wrapping.coordinates.geodesic_patches import lay_once
 from relief.solids.wrapping.coordinates.layout import Layout, one_patch
-from relief.solids.wrapping.coordinates.patches import lay_once
 from relief.solids.wrapping.masks import mask_at
 from relief.solids.wrapping.placement import Placement, turned
 from relief.solids.wrapping.surfaces import BaseSurface, FineSurface
-from relief.solids.wrapping.tiles import Covering
+from relief.solids.wrapping.texture_tiles import Covering
 
 BLEND_MM = 2.0
 """Width of the strip on which neighbouring patches share the surface, mm."""
 TOP_MM = 0.5
 """Depth of what counts as the top of a body, mm."""
 LEAST_WEIGHT = 1e-9
-"""Weight of a triangle that carries texture at a corner alone: a mask may leave no whole one."""
+"""Weight of a triangle that carries texture at a corner alone: a mask may leave no whole triangle."""
 
 
 @dataclass(frozen=True)
 class Laid:
-    """A texture in its place.
+    """A texture with its coordinates on a body.
 
     Attributes:
         covering: The texture and its mask.
         layout: Its coordinates.
-        fade: (vertices,) share that is left towards the border of its chart.
+        fade: (vertices,) share of the texture, which falls to 0 at the border of its chart; None: 1.
     """
 
     covering: Covering
@@ -68,11 +68,11 @@ class Laid:
         return np.asarray(share)
 
 
-class Layer:
+class TexturePlacer:
     """Lays textures on a body, each repeated or once.
 
     Attributes:
-        notes: Lines about what was changed so that textures fit.
+        notes: Lines about how textures were placed, and what was changed so that they fit.
     """
 
     def __init__(self, base: BaseSurface, placement: Placement, falloff_mm: float) -> None:
@@ -101,17 +101,17 @@ class Layer:
             ]
             matrices = np.stack([matrices[0] if closing is None else closing.matrix for closing in closings])
             lines = [
-                told(closing, (rows, cols), placement.turn_deg, part)
+                change_line(closing, (rows, cols), placement.turn_deg, part)
                 for closing, part in zip(closings, coordinates.parts, strict=True)
                 if closing is not None
             ]
-            self._tell(*filter(None, lines))
+            self._note(*filter(None, lines))
         # The offset is in the axes of the surface.
         uv = layout.uv - np.array(placement.offset_mm)
         corners = self.base.body.vertices[self.base.body.faces]
         return Laid(covering, replace(layout, uv=uv).moved(corners, matrices, np.zeros(2)))
 
-    def _tell(self, *lines: str) -> None:
+    def _note(self, *lines: str) -> None:
         self.notes += [line for line in lines if line not in self.notes]
 
     def _coordinates(self, covering: Covering) -> Coordinates:
@@ -119,7 +119,7 @@ class Layer:
         if self._all is None:
             tile = None if covering.once else covering.tile
             self._all = found_coordinates(self.base, self.placement, tile, BLEND_MM)
-            self._tell(*filter(None, [self._all.line]))
+            self._note(*filter(None, [self._all.line]))
         return self._all
 
     def _once(self, covering: Covering) -> Laid:
@@ -129,7 +129,7 @@ class Layer:
         corners = base.body.vertices[base.body.faces]
         middle, share = self._place(covering)
         at = share @ corners[middle]
-        self._tell(f"placed once, around ({shown_vector(at)}) mm")
+        self._note(f"placed once, around ({shown_vector(at)}) mm")
         fade: Array | None = None
         if placement.projection in ("auto", "patches"):
             half = 0.5 * math.hypot(rows, cols) + math.hypot(*placement.offset_mm)
@@ -174,9 +174,9 @@ class Layer:
                 carried = np.where(vertices[:, 2] >= top, carried, 0.0)
             weight = base.body.areas * carried[faces].min(axis=1) + LEAST_WEIGHT * carried[faces].sum(axis=1)
             middle = np.average(vertices[faces].mean(axis=1), axis=0, weights=weight)
-        those = np.flatnonzero((carried > 0.0)[faces].any(axis=1))
-        face, share = feet(middle[None], Body(vertices, faces[those]))
-        return int(those[face[0]]), share[0]
+        carrying = np.flatnonzero((carried > 0.0)[faces].any(axis=1))
+        face, share = feet(middle[None], Body(vertices, faces[carrying]))
+        return int(carrying[face[0]]), share[0]
 
 
 def off_size(laid: Laid, body_areas: Array, where: NDArray[np.bool_]) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Where a relief is lowered because the object bends too tightly or is too thin for it."""
+"""Where a relief is lowered because the object bends too tightly or is too thin."""
 
 from typing import NamedTuple
 
@@ -12,16 +12,16 @@ from relief.solids.meshes.neighbourhood import connected, edge_pairs
 LOWERED = 0.99
 """Factor of the heights below which a relief counts as lowered."""
 MOST_PLACES = 10
-"""Places that are told, the largest first: more are not read."""
+"""Most places that are reported, the largest first."""
 LEAST_MM2 = 0.5
-"""Area of a place that is worth telling, mm²: a fingertip's contact is a hundred times as large."""
+"""Least area of a place that is reported, mm²: a hundredth of a fingertip's contact."""
 
 
 class LoweredPlace(NamedTuple):
     """A connected piece of the surface on which the relief is lowered.
 
     Attributes:
-        at_mm: its lowest factor's triangle, the middle, mm.
+        at_mm: middle of the triangle with the lowest factor, mm.
         area_mm2: of the piece.
         lowest_factor: least factor of the heights there.
     """
@@ -32,7 +32,7 @@ class LoweredPlace(NamedTuple):
 
 
 class Lowering(NamedTuple):
-    """On what part of the texture the relief is lowered, how far and where.
+    """Area, factors and places of a lowered relief.
 
     Attributes:
         part: of the textured area, from 0 to 1.

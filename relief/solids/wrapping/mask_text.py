@@ -13,17 +13,17 @@ GRAMMAR = (
     "z>2, z>2..5, angle<60, angle:-x<30, turn>90, a picture, colour, colour:red or a region's name, several "
     "joined by & or |, with not and parentheses"
 )
-"""What a mask may be, for messages."""
+"""The grammar of masks, for messages."""
 LONGEST = 1000
 """Most characters of a mask."""
 DEEPEST = 20
-"""Most parentheses within one another."""
+"""Deepest nesting of parentheses."""
 TOKEN = re.compile(r"""\s*(?:([&|()])|"([^"]*)"|'([^']*)'|(not)(?=[\s(]|$)|([^&|()"'\s][^&|()"']*))""")
 """A sign, a name in quotation marks, the word not, or anything else up to the next sign."""
 
 
 @dataclass(frozen=True)
-class Part:
+class MaskPart:
     """A part of a mask that is not divided further.
 
     Attributes:
@@ -48,17 +48,17 @@ class Joined:
     any: bool
 
 
-Mask = Part | Joined
+Mask = MaskPart | Joined
 
 
 def mask_of(text: str) -> Mask:
     """The mask of a text, with every not brought to its parts. Raises InputError."""
     if not text.strip() or len(text) > LONGEST:
         raise InputError(f"mask: {text[:40]!r} is no mask; expected {GRAMMAR}")
-    return _Reader(text).whole()
+    return _MaskParser(text).whole()
 
 
-class _Reader:
+class _MaskParser:
     def __init__(self, text: str) -> None:
         self._text, self._at, self._depth = text, 0, 0
 
@@ -72,7 +72,7 @@ class _Reader:
         parts = [self._all(inverted)]
         while self._taken("|"):
             parts.append(self._all(inverted))
-        # What is neither the one nor the other is not the one and not the other.
+        # By De Morgan's laws not (a | b) is not a & not b.
         return parts[0] if len(parts) == 1 else Joined(tuple(parts), any=not inverted)
 
     def _all(self, inverted: bool) -> Mask:
@@ -91,7 +91,7 @@ class _Reader:
         self._at = match.end()
         if not match[1]:
             text = next(part for part in match.group(2, 3, 5) if part is not None)
-            return Part(text.strip(), inverted)
+            return MaskPart(text.strip(), inverted)
         self._depth += 1
         if self._depth > DEEPEST:
             raise self._refusal(f"has more than {DEEPEST} parentheses within one another")
@@ -102,7 +102,7 @@ class _Reader:
         return mask
 
     def _peek(self) -> str:
-        """What follows; empty at the end."""
+        """The next characters; empty at the end."""
         return self._text[self._at :].strip()[:20]
 
     def _taken(self, sign: str) -> bool:

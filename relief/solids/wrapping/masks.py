@@ -25,7 +25,7 @@ from relief.ground.errors import InputError
 from relief.ground.formats import HEIGHT_MAPS
 from relief.ground.lengths import shown
 from relief.heightmap import load_field
-from relief.solids.wrapping.mask_text import GRAMMAR, Mask, Part, mask_of
+from relief.solids.wrapping.mask_text import GRAMMAR, Mask, MaskPart, mask_of
 
 FALLOFF_DEGREES = 10.0
 """Width of the falloff of angles, degrees."""
@@ -48,7 +48,7 @@ COLOURS = {
 }
 """Colours by their names, red, green and blue in sRGB."""
 ALIKE, UNLIKE = 0.25, 0.5
-"""Distances of colours, in sRGB from 0 to 1, up to which they are the same, and from which on others."""
+"""Largest distance of equal colours, and least distance of different ones, in sRGB from 0 to 1."""
 GREY = (0.299, 0.587, 0.114)
 """Shares of red, green and blue in the grey of a colour (ITU-R BT.601)."""
 
@@ -75,12 +75,12 @@ class Points:
 
     def at(self, chosen: Index) -> "Points":
         """Some of the points, by their numbers (k,)."""
-        uv, colours = (None if of is None else of[chosen] for of in (self.uv, self.colours))
+        uv, colours = (None if each is None else each[chosen] for each in (self.uv, self.colours))
         return Points(self.places[chosen], self.normals[chosen], uv, self.regions, colours)
 
 
 def mask_at(text: str, points: Points, falloff_mm: float) -> Array:
-    """How much of the texture each point carries, (n,) from 0 to 1.
+    """Share of the texture at each point, (n,) from 0 to 1.
 
     Args:
         text: The mask; see the module.
@@ -93,7 +93,7 @@ def mask_at(text: str, points: Points, falloff_mm: float) -> Array:
     """
     # A name or a file may hold the signs that join masks.
     alone = text in points.regions or (_is_picture(text) and Path(text.strip()).is_file())
-    return _at(Part(text.strip(), False) if alone else mask_of(text), points, falloff_mm)
+    return _at(MaskPart(text.strip(), False) if alone else mask_of(text), points, falloff_mm)
 
 
 def check_mask(text: str, regions: Regions, with_uv: bool, with_colours: bool) -> None:
@@ -115,8 +115,8 @@ def _is_picture(text: str) -> bool:
 
 
 def _at(mask: Mask, points: Points, falloff_mm: float) -> Array:
-    """Shares (n,) of a mask; those of its parts are multiplied, for any those of what is left out."""
-    if isinstance(mask, Part):
+    """Shares (n,) of a mask: products of the shares of its parts, for "any" of their complements."""
+    if isinstance(mask, MaskPart):
         return _one(mask.text, mask.inverted, points, falloff_mm)
     shares = [_at(part, points, falloff_mm) for part in mask.parts]
     if mask.any:
@@ -125,7 +125,7 @@ def _at(mask: Mask, points: Points, falloff_mm: float) -> Array:
 
 
 def _one(text: str, inverted: bool, points: Points, falloff_mm: float) -> Array:
-    """Shares (n,) of a part; inverted, texture ends inside of what is left out, and goes on in colours."""
+    """Shares (n,) of a part or of its complement; the falloff lies inside the area that carries texture."""
     if match := CONDITION.fullmatch(text):
         name, sign, first, second = match.groups()
         if inverted:
@@ -172,8 +172,8 @@ def _compared(
         high = low + width
     else:
         low, high = low - width, low
-    risen = smooth_step((values - low) / (high - low))
-    return risen if sign == ">" else 1.0 - risen
+    share = smooth_step((values - low) / (high - low))
+    return share if sign == ">" else 1.0 - share
 
 
 def _values(name: str, points: Points) -> Array:

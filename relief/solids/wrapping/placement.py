@@ -14,7 +14,7 @@ from relief.solids.wrapping.options import PlacingOptions, Vector
 FARTHEST_MM = 1000.0
 """Largest shift of a texture, mm: more than the width of any tile."""
 MIDDLE = "middle"
-"""The place in the middle of the mask, or at the top without a mask, in words."""
+"""Word for the middle of the mask, or the top without a mask."""
 LONGEST_TEXT = 100
 """Most characters of a vector."""
 

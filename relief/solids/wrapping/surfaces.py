@@ -1,4 +1,4 @@
-"""The surface that is wrapped: its settings, triangles of about a millimetre, and the fine triangles."""
+"""The surface to be wrapped: settings, triangles of about a millimetre, and the fine triangles."""
 
 from dataclasses import dataclass
 
@@ -20,33 +20,34 @@ from relief.solids.remeshing.smooth_surface import raised
 from relief.solids.wrapping.coordinates.layout import Layout
 from relief.solids.wrapping.masks import Points, Regions, mask_at
 from relief.solids.wrapping.options import MOST_FACES, SurfaceOptions
-from relief.solids.wrapping.tiles import Tile
+from relief.solids.wrapping.texture_tiles import Tile
 
 BASE_EDGE_MM = 1.0
 """Longest edge of the mesh that patches, normals and clearance are computed on, mm."""
 DRAFT_EDGE_MM = 2.0
-"""The same for a draft, mm."""
+"""`BASE_EDGE_MM` of a draft, mm."""
 DRAFT_ARC = 1.4
-"""Angle that an edge of a draft spans at most where the surface bends, in that of the file. With 2 fillets
+"""Largest angle of the arc of an edge of a draft, relative to that of a file. With 2 fillets
 show facets in a preview; with 1 a bracelet takes half as long again."""
 EVEN_AREA = 0.4
 """Mean area of even triangles, in the square of the edge wanted."""
 LEAST_BASE_EDGES = 24
 """Edges at least along the longest side of a small object."""
 ENOUGH_MM2 = 0.0035
-"""Mean area of the textured triangles, mm², where nothing is asked for: smaller ones change the feel of
-gravel, grass and leather by less than 0.1 JND (docs/evidence/objects.md)."""
+"""Default mean area of the textured triangles, mm²: smaller ones change the feel of gravel, grass and leather
+by less than 0.1 JND (docs/evidence/objects.md)."""
 BOTTOM = 0.002
 """Height above the lowest point within which a triangle that points down is the bottom, mm."""
 LEAST_BOTTOM_MM2 = 4.0
 """Least area of a flat bottom, mm²: the lowest triangles of a ball are none."""
-CATCHING_UP = 0.5
-"""Part of what triangles miss of a tile at their middles by which vertices are moved. By flat triangles with
-edges of 0.15 mm gravel feels right with 0.9, by a smooth surface through the vertices with 0.4."""
+CORRECTION_GAIN = 0.5
+"""Gain of the correction of vertices, relative to the mean error of triangles at their middles. For flat
+triangles with edges of 0.15 mm gravel feels right with 0.9, for a smooth surface through the vertices with
+0.4."""
 FACES_AT_ONCE = 1 << 18
-"""Triangles whose middles are looked at together, which bounds the memory."""
+"""Triangles whose middles are computed together, which bounds the memory."""
 RIM_MM = 0.1
-"""Distance of the points that stand for the rim of the bottom, mm."""
+"""Distance of the sample points of the rim of the bottom, mm."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,14 +69,14 @@ class Settings(SurfaceOptions):
 
 
 class BaseSurface:
-    """The body with triangles of about a millimetre, and what is computed there.
+    """The body with triangles of about a millimetre, its normals and masks.
 
     Attributes:
         body: The finer body.
         uv: (faces, 3, 2) texture coordinates, or None.
         bottom: (faces,) those of a flat bottom that stays.
-        coarser: Edges of its triangles, in those of the base that the file is made on: 1, in a draft more.
-        bed_mm: Its height, mm, below which nothing goes; without a bottom minus infinity.
+        coarser: Edges of its triangles, relative to those for a file: 1, more in a draft.
+        bed_mm: Height of the bottom, mm, the lowest of all heights; minus infinity without a bottom.
         normals: (vertices, 3) outward unit normals.
         carried: (vertices,) how much of any texture each vertex carries.
         points: The vertices, as masks take them.
@@ -230,9 +231,9 @@ class FineSurface:
     def heights(self, tile: Tile, layout: Layout, chosen: NDArray[np.bool_]) -> Array:
         """Heights (fine vertices,) of a tile with which the triangles come near it, mm; 0 where not chosen.
 
-        The tile's own heights at the vertices would be too low on tops and too high in hollows, as triangles
-        cut them off. So every vertex is moved by `CATCHING_UP` times what the triangles around miss at their
-        middles, in the mean by their areas: a step towards the least squares.
+        With the tile's own heights at the vertices, triangles would cut off tops and hollows. So every vertex
+        is moved by `CORRECTION_GAIN` times the mean error, by area, of the triangles around at their middles:
+        a step towards the least squares.
         """
         fine = self.fine
         heights = np.zeros(len(chosen))
@@ -248,7 +249,7 @@ class FineSurface:
         total, weight = (
             np.bincount(corners, np.repeat(values, 3), len(chosen)) for values in (area * missed, area)
         )
-        heights += CATCHING_UP * np.divide(total, weight, out=np.zeros(len(chosen)), where=weight > 0.0)
+        heights += CORRECTION_GAIN * np.divide(total, weight, out=np.zeros(len(chosen)), where=weight > 0.0)
         return np.clip(heights, min(0.0, tile.heights.min()), tile.heights.max())
 
 

@@ -36,8 +36,8 @@ def warm(file: str, picture: PictureChoice | None) -> None:
 def source(file: str) -> Source:
     """Open a picture, or a bundled texture by its name. Raises InputError."""
     # Here, as only pictures need them.
-    from relief.preparing.pictures import open_picture
     from relief.preparing.preview import small_picture
+    from relief.preparing.source_pictures import open_picture
 
     picture = open_picture(picture_file(file))
     longest = min(THUMBNAIL, max(picture.width, picture.height))

@@ -22,7 +22,7 @@ from retouch.pages.colour_maps import PURPLE_ORANGE, VIRIDIS, Table, bar_uri, ma
 from retouch.pages.place_figures import place_figures
 
 if TYPE_CHECKING:
-    from relief.solids.wrapping.wrap import Wrapped
+    from relief.solids.wrapping.wrapped_body import Wrapped
 
 DEFINED = '<svg width="0" height="0" class="defined" aria-hidden="true"><defs>{}</defs></svg>'
 """What the maps of places refer to: the relief below their discs."""

@@ -7,9 +7,9 @@ from pathlib import Path
 from relief.ground.errors import InputError, naming
 from relief.ground.progress import stage
 from relief.preparing.choices import AUTO
-from relief.preparing.pictures import open_picture
-from relief.preparing.preparation import prepare
+from relief.preparing.picture_preparation import prepare
 from relief.preparing.resampling import Box
+from relief.preparing.source_pictures import open_picture
 from relief.preparing.tiling import OVERLAP
 from relief.relief import Relief
 from retouch.laboratory.stimulus_sets.stimulus_set import StimulusSet

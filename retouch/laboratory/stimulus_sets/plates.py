@@ -15,7 +15,7 @@ from relief.solids.body import Body, Part
 from relief.solids.export.back_labels import labelled, pixel_mm
 from relief.solids.export.bed import places_on_beds
 from relief.solids.export.parts import write_parts
-from relief.solids.export.plate import plate_mesh
+from relief.solids.export.plate_export import plate_mesh
 from retouch.laboratory.stimulus_sets.stimulus_set import PrintSettings
 
 FOLDER = "print"

@@ -14,7 +14,7 @@ from relief.ground.progress import stage
 from relief.ground.srgb import linear_rgb, srgb
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
-from relief.solids.meshes.places import vertex_normals
+from relief.solids.meshes.mesh_places import vertex_normals
 from retouch.pages.colour_maps import NO_CONTACT, VIRIDIS
 from retouch.pages.objects.feel_page import write_feel_page
 from tactile.jnd import ROUGHNESS_JND, jnd_apart

@@ -9,7 +9,7 @@ from relief.ground.arrays import Array
 from relief.ground.formatting import about, number, percent
 from relief.solids.body import Body
 from relief.solids.export.printed_parts import PrintedPart
-from relief.solids.wrapping.wrap import Wrapped
+from relief.solids.wrapping.wrapped_body import Wrapped
 from retouch.pages.objects.object_page import Card, write_object_page
 from retouch.pages.viewer.figure import key, viewer_figure
 from retouch.pages.viewer.models import ColourLayer, ViewerModel

@@ -13,7 +13,7 @@ from markupsafe import Markup
 from relief.ground.arrays import FloatArray
 from relief.ground.formatting import plain
 from relief.relief import Relief
-from relief.shading import averaged
+from relief.relief_shading import averaged
 from retouch.pages.plate_viewer import SCRIPTS
 from retouch.pages.plate_viewer.appearance import STUDIO, Appearance
 from retouch.pages.viewer.packing import STEPS, packed

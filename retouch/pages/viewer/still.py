@@ -8,7 +8,7 @@ from PIL import Image
 from scipy.spatial import cKDTree
 
 from relief.ground.arrays import Array
-from relief.shading import facing
+from relief.relief_shading import facing
 from relief.solids.meshes.raster import rasterise
 from retouch.pages.viewer.models import ViewerModel
 

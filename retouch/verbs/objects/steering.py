@@ -9,7 +9,7 @@ from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from optimize.settings.run_file import run_from_scene
 from relief.ground.errors import InputError, naming
 from relief.ground.progress import listening, stage
-from relief.solids.wrapping.wrap import wrap
+from relief.solids.wrapping.wrapped_body import wrap
 from retouch.verbs.objects.wrap_options import WrapOptions
 from retouch.verbs.objects.wrap_task import lengths_of, task_of
 from retouch.verbs.reliefs import Source

@@ -16,7 +16,7 @@ from relief.ground.progress import listening, stage
 from relief.relief import Relief
 from relief.solids.export.printed_parts import print_part
 from relief.solids.wrapping.edges import BYTES_A_FACE, expected_file
-from relief.solids.wrapping.wrap import wrap
+from relief.solids.wrapping.wrapped_body import wrap
 from retouch.pages.objects.wrap_page import Preview, write_wrap_page
 from retouch.verbs.objects.steering import without_steered
 from retouch.verbs.objects.wrap_options import WrapOptions

@@ -18,8 +18,8 @@ from relief.solids.export.printed_parts import PrintedPart, print_part
 from relief.solids.meshes import check_solid
 from relief.solids.meshes.solid import check_closed
 from relief.solids.wrapping.lowering import Lowering
-from relief.solids.wrapping.wrap import Wrapped
-from relief.solids.wrapping.wrap import wrap as wrapped_by
+from relief.solids.wrapping.wrapped_body import Wrapped
+from relief.solids.wrapping.wrapped_body import wrap as wrapped_by
 from retouch.pages.sentences import print_deviation
 from retouch.verbs.objects.steering import Steered, with_steered
 from retouch.verbs.objects.wrap_options import WrapOptions

@@ -12,7 +12,7 @@ from relief.ground.progress import Progress, stage
 from relief.printers import Printer, is_printer_file, printer_of
 from relief.scans import coupon as plates
 from relief.scans.coupon_reading import CouponNumbers, printer_file, read_coupon
-from relief.scans.reading import ScanLengths, read_scan
+from relief.scans.scan_files import ScanLengths, read_scan
 from retouch.pages.sentences import interval
 from retouch.verbs.exporting import Exported, export
 from retouch.verbs.progress_display import followed

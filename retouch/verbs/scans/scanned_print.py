@@ -7,8 +7,8 @@ from typing import Any
 
 from relief.ground.arrays import Array
 from relief.scans.loss import half_kept_mm
+from relief.scans.print_summary import PrintScanned
 from relief.scans.registration import Interval
-from relief.scans.summary import PrintScanned
 from retouch.pages.compared import Compared
 from retouch.pages.scan import PAGE
 from retouch.pages.sentences import interval

@@ -18,9 +18,9 @@ from relief.ground.progress import Progress, stage
 from relief.heightmap import check_heights, save_heights_exr
 from relief.relief import Relief
 from relief.scans.blurred import samples_mm
-from relief.scans.reading import ScanLengths, read_scan
+from relief.scans.print_summary import PrintScanned, print_scanned
 from relief.scans.registration import NORMAL_95, Interval, register
-from relief.scans.summary import PrintScanned, print_scanned
+from relief.scans.scan_files import ScanLengths, read_scan
 from retouch.pages.scan import write_scan_page
 from retouch.verbs.comparison import CompareOptions, compared
 from retouch.verbs.progress_display import followed

@@ -47,7 +47,7 @@ def test_what_is_told_too_often_is_left_out_but_for_begin_end_and_lines(monkeypa
     with context, stage("work", 1000) as advance:
         for _ in range(1000):
             advance()
-        advance.tell("step 1000")
+        advance.describe("step 1000")
         say("an interrupt")
     assert [(one.stage, one.done, one.detail) for one in told] == [
         ("work", 0.0, ""),
@@ -61,10 +61,10 @@ def test_nothing_is_told_where_nobody_listens() -> None:
     told, context = followed()
     with context, listening(None), stage("unheard", 2) as advance:
         advance()
-        this_stage().tell("unheard")
+        this_stage().describe("unheard")
         say("unheard")
     with stage("unheard"):
-        this_stage().fallen(10.0)
+        this_stage().residual_at(10.0)
     assert told == []
 
 
@@ -94,7 +94,7 @@ def test_a_residual_counts_by_its_digits_and_never_goes_back(monkeypatch) -> Non
     told, context = followed()
     with context, stage("solving", total=1.0) as solving:
         for over in (1e6, 1e3, 1e5, 10.0, 0.5):
-            solving.fallen(over)
+            solving.residual_at(over)
     assert [one.done for one in told[:-1]] == pytest.approx([0.0, 0.5, 5.0 / 6.0, 1.0])
 
 
@@ -102,5 +102,5 @@ def test_a_residual_that_is_no_number_says_nothing() -> None:
     told, context = followed()
     with context, stage("solving", total=1.0) as solving:
         for over in (math.inf, math.nan, 1.0):
-            solving.fallen(over)
+            solving.residual_at(over)
     assert told[-1].done == 0.0

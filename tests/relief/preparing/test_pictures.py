@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from relief.ground.errors import InputError
-from relief.preparing.pictures import Picture, open_picture
+from relief.preparing.source_pictures import SourcePicture, open_picture
 
 WIDE, HIGH = 24, 20
 
@@ -22,7 +22,7 @@ def colours() -> NDArray[np.uint8]:
     return np.random.default_rng(3).integers(0, 256, (HIGH, WIDE, 3), dtype=np.uint8)
 
 
-def grey(picture: Picture, name: str = "luminance") -> NDArray[np.float32]:
+def grey(picture: SourcePicture, name: str = "luminance") -> NDArray[np.float32]:
     return picture.values((0, 0, picture.width, picture.height), name)
 
 

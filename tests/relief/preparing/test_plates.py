@@ -8,8 +8,8 @@ import pytest
 from relief.ground.errors import InputError
 from relief.ground.limits import LARGEST_SIDE
 from relief.heightmap import load_height_map, save_heights_exr
-from relief.preparing.plates import repeated
-from relief.preparing.preparation import prepare
+from relief.preparing.picture_preparation import prepare
+from relief.preparing.repeated_tiles import repeated
 
 SIDE = 40
 ANGLE = 2 * np.pi * np.arange(SIDE) / SIDE

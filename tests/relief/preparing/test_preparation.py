@@ -9,7 +9,7 @@ from PIL import Image
 
 from relief.ground.errors import InputError
 from relief.heightmap import load_height_map, save_heights_png
-from relief.preparing.preparation import prepare
+from relief.preparing.picture_preparation import prepare
 from relief.relief import Relief
 
 SIDE = 32

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from relief.preparing.steps import smooth_steps
+from relief.preparing.grey_steps import smooth_steps
 
 SIDE = 96
 STEP = 1.0 / 255.0

@@ -7,7 +7,7 @@ from scipy.ndimage import gaussian_filter
 
 from relief.ground.arrays import Array
 from relief.relief import Relief
-from relief.scans.blurred import Design, surface_of
+from relief.scans.blurred import DesignSpectrum, surface_of
 from relief.scans.pose import Pose
 from relief.scans.scans import Scan
 
@@ -48,7 +48,7 @@ def scanned(relief: Relief, pose: Pose, scanner: Scanner, random: np.random.Gene
     Returns:
         The scan, with holes beyond the rim of the print.
     """
-    design = Design(surface_of(relief, FINEST), relief.width_mm, FINEST)
+    design = DesignSpectrum(surface_of(relief, FINEST), relief.width_mm, FINEST)
     high, wide = scanner.size_mm or (1.1 * side for side in design.size_mm)
     rows, cols = round(high / scanner.pitch_mm), round(wide / scanner.pitch_mm)
     scan = Scan(np.zeros((rows, cols)), scanner.pitch_mm, "simulated")

@@ -9,9 +9,9 @@ import pytest
 from relief.ground.errors import InputError
 from relief.heightmap import save_heights_exr, save_heights_png
 from relief.relief import Relief
-from relief.scans.reading import ScanLengths, read_scan
+from relief.scans.scan_files import ScanLengths, read_scan
 from relief.scans.scans import Scan
-from relief.solids.export.plate import export_plate
+from relief.solids.export.plate_export import export_plate
 from tests.relief.scans.conftest import scan_of
 
 

@@ -4,18 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.tests.relief.scans.simulated import Scanner, scanned
 
 from relief.ground.errors import InputError
 from relief.relief import Relief
-from relief.scans.blurred import Design, surface_of
-from relief.scans.fitting import fit
+from relief.scans.blurred import DesignSpectrum, surface_of
 from relief.scans.loss import detail_kept, half_kept_mm
 from relief.scans.pose import NAMES, Pose
+from relief.scans.pose_fitting import fit
+from relief.scans.print_summary import print_scanned
 from relief.scans.registration import NORMAL_95, Interval, Registration, register
 from relief.scans.scans import Scan
-from relief.scans.summary import print_scanned
 from tests.relief.scans.conftest import POSE, scan_of, texture
-from tests.relief.scans.simulated import Scanner, scanned
 
 
 @pytest.fixture(scope="module")
@@ -136,7 +136,7 @@ def test_a_flat_design_has_no_place(design: Relief) -> None:
 
 
 def test_the_derivatives_of_the_blurred_design_are_those_of_finite_differences(design: Relief) -> None:
-    surface = Design(surface_of(design, 512), design.width_mm, 512)
+    surface = DesignSpectrum(surface_of(design, 512), design.width_mm, 512)
     x, y = np.random.default_rng(0).uniform(-3.0, 3.0, (2, 200))
     at, step = surface.at(x, y, 0.01), 1e-4
     for told, ahead, behind in (
@@ -149,7 +149,7 @@ def test_the_derivatives_of_the_blurred_design_are_those_of_finite_differences(d
 
 
 def test_a_fit_ends_where_it_began_on_an_exact_scan(design: Relief) -> None:
-    surface = Design(surface_of(design, 2048), design.width_mm, 2048)
+    surface = DesignSpectrum(surface_of(design, 2048), design.width_mm, 2048)
     scan = scan_of(design)
     fitted = fit(surface, scan, replace(POSE, level_mm=4.0))
     np.testing.assert_allclose(fitted.pose.array(), POSE.array(), atol=1e-4)
@@ -159,7 +159,7 @@ def test_a_fit_ends_where_it_began_on_an_exact_scan(design: Relief) -> None:
 def test_blur_of_a_wave_is_that_of_a_gaussian() -> None:
     x = (np.arange(64) + 0.5) / 64.0
     wave = 0.5 + 0.4 * np.cos(4.0 * np.pi * x)[None, :].repeat(64, axis=0)
-    surface = Design(wave, 10.0, 64)
+    surface = DesignSpectrum(wave, 10.0, 64)
     variance, wave_number = 0.25, 4.0 * np.pi / 10.0
     expected = (wave - 0.5) * np.exp(-0.5 * variance * wave_number**2)
     np.testing.assert_allclose(surface.blurred(variance), expected, atol=1e-12)
@@ -173,7 +173,7 @@ def test_points_go_to_the_scan_and_back() -> None:
 
 @pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say(design: Relief) -> None:
-    surface, held = Design(surface_of(design, 256), design.width_mm, 256), []
+    surface, held = DesignSpectrum(surface_of(design, 256), design.width_mm, 256), []
     for seed in range(24):
         scanner = Scanner(0.16, noise_mm=0.02, noise_length_mm=0.1 * (seed % 2))
         scan = scanned(design, POSE, scanner, np.random.default_rng(seed))

@@ -9,8 +9,8 @@ from relief.solids.wrapping import surfaces
 from relief.solids.wrapping.options import PlacingOptions
 from relief.solids.wrapping.placement import placement_of
 from relief.solids.wrapping.surfaces import Settings
-from relief.solids.wrapping.tiles import Covering, Tile
-from relief.solids.wrapping.wrap import wrap
+from relief.solids.wrapping.texture_tiles import Covering, Tile
+from relief.solids.wrapping.wrapped_body import wrap
 from tests.relief.solids.meshes.bodies import cube
 
 TILE = Covering(Tile(np.full((16, 16), 0.1), 0.3))

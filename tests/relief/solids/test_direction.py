@@ -10,15 +10,15 @@ from relief.solids.objects.smooth import ball
 from relief.solids.objects.swept import cylinder
 from relief.solids.wrapping import surfaces
 from relief.solids.wrapping.coordinates.charts import BELT
-from relief.solids.wrapping.coordinates.closing import closed, told
+from relief.solids.wrapping.coordinates.closing import change_line, closed
 from relief.solids.wrapping.coordinates.found import found_coordinates
 from relief.solids.wrapping.coordinates.revolution import found_axis, found_centre
-from relief.solids.wrapping.laying import Layer
+from relief.solids.wrapping.laying import TexturePlacer
 from relief.solids.wrapping.options import PlacingOptions
 from relief.solids.wrapping.placement import Placement, placement_of, turned
 from relief.solids.wrapping.surfaces import BaseSurface, Settings
-from relief.solids.wrapping.tiles import Covering, Tile
-from relief.solids.wrapping.wrap import wrap
+from relief.solids.wrapping.texture_tiles import Covering, Tile
+from relief.solids.wrapping.wrapped_body import wrap
 from tests.relief.solids.test_wrapping import box, uv_box, waves
 
 
@@ -43,7 +43,7 @@ def base_of(body, uv=None, settings=DRAFT):
 def laid(body, covering=None, uv=None, **options):
     """A texture on a body, the triangles, and the name of its coordinates."""
     base = base_of(body, uv)
-    layer = Layer(base, placed_by(**options), 1.0)
+    layer = TexturePlacer(base, placed_by(**options), 1.0)
     (of,) = layer.laid([covering or Covering(waves())])
     return of, base, layer
 
@@ -96,10 +96,10 @@ def test_a_tile_closes_around_whatever_its_turn(turn):
 
 
 def test_what_closing_changes_is_told():
-    line = told(closed(78.5, 0.0, 10.0, 10.0), (10.0, 10.0), 0.0, "side")
+    line = change_line(closed(78.5, 0.0, 10.0, 10.0), (10.0, 10.0), 0.0, "side")
     assert line == "side: period 9.81 mm instead of 10, so that 8 go around"
-    assert told(closed(80.0, 0.0, 10.0, 10.0), (10.0, 10.0), 0.0, "side") == ""
-    assert "turned by" in told(closed(78.5, 30.0, 10.0, 10.0), (10.0, 10.0), 30.0, "side")
+    assert change_line(closed(80.0, 0.0, 10.0, 10.0), (10.0, 10.0), 0.0, "side") == ""
+    assert "turned by" in change_line(closed(78.5, 30.0, 10.0, 10.0), (10.0, 10.0), 30.0, "side")
 
 
 def test_a_cylinder_is_found_and_its_texture_has_no_seam():
@@ -140,7 +140,7 @@ def test_a_turn_is_counter_clockwise_seen_from_outside():
 def test_an_offset_moves_the_texture_to_its_right_and_its_top(projection):
     base = base_of(box(6.0, 6.0, 3.0))
     plain, moved = (
-        Layer(base, placed_by(projection=projection, along="y", offset_mm=offset), 1.0).laid(
+        TexturePlacer(base, placed_by(projection=projection, along="y", offset_mm=offset), 1.0).laid(
             [Covering(waves())]
         )[0]
         for offset in ("0", "1.5,-0.5")

@@ -12,7 +12,7 @@ from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes import intersections
 from relief.solids.meshes.intersections import self_intersections
-from relief.solids.meshes.places import vertex_normals
+from relief.solids.meshes.mesh_places import vertex_normals
 from relief.solids.meshes.refining import expected_faces, refined
 from relief.solids.meshes.solid import check_solid
 from relief.solids.objects.implicit import body_of
@@ -20,14 +20,14 @@ from relief.solids.objects.smooth import ball
 from relief.solids.objects.swept import cylinder
 from relief.solids.remeshing.even_mesh import even_mesh
 from relief.solids.wrapping import surfaces
-from relief.solids.wrapping import wrap as wrapping
+from relief.solids.wrapping import wrapped_body as wrapping
+from relief.solids.wrapping.coordinates.geodesic_patches import lay_out
 from relief.solids.wrapping.coordinates.layout import singular_values
-from relief.solids.wrapping.coordinates.patches import lay_out
 from relief.solids.wrapping.edges import expected_file
 from relief.solids.wrapping.masks import Points, mask_at
 from relief.solids.wrapping.surfaces import Settings
-from relief.solids.wrapping.tiles import Tile
-from relief.solids.wrapping.wrap import Covering, wrap
+from relief.solids.wrapping.texture_tiles import Tile
+from relief.solids.wrapping.wrapped_body import Covering, wrap
 
 
 def waves(size_mm=5.0, samples=50, height_mm=0.3):
@@ -143,7 +143,7 @@ def test_triangles_come_nearer_to_the_tile_than_with_its_heights_at_the_vertices
     body, uv = uv_box()
     tile = waves(size_mm=2.0)
     fitted = wrap(body, [Covering(tile)], Settings(edge_mm=0.4), uv)
-    monkeypatch.setattr(surfaces, "CATCHING_UP", 0.0)
+    monkeypatch.setattr(surfaces, "CORRECTION_GAIN", 0.0)
     sampled = wrap(body, [Covering(tile)], Settings(edge_mm=0.4), uv)
     assert missed_rms(fitted.body, tile) < 0.8 * missed_rms(sampled.body, tile)
     height = fitted.body.vertices[:, 2] - 2.5

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from relief import grid
+from relief import plate_grid as grid
 
 
 def face_normals(heights: NDArray[np.float64], size_mm: float) -> NDArray[np.float64]:

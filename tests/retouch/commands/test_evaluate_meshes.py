@@ -8,14 +8,14 @@ import pytest
 
 from optimize.verification.solids.mesh_feel import PART, MeshFeel
 from relief.heightmap import save_heights_exr
-from relief.solids.export.plate import export_plate
-from relief.solids.meshes.crops import Crop
+from relief.solids.export.plate_export import export_plate
+from relief.solids.meshes.crops import SurfaceCrop
 from relief.solids.meshes.mesh import Mesh
-from relief.solids.meshes.places import Frame
+from relief.solids.meshes.mesh_places import Frame
 from relief.solids.objects.table import OBJECTS
 from relief.solids.wrapping.surfaces import Settings
-from relief.solids.wrapping.tiles import Tile
-from relief.solids.wrapping.wrap import Covering, wrap
+from relief.solids.wrapping.texture_tiles import Tile
+from relief.solids.wrapping.wrapped_body import Covering, wrap
 from retouch.commands.main import main
 from retouch.verbs.evaluation import Evaluation
 from tactile.quantities import QUANTITIES
@@ -119,7 +119,7 @@ def test_parts_that_cross_are_felt_from_outside_with_a_line(
 def test_one_place_is_no_mean(on_edge: bool, count: int, line: str) -> None:
     body = cube()
     values = {name: np.full(count, 0.05) for name in QUANTITIES}
-    crop = Crop(Frame(np.zeros(3), np.eye(3)), np.zeros((4, 4)), on_edge)
+    crop = SurfaceCrop(Frame(np.zeros(3), np.eye(3)), np.zeros((4, 4)), on_edge)
     felt = MeshFeel(body, [crop] * count, values, np.full(count, 0.3), 0, 2, 600.0, PART, values)
     found = Evaluation(Mesh(body, None, Path("rod.stl")), felt, "layer", Skin(), "own")
     (said,) = found.lines()

@@ -185,7 +185,7 @@ def test_round_holes_are_kept_without_texture(capsys, tmp_path, most, says):
         (("waves.exr", "box.stl", "--projection", "uv"), "--projection: uv: the mesh has no texture coord"),
         (("waves.exr", "box.stl", "--projection", "plane", "--along", "z", "--mask", "z>2"), "along: the"),
         (("waves.exr", "open.stl"), r"open.stl: is open: 3 edges .* holes of 0.5 mm .* \(--close-holes\)"),
-        (("waves.exr", "billion.stl"), "the header tells 1000000000 triangles, the file holds 0"),
+        (("waves.exr", "billion.stl"), "the header states 1000000000 triangles, the file holds 0"),
         (("waves.exr", "sheet.stl"), "encloses no volume; give the surface a thickness"),
         (("waves.exr", "folded.stl"), "pass through others, some near .*; as it is one part, remesh it"),
         (("waves.exr", "thin.stl", "--level", "1", "--no-bottom"), r"0.4 mm is too high .*\(--relief-mm\)"),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from relief.ground.srgb import srgb
-from relief.shading import averaged
+from relief.relief_shading import averaged
 from retouch.pages import colour_maps
 
 

@@ -13,7 +13,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from relief.relief import Relief
-from relief.shading import averaged
+from relief.relief_shading import averaged
 from retouch.pages.plate_viewer.appearance import STUDIO, Appearance
 from retouch.pages.plate_viewer.figure import (
     MOST_SAMPLES,

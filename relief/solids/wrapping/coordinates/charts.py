@@ -14,25 +14,26 @@ from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import ways_from
 from relief.solids.wrapping.coordinates.layout import Layout, shares_of, stretches
-from relief.solids.wrapping.coordinates.revolution import Axis, axis_along
+from relief.solids.wrapping.coordinates.revolution import RevolutionAxis, axis_along
 
 END = 0.8
-"""Cosine between a normal and the axis from which on a triangle is of an end: 37 degrees, which few chamfers
-have, and at which an end by a plane is stretched by a quarter."""
+"""Least cosine of the angle between the axis and the normal of a face of an end cap: 37 degrees, which few
+chamfers have, and at which the plane of a cap stretches by a quarter."""
 BELT = 40.0
 """Latitude up to which a ball has the coordinates of its belt, degrees: there belt and caps stretch alike."""
 ACROSS = 0.1
-"""Cosine up to which a triangle counts as lying across a direction, and is of the chart that faces it."""
+"""Largest cosine by which a triangle may face away from a direction and still be in the chart that faces
+it."""
 STEP_MM = 0.5
 """Distance of the heights at which the slope of a side is averaged, mm."""
 ALIKE = 0.05
-"""Difference of the areas of front and back, as a part of both, up to which they are alike."""
+"""Largest difference of the areas of front and back that count as equal, relative to their sum."""
 PARALLEL = 0.94
-"""Cosine between two directions, 20 degrees, from which on they count as the same."""
+"""Least cosine between two directions that count as the same: 20 degrees."""
 UPRIGHT = 0.02
-"""Part of the area that is added to what faces along z."""
+"""Share of the area that is added to faces along z, to break ties."""
 LEAST_SHARE = 1e-6
-"""Part of the area that a chart has at least; smaller ones are none."""
+"""Least share of the area of a chart."""
 
 
 class Chart(NamedTuple):
@@ -42,7 +43,7 @@ class Chart(NamedTuple):
         name: For messages.
         faces: (faces,) which triangles it has.
         uv: (faces, 3, 2) coordinates of the corners of all triangles, mm.
-        around_mm: Way around the body, mm; infinite if the chart does not go around.
+        around_mm: Circumference of the body along u, mm; infinite for charts that are not periodic.
     """
 
     name: str
@@ -57,7 +58,7 @@ def by_charts(body: Body, charts: list[Chart], where: NDArray[np.bool_], blend_m
     touched = np.zeros((len(body.vertices), len(charts)), bool)
     for number, chart in enumerate(charts):
         touched[body.faces[chart.faces], number] = True
-    far = np.stack([ways_from(body, of, blend_mm) for of in touched.T], axis=1)
+    far = np.stack([ways_from(body, marked, blend_mm) for marked in touched.T], axis=1)
     weight = np.maximum(1.0 - far / blend_mm, 0.0)[body.faces].transpose(0, 2, 1) ** 2
     weight = shares_of(np.where(where[:, None, None], weight, 0.0))
     uv = np.stack([chart.uv for chart in charts], axis=1)
@@ -71,7 +72,9 @@ def by_charts(body: Body, charts: list[Chart], where: NDArray[np.bool_], blend_m
     return layout
 
 
-def cylinder_charts(body: Body, normals: Array, axis: Axis, where: NDArray[np.bool_]) -> list[Chart]:
+def cylinder_charts(
+    body: Body, normals: Array, axis: RevolutionAxis, where: NDArray[np.bool_]
+) -> list[Chart]:
     """Side, bore and ends of a body about an axis.
 
     Along the side the way of the outline counts, so that cones keep lengths along their sides.
@@ -140,7 +143,7 @@ def _outline(height: Array, upright: Array, areas: Array, used: NDArray[np.bool_
     return np.asarray(np.interp(height, edges, ways + low))
 
 
-def sphere_charts(body: Body, axis: Axis, where: NDArray[np.bool_]) -> list[Chart]:
+def sphere_charts(body: Body, axis: RevolutionAxis, where: NDArray[np.bool_]) -> list[Chart]:
     """Belt and caps of a body about a centre, the point of the axis; arguments as of `cylinder_charts`."""
     corners = axis.local(body.vertices[body.faces])
     far = np.linalg.norm(corners[where].mean(axis=1), axis=1)
@@ -195,7 +198,7 @@ def plane_charts(
 
 def _facing(spread: Array, top: Array | None) -> Array:
     """The direction (3,) that most normals have or are against, by the sums (3, 3) of their products."""
-    # Of directions that are faced alike, as by a cube, that next to z.
+    # Of equal directions, as of a cube, the nearest to z.
     values, vectors = np.linalg.eigh(spread + UPRIGHT * np.trace(spread) * np.diag([0.0, 0.0, 1.0]))
     if top is None or abs(vectors[:, 2] @ top) < PARALLEL:
         return np.asarray(vectors[:, 2])

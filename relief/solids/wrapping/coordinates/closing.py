@@ -1,4 +1,4 @@
-"""Tiles around a body: turned and scaled a little, so that a whole number of them goes around."""
+"""Closing of tiles around a body: a small turn and scale, so that a whole number of tiles goes around."""
 
 from dataclasses import dataclass
 
@@ -8,12 +8,12 @@ from relief.ground.arrays import Array
 from relief.solids.wrapping.placement import turned
 
 NEAREST = 2
-"""Periods more or less than go around best that are tried along each side of a tile."""
+"""Largest difference, in periods, of the ways that are tried from the nearest, along each side of a tile."""
 STRAIGHT_DEG = 1e-6
 """Angle, degrees, up to which a turn is a multiple of 90; such a turn is kept exactly."""
 
-LEAST_TOLD, LEAST_TOLD_DEG = 0.001, 0.05
-"""Changes of size, as a part of it, and of direction, degrees, up to which nothing is told."""
+LEAST_SCALE, LEAST_TURN_DEG = 0.001, 0.05
+"""Relative change of size, and change of direction, degrees, up to which no line is written."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,9 @@ class Closing:
 def closed(around_mm: float, turn_deg: float, width_mm: float, height_mm: float) -> Closing:
     """The nearest size and turn of a tile with which it closes.
 
-    The way around has to lead from a place in the lattice of the tile to the same place of another tile. Of
-    the ways in the lattice near the one wanted, that is taken whose length and direction are off by the
-    least: squares of the logarithm of the one and of the angle in radians are added.
+    The way around has to be a vector of the lattice of the tile. Of the lattice vectors near the way wanted,
+    the best has the least sum of squares of the logarithm of the ratio of lengths and of the angle in
+    radians.
 
     Args:
         around_mm: Way around the body, mm.
@@ -73,21 +73,21 @@ def closed(around_mm: float, turn_deg: float, width_mm: float, height_mm: float)
     return best
 
 
-def told(closing: Closing, size_mm: tuple[float, float], turn_deg: float, name: str) -> str:
-    """What closing changes, as a line; empty if it changes nothing that shows.
+def change_line(closing: Closing, size_mm: tuple[float, float], turn_deg: float, name: str) -> str:
+    """A line about what closing changes; empty if the changes are invisible.
 
     Args:
-        closing: What was found.
+        closing: Scale and turn of the tile.
         size_mm: Height and width of the tile.
-        turn_deg: Angle that was wanted.
-        name: Of the part of the body that the tile goes around.
+        turn_deg: Angle that the placement states.
+        name: Name of the chart.
     """
     across, up = abs(closing.across), abs(closing.up)
     period = size_mm[1] if across else size_mm[0]
     changes = []
-    if abs(closing.scale - 1.0) > LEAST_TOLD:
+    if abs(closing.scale - 1.0) > LEAST_SCALE:
         changes.append(f"period {closing.scale * period:.3g} mm instead of {period:.3g}")
-    if abs(closing.turn_deg - turn_deg) > LEAST_TOLD_DEG:
+    if abs(closing.turn_deg - turn_deg) > LEAST_TURN_DEG:
         changes.append(f"turned by {closing.turn_deg:.1f} degrees instead of {turn_deg:g}")
     if not changes:
         return ""

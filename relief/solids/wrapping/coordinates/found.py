@@ -22,13 +22,13 @@ from relief.solids.wrapping.coordinates.charts import (
     sphere_charts,
 )
 from relief.solids.wrapping.coordinates.closing import closed
+from relief.solids.wrapping.coordinates.geodesic_patches import lay_out
 from relief.solids.wrapping.coordinates.layout import Layout
-from relief.solids.wrapping.coordinates.patches import lay_out
-from relief.solids.wrapping.coordinates.revolution import Axis, axis_along, found_axis, found_centre
+from relief.solids.wrapping.coordinates.revolution import RevolutionAxis, axis_along, found_axis, found_centre
 from relief.solids.wrapping.coordinates.texture_coordinates import by_texture_coordinates
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface
-from relief.solids.wrapping.tiles import Tile
+from relief.solids.wrapping.texture_tiles import Tile
 
 OFF_SIZE = 0.1
 """Relative change of a length that is reported as distortion; a cylinder is not chosen automatically where
@@ -42,7 +42,7 @@ MOST_CLOSING = 0.2
 ROUND = 0.17
 """Largest cosine between a normal and the direction around an axis on a surface of revolution: 10 degrees."""
 OUTWARD = 0.93
-"""Cosine between a normal and a direction, beyond which no patch follows the direction: 20 degrees."""
+"""Largest cosine between a normal and a direction that a patch follows: 20 degrees."""
 SAME_AXIS = 0.985
 """Least cosine between a stated direction and the axis of a cylinder that is chosen: 10 degrees."""
 
@@ -64,7 +64,7 @@ class Coordinates(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class CoordinateSearch:
     """A body whose flat coordinates are sought.
 
     Attributes:
@@ -98,18 +98,18 @@ class Search:
 def found_coordinates(
     base: BaseSurface, placement: Placement, tile: Tile | None, blend_mm: float
 ) -> Coordinates:
-    """The coordinates of the projection that the placement states; arguments as of `Search`.
+    """The coordinates of the projection that the placement states; arguments as of `CoordinateSearch`.
 
     Raises:
         InputError: The projection does not go with the body.
     """
     coordinates: Coordinates = resolve_name(PROJECTIONS[placement.projection])(
-        Search(base, placement, tile, blend_mm)
+        CoordinateSearch(base, placement, tile, blend_mm)
     )
     return coordinates
 
 
-def automatic(search: Search) -> Coordinates:
+def automatic(search: CoordinateSearch) -> Coordinates:
     """Texture coordinates without a stated direction, or a cylinder, where these keep sizes; else patches."""
     base = search.base
     if search.placement.along is None:
@@ -120,7 +120,7 @@ def automatic(search: Search) -> Coordinates:
     return found if _is_cylinder(search, axis, charts, found.layout) else patches(search)
 
 
-def texture_coordinates(search: Search) -> Coordinates:
+def texture_coordinates(search: CoordinateSearch) -> Coordinates:
     """The texture coordinates of the mesh, however they change sizes. Raises InputError if it has none."""
     base = search.base
     layout = by_texture_coordinates(base.body, base.uv, base.textured, any_size=True)
@@ -129,12 +129,12 @@ def texture_coordinates(search: Search) -> Coordinates:
     return Coordinates("texture coordinates", layout)
 
 
-def cylinder(search: Search) -> Coordinates:
+def cylinder(search: CoordinateSearch) -> Coordinates:
     """Coordinates around the axis that is stated or found."""
     return _cylinder(search, search.placement.direction)[2]
 
 
-def sphere(search: Search) -> Coordinates:
+def sphere(search: CoordinateSearch) -> Coordinates:
     """Coordinates around a centre, with the poles along the direction that is stated, or along z."""
     centre, along = found_centre(*search.textured()), search.placement.direction
     axis = axis_along(centre, np.array([0.0, 0.0, 1.0]) if along is None else along)
@@ -142,14 +142,14 @@ def sphere(search: Search) -> Coordinates:
     return search.by_charts("sphere", charts, f"sphere about ({shown_vector(centre)}) mm")
 
 
-def plane(search: Search) -> Coordinates:
+def plane(search: CoordinateSearch) -> Coordinates:
     """Coordinates by the plane that most triangles face. Raises InputError as `plane_charts`."""
     base = search.base
     charts, facing = plane_charts(base.body, search.normals, base.textured, search.placement.direction)
     return search.by_charts("plane", charts, f"plane that faces ({shown_vector(facing)})")
 
 
-def patches(search: Search) -> Coordinates:
+def patches(search: CoordinateSearch) -> Coordinates:
     """Overlapping patches. Raises InputError if the direction lies nowhere in the surface: without effect."""
     base, along = search.base, search.placement.direction
     if along is not None and (np.abs(search.normals[base.textured] @ along) > OUTWARD).all():
@@ -161,7 +161,9 @@ def patches(search: Search) -> Coordinates:
         return Coordinates("patches", lay_out(base.body, needed, search.blend_mm, base.normals, along))
 
 
-def _cylinder(search: Search, stated: Array | None) -> tuple[Axis, list[Chart], Coordinates]:
+def _cylinder(
+    search: CoordinateSearch, stated: Array | None
+) -> tuple[RevolutionAxis, list[Chart], Coordinates]:
     """The axis along a stated direction (3,), or any axis that fits, its charts, and the coordinates."""
     axis, along = found_axis(*search.textured(), stated), search.placement.direction
     if along is not None and axis.frame[2] @ along < 0.0:
@@ -171,7 +173,7 @@ def _cylinder(search: Search, stated: Array | None) -> tuple[Axis, list[Chart], 
     return axis, charts, search.by_charts("cylinder", charts, line)
 
 
-def _is_cylinder(search: Search, axis: Axis, charts: list[Chart], layout: Layout) -> bool:
+def _is_cylinder(search: CoordinateSearch, axis: RevolutionAxis, charts: list[Chart], layout: Layout) -> bool:
     """Whether a body that nobody calls a cylinder is one: round, long enough, with lengths that are kept."""
     body, where, along = search.base.body, search.base.textured, search.placement.direction
     if along is not None and abs(along @ axis.frame[2]) < SAME_AXIS:

@@ -20,10 +20,10 @@ class Layout:
         patch: (faces, k) numbers of the patches that a triangle belongs to; -1: none.
         uv: (faces, k, 3, 2) coordinates of the corners in mm, u to the right and v up.
         weight: (faces, k, 3) share of each patch at the corners; over k the sum is 1, or 0 without any.
-        stretch: (faces,) largest change of a length in the leading patch, as a part of it.
+        stretch: (faces,) largest relative change of a length in the leading patch.
         patches: Number of patches.
-        around_mm: (patches,) ways around the body, mm: coordinates that differ by so much in u are of one
-            place. Infinite for patches that do not go around; None if none does.
+        around_mm: (patches,) circumferences of the body, mm, which are periods of u. Infinite for patches
+            that are not periodic; None if none is.
     """
 
     patch: NDArray[np.intp]
@@ -42,7 +42,7 @@ class Layout:
         """
         uv = np.einsum("nc,nkcd->nkd", share, self.uv[face])
         weight = np.einsum("nc,nkc->nk", share, self.weight[face])
-        # A corner that no patch of its triangle reaches takes the coordinates of the others.
+        # A corner without a patch of its triangle takes the coordinates of the other corners.
         bare = ~weight.any(axis=1)
         weight[bare] = self.weight[face[bare]].sum(axis=2)
         weight = weight**SHARPNESS
@@ -63,7 +63,7 @@ class Layout:
         Args:
             corners: (faces, 3, 3) corners of the triangles, mm.
             matrices: (patches, 2, 2) or (1, 2, 2) for all, with which coordinates are multiplied.
-            shift: (2,) what is added afterwards, mm.
+            shift: (2,) translation after the multiplication, mm.
         """
         each = matrices[np.clip(self.patch, 0, len(matrices) - 1)]
         uv = np.einsum("fkij,fkcj->fkci", each, self.uv) + shift
@@ -74,7 +74,7 @@ class Layout:
 
 
 def one_patch(inside: NDArray[np.bool_], uv: Array, stretch: Array) -> Layout:
-    """The layout of one patch over triangles (faces,), with coordinates (faces, 3, 2) and stretches."""
+    """The layout of one patch over triangles (faces,), with uv (faces, 3, 2), mm, and stretches (faces,)."""
     weight = np.broadcast_to(inside.astype(np.float64)[:, None, None], (len(inside), 1, 3))
     return Layout(np.where(inside, 0, -1)[:, None], uv[:, None], weight, stretch, 1)
 
@@ -86,7 +86,7 @@ def shares_of(weight: Array) -> Array:
 
 
 def stretches(corners: Array, uv: Array) -> Array:
-    """Largest change of a length by flat coordinates, as a part of it, (n,).
+    """Largest relative change of a length by flat coordinates, (n,).
 
     Args:
         corners: (n, 3, 3) corners of triangles, mm.
@@ -106,8 +106,6 @@ def singular_values(corners: Array, uv: Array) -> tuple[Array, Array]:
     up = (uv[:, 2] - uv[:, 0] - across * x[:, None]) / y[:, None]
     square = (across**2).sum(axis=1) + (up**2).sum(axis=1)
     determinant = across[:, 0] * up[:, 1] - across[:, 1] * up[:, 0]
-    sum_, difference = (
-        np.sqrt(np.maximum(square + 2.0 * determinant, 0.0)),
-        np.sqrt(np.maximum(square - 2.0 * determinant, 0.0)),
-    )
+    sum_ = np.sqrt(np.maximum(square + 2.0 * determinant, 0.0))
+    difference = np.sqrt(np.maximum(square - 2.0 * determinant, 0.0))
     return 0.5 * (sum_ - difference), 0.5 * (sum_ + difference)

@@ -12,18 +12,18 @@ import numpy as np
 from relief.ground.arrays import Array
 
 ROUNDS = 6
-"""Solutions, each with less weight on the triangles that the one before does not fit."""
+"""Rounds of reweighted least squares, which reduce the weight of triangles off the axis."""
 OFF = 0.05
 """Distance of a normal from the axis at which a triangle has half its weight, in the size of the body."""
 AMBIGUOUS = 1e-3
 """Root mean square distance of normals from an axis, in the size of the body, below which it fits exactly; of
 several such axes, as a ball has, that next to the direction wanted is taken."""
 FIRM = 1e-9
-"""What is added to the diagonal of equations with entries of about 1, so that they have a solution."""
+"""Regularisation of the diagonal of equations with entries of about 1."""
 
 
 @dataclass(frozen=True)
-class Axis:
+class RevolutionAxis:
     """An axis with the directions across it.
 
     Attributes:
@@ -39,7 +39,7 @@ class Axis:
         return np.asarray((places - self.point) @ self.frame.T)
 
 
-def axis_along(point: Array, direction: Array, top: Array | None = None) -> Axis:
+def axis_along(point: Array, direction: Array, top: Array | None = None) -> RevolutionAxis:
     """The axis through a point (3,); its second vector points to `top` where that lies across, else to +y."""
     candidates = [*([] if top is None else [top]), np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])]
     for across in candidates:
@@ -47,10 +47,10 @@ def axis_along(point: Array, direction: Array, top: Array | None = None) -> Axis
         if np.linalg.norm(second) > 0.2:
             break
     second = second / np.linalg.norm(second)
-    return Axis(point, np.stack([np.cross(second, direction), second, direction]))
+    return RevolutionAxis(point, np.stack([np.cross(second, direction), second, direction]))
 
 
-def found_axis(middles: Array, normals: Array, areas: Array, wanted: Array | None) -> Axis:
+def found_axis(middles: Array, normals: Array, areas: Array, wanted: Array | None) -> RevolutionAxis:
     """The axis that the normals of triangles come nearest to.
 
     Args:

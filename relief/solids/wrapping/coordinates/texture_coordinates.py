@@ -8,9 +8,9 @@ from relief.solids.body import Body
 from relief.solids.wrapping.coordinates.layout import Layout, one_patch, singular_values
 
 STRETCH = 0.25
-"""Largest change of a length that coordinates may have against their usual scale, as a part of it."""
+"""Largest relative change of a length against the median scale of the coordinates."""
 SHARE = 0.95
-"""Part of the area on which coordinates must keep lengths within `STRETCH`."""
+"""Least share of the area on which coordinates keep lengths within `STRETCH`."""
 
 
 def by_texture_coordinates(

@@ -13,7 +13,7 @@ from relief.ground.errors import InputError
 from relief.heightmap import load_heights
 from relief.relief import Relief
 from relief.solids.body import Body
-from relief.solids.export.plate import plate_mesh
+from relief.solids.export.plate_export import plate_mesh
 from relief.solids.meshes import Mesh, outer_body, read_mesh
 from relief.solids.meshes.refining import refined
 from relief.solids.meshes.unrolling import Unroller

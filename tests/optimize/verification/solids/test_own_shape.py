@@ -9,8 +9,8 @@ from optimize.verification.solids.own_shape import _lattice, _low_pass, textures
 from relief.ground.arrays import Array
 from relief.heightmap import load_heights
 from relief.solids.body import Body
-from relief.solids.meshes.crops import Crop, Cropper
-from relief.solids.meshes.places import Frame
+from relief.solids.meshes.crops import Cropper, SurfaceCrop
+from relief.solids.meshes.mesh_places import Frame
 from relief.solids.objects.torus import fitted, torus
 from tactile.skin import Skin
 
@@ -75,7 +75,7 @@ def test_gravel_on_a_torus_feels_as_gravel() -> None:
 def test_a_textured_plate_is_left_as_it_is(name: str) -> None:
     heights = load_heights(find_texture(f"{name}-tile"))
     assert not textures_alone(
-        [Crop(FRAME, heights, False)], lambda frame, reach_mm: sheet(np.zeros((2, 2, 3)))
+        [SurfaceCrop(FRAME, heights, False)], lambda frame, reach_mm: sheet(np.zeros((2, 2, 3)))
     )
 
 

@@ -8,7 +8,7 @@ from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.export.back_labels import OVERLAP, labelled
 from relief.solids.export.pixel_font import COLS, GLYPHS, ROWS, bitmap
-from relief.solids.export.plate import plate_mesh
+from relief.solids.export.plate_export import plate_mesh
 
 BASE_MM = 2.0
 EVERY_GLYPH = ["".join(GLYPHS)[first : first + 12] for first in range(0, len(GLYPHS), 12)]

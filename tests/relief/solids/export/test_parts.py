@@ -14,7 +14,7 @@ from relief.ground.errors import InputError
 from relief.ground.formats import FORMATS, MESHES
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import as_written, write_parts
-from relief.solids.export.plate import plate_mesh
+from relief.solids.export.plate_export import plate_mesh
 from relief.solids.export.threemf_writer import PART
 from relief.solids.meshes import read_mesh
 

@@ -17,8 +17,8 @@ from lxml import etree
 from relief.ground.errors import InputError
 from relief.ground.formats import FORMATS
 from relief.solids.body import TRIANGLE
-from relief.solids.export import plate as export
-from relief.solids.export.plate import RAISED_MM, export_plate
+from relief.solids.export import plate_export as export
+from relief.solids.export.plate_export import RAISED_MM, export_plate
 
 SIZE_MM = 10.0
 ROOT = Path(__file__).parents[4]
@@ -189,7 +189,7 @@ def test_a_3mf_file_is_as_the_standard_says(tmp_path: Path) -> None:
 
 def test_writing_a_plate_needs_no_library_of_meshes(tmp_path: Path) -> None:
     script = (
-        "import sys, numpy as np; from relief.solids.export.plate import RAISED_MM, export_plate\n"
+        "import sys, numpy as np; from relief.solids.export.plate_export import RAISED_MM, export_plate\n"
         f"for s in {list(FORMATS)}: export_plate({str(tmp_path)!r} + '/plate' + s, np.eye(4), 10.0)\n"
         "print(*({'trimesh', 'scipy', 'lxml', 'networkx'} & sys.modules.keys()))"
     )

@@ -8,7 +8,7 @@ from relief.printers import Printer, find_printer
 from relief.solids.body import Body
 from relief.solids.export import printed_parts
 from relief.solids.export.printed_parts import print_part
-from relief.solids.meshes.places import vertex_normals
+from relief.solids.meshes.mesh_places import vertex_normals
 from tests.relief.solids.meshes.bodies import cube, joined, torus
 
 COARSE = Printer("own", 100.0, 400.0, 300.0)

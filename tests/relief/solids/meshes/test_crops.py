@@ -5,9 +5,9 @@ import pytest
 from scipy import ndimage
 
 from relief.solids.body import Body
-from relief.solids.export.plate import plate_mesh
-from relief.solids.meshes.crops import Crop, Cropper
-from relief.solids.meshes.places import Frame, frames, spread, surface_points
+from relief.solids.export.plate_export import plate_mesh
+from relief.solids.meshes.crops import Cropper, SurfaceCrop
+from relief.solids.meshes.mesh_places import Frame, frames, spread, surface_points
 from relief.solids.meshes.raster import rasterise
 from tests.relief.solids.meshes.bodies import cube, torus
 
@@ -110,9 +110,9 @@ def test_a_plane_is_flat_beside_its_rim_and_with_a_leaning_axis_and_not_with_a_d
     plane[x - y > 9.2] = 0.0
     assert 0.0 < (plane == 0.0).mean() < 0.005
     frame = Frame(np.zeros(3), np.eye(3))
-    assert Crop(frame, plane, False).flat
+    assert SurfaceCrop(frame, plane, False).flat
     for height in (0.3, -0.3):
         dot = np.where(np.hypot(x - 2.0, y) < 0.6, height, 0.0)
-        assert not Crop(frame, plane + dot, False).flat
-    assert not Crop(frame, plane, True).flat
-    assert Crop(frame, np.zeros((128, 128)), False).flat
+        assert not SurfaceCrop(frame, plane + dot, False).flat
+    assert not SurfaceCrop(frame, plane, True).flat
+    assert SurfaceCrop(frame, np.zeros((128, 128)), False).flat

@@ -354,7 +354,7 @@ HOSTILE = {
     ),
     "short.stl": (b"\0\1", "has 2 bytes, fewer than the 84 of the header"),
     "hollow.stl": (b"solid nothing\nendsolid", "has no triangles"),
-    "cut.stl": (stl(cube())[:-3], "the header tells 12 triangles, the file holds 11 and 47 bytes"),
+    "cut.stl": (stl(cube())[:-3], "the header states 12 triangles, the file holds 11 and 47 bytes"),
     "cut.ply": (ply(cube())[:-3], "damaged"),
     "back.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n", "faces name vertices"),
     "two.obj": (b"v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n", "damaged"),
@@ -362,7 +362,7 @@ HOSTILE = {
     "coordinates.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/2\n", "name texture coordinates"),
     "billion.stl": (
         bytes(80) + struct.pack("<I", 10**9) + bytes(50),
-        "tells 1000000000 triangles, .* holds 1",
+        "states 1000000000 triangles, .* holds 1",
     ),
     "many.ply": (
         ply(cube()).replace(b"face 12", b"face 1000000000"),

@@ -8,13 +8,13 @@ from relief.solids.body import Body
 from relief.solids.meshes.intersections import self_intersections
 from relief.solids.meshes.refining import edge_for, expected_faces, refined
 from relief.solids.remeshing.even_mesh import even_mesh
+from relief.solids.remeshing.facet_noise import turns_by_chance
 from relief.solids.remeshing.nearest import NearestPoints, nearest_in
-from relief.solids.remeshing.noise import turns_by_chance
 from relief.solids.remeshing.smooth_surface import raised, smooth_surface, units
 from relief.solids.wrapping.clearance import clearance_factor
 from relief.solids.wrapping.edges import edge_of
 from relief.solids.wrapping.surfaces import ENOUGH_MM2, Settings
-from relief.solids.wrapping.tiles import Covering, Tile
+from relief.solids.wrapping.texture_tiles import Covering, Tile
 from tests.relief.solids.remeshing.facets import (
     BALL,
     CONE,

@@ -6,8 +6,8 @@ import pytest
 from relief.solids.meshes.intersections import self_intersections
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import Settings
-from relief.solids.wrapping.tiles import Tile
-from relief.solids.wrapping.wrap import Covering, wrap
+from relief.solids.wrapping.texture_tiles import Tile
+from relief.solids.wrapping.wrapped_body import Covering, wrap
 from tests.relief.solids.remeshing.facets import revolved
 
 RADIUS, AROUND, HIGH_MM = 4.0, 12, 0.2

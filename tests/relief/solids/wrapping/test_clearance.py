@@ -7,16 +7,16 @@ import trimesh
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import self_intersections
 from relief.solids.remeshing.even_mesh import even_mesh
-from relief.solids.wrapping.clearance import Room, clearance_factor, evened
+from relief.solids.wrapping.clearance import LocalFeatureSize, clearance_factor, evened
 from relief.solids.wrapping.surfaces import Settings
-from relief.solids.wrapping.tiles import Tile
-from relief.solids.wrapping.wrap import Covering, wrap
+from relief.solids.wrapping.texture_tiles import Tile
+from relief.solids.wrapping.wrapped_body import Covering, wrap
 from tests.relief.solids.remeshing.facets import CYLINDER, LENS, LENS_LOW, TUBE, of, rounded
 
 
 def radii_of(body, most_mm, side):
     mesh = even_mesh(body, 1.0)
-    return mesh.body.vertices, Room(mesh, most_mm).radii(side)
+    return mesh.body.vertices, LocalFeatureSize(mesh, most_mm).radii(side)
 
 
 def test_the_room_in_a_bore_is_its_radius_and_in_a_wall_half_of_it():

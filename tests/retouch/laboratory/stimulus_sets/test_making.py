@@ -15,7 +15,7 @@ from relief.ground.errors import InputError
 from relief.ground.locks import only_writer
 from relief.heightmap import load_height_map, save_heights_exr
 from relief.relief import Relief
-from relief.solids.export.plate import RAISED_MM
+from relief.solids.export.plate_export import RAISED_MM
 from retouch.laboratory.stimulus_sets.levels import write_study_file
 from retouch.laboratory.stimulus_sets.making import make
 from retouch.laboratory.stimulus_sets.plates import cut_square, plate_bodies

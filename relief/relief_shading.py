@@ -1,4 +1,4 @@
-"""Shading of a relief under one parallel light, for small pictures; nothing is rendered."""
+"""Shading of a relief under one parallel light, without a renderer, for small pictures."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,7 +7,7 @@ from PIL import Image
 from relief.ground.arrays import Array, FloatArray
 
 SKY_DIRECTIONS = 8
-"""Directions in which the horizon is looked for, evenly all around."""
+"""Number of directions, evenly all around, in which the horizon is computed."""
 
 
 def facing(heights: NDArray[np.floating], size_mm: float, azimuth_deg: float, elevation_deg: float) -> Array:
@@ -42,7 +42,7 @@ def lit(heights: Array, size_mm: float, azimuth_deg: float, elevation_deg: float
         size_mm: Length of a side, mm.
         azimuth_deg: As for `facing`.
         elevation_deg: As for `facing`, above 0.
-        softness: Width of the edge of a shadow, as a part of how far above the sample its edge stands.
+        softness: Width of the edge of a shadow, relative to the height of the edge above the sample.
 
     Returns:
         (side, side) from 0 to 1.
@@ -60,7 +60,7 @@ def open_sky(heights: Array, size_mm: float, farthest_mm: float) -> Array:
     Args:
         heights: As for `lit`.
         size_mm: As for `lit`.
-        farthest_mm: Distance beyond which nothing is taken to cover the sky.
+        farthest_mm: Distance beyond which the relief is ignored.
 
     Returns:
         (side, side) from 0 to 1: the mean over `SKY_DIRECTIONS` of the squared cosine of the horizon.
@@ -95,7 +95,7 @@ def _horizon(heights: Array, size_mm: float, azimuth_deg: float, farthest_mm: fl
     around = np.pad(heights, steps + 1, constant_values=heights.min())
     horizon = np.zeros_like(heights)
     for step in range(1, steps + 1):
-        # Rounded, as a part of 1e-16 is none.
+        # Rounded, since a fraction of 1e-16 is rounding.
         place = np.round(step * toward, 9) + steps + 1
         (row, col), (down, right) = np.floor(place).astype(int), np.mod(place, 1.0)
         beyond = (1.0 - down - right) * around[row : row + side, col : col + side]

@@ -1,4 +1,4 @@
-"""Preparation: a picture in, a height map out, with a sentence for each thing that was done."""
+"""Preparation: a height map from a picture, with a sentence for each step."""
 
 import os
 from collections.abc import Mapping
@@ -22,17 +22,17 @@ from relief.ground.limits import (
 from relief.ground.progress import stage
 from relief.heightmap import save_heights_exr, save_heights_png
 from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS, TURNS
-from relief.preparing.levels import AS_STORED, FULL, WHITE, Levels
-from relief.preparing.pictures import Picture, open_picture
-from relief.preparing.plates import repeated
+from relief.preparing.grey_levels import AS_STORED, FULL, WHITE, Levels
+from relief.preparing.grey_steps import smooth_steps
+from relief.preparing.repeated_tiles import repeated
 from relief.preparing.resampling import Box, resampled, square_in
-from relief.preparing.steps import smooth_steps
+from relief.preparing.source_pictures import SourcePicture, open_picture
 from relief.preparing.tiling import OVERLAP, PERIOD_SIDE, make_tile, period
 from relief.relief import Relief
 from relief.seam import misfit
 
 STEEP_PERCENTILE = 95.0
-"""Percentile of the slopes that is told beside the median."""
+"""Percentile of the slopes that is reported beside the median."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,9 @@ class Prepared:
         heights: (samples, samples), row 0 at +y: mm if `relief_mm` is known, else 0 (lowest) to 1 (highest).
         relief_mm: Height of white above black, mm; None if unknown.
         size_mm: Side of the plate, mm; None if unknown.
-        repeats: Whether the height map is a tile, which goes on as itself beyond its borders.
-        done: What was done, a sentence for each subject, in order.
-        numbers: The same as numbers.
+        repeats: Whether the height map is a tile, periodic along both axes.
+        done: A sentence for each step of the preparation, by subject, in order.
+        numbers: The numbers of these sentences, by subject.
         picture: The picture.
         square: Part of the picture that became the plate, or a little more if it was made periodic.
     """
@@ -56,12 +56,12 @@ class Prepared:
     repeats: bool
     done: Mapping[str, str]
     numbers: Mapping[str, Any]
-    picture: Picture
+    picture: SourcePicture
     square: Box
 
     @property
     def relief(self) -> Relief | None:
-        """What a finger touches: the plate, or the tile that repeats on it; None if its height is unknown."""
+        """The relief of the plate, or of the tile that repeats on it; None if its height is unknown."""
         if self.relief_mm is None:
             return None
         heights, size_mm, repeats = self.heights, self.size_mm or PATCH_SIDE_MM, self.repeats
@@ -71,7 +71,7 @@ class Prepared:
         return Relief(heights, size_mm, (repeats, repeats), str(self.picture.path))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the height map as a 16 bit PNG, or as an EXR in mm, with what is known: lengths, tile.
+        """Write the height map as a 16 bit PNG, or as an EXR in mm, with known lengths and the tile mark.
 
         Raises:
             InputError: The suffix is neither, or an EXR is asked for without a relief in mm.
@@ -185,9 +185,9 @@ def prepare(
 
 
 class _Work:
-    """A preparation while it goes on; each method does one thing, and tells and counts what it did."""
+    """A preparation in progress; each method does one step, and records a sentence and numbers about it."""
 
-    def __init__(self, picture: Picture) -> None:
+    def __init__(self, picture: SourcePicture) -> None:
         self.picture = picture
         bits = "" if picture.bits is None else f"{picture.bits} bits"
         size = f"{picture.width} x {picture.height} pixels"
@@ -222,7 +222,7 @@ class _Work:
         if rotate:
             self.done["turned"] = f"{rotate}° anticlockwise"
             self.numbers["rotate"] = rotate
-        # Copied, as what follows wants rows that lie one behind the other.
+        # Copied, since later steps need contiguous rows.
         return np.ascontiguousarray(np.rot90(picture.values(self.square, grey), rotate // 90))
 
     def sampled(
@@ -284,13 +284,13 @@ class _Work:
         outside = float(np.mean((heights < low) | (heights > high)))
         saturated = f"; {100.0 * outside:.2g} % lie outside and saturate" if outside > 0 else ""
         lowest, highest = (low, high) if not invert else (high, low)
-        of = ""
+        scale = ""
         if self.picture.bits is not None:
             beyond = min(low, 1.0 - high) < 0.0
-            of = f", beyond the 0 to {WHITE:g} of the picture" if beyond else f" of {WHITE:g}"
+            scale = f", beyond the 0 to {WHITE:g} of the picture" if beyond else f" of {WHITE:g}"
         dark = ", dark is high" if invert else ""
         self.done["levels"] = (
-            f"{self._grey(lowest)} is lowest, {self._grey(highest)} highest{of}{dark}{saturated}"
+            f"{self._grey(lowest)} is lowest, {self._grey(highest)} highest{scale}{dark}{saturated}"
         )
         self.numbers["levels"] = {
             "lowest": lowest * self._unit,
@@ -309,7 +309,7 @@ class _Work:
         return f"{self._unit * value:.3g}"
 
     def lengths(self, heights: Array, lengths: Mapping[str, float]) -> None:
-        """Tell the lengths of the plate and the slopes that follow."""
+        """Record the lengths of the plate and the slopes that follow."""
         relief_mm, size_mm = lengths.get("relief_mm"), lengths.get("size_mm", PATCH_SIDE_MM)
         self.numbers |= {"relief_mm": relief_mm, "size_mm": lengths.get("size_mm")}
         if relief_mm is None:

@@ -1,4 +1,4 @@
-"""What wrapping refuses: numbers out of range, masks that leave nothing, and a relief without room."""
+"""Checks of a wrapping: ranges of numbers, masks that leave nothing, and reliefs that are too high."""
 
 from collections.abc import Sequence
 
@@ -14,17 +14,17 @@ from relief.solids.wrapping.masks import Regions, check_mask
 from relief.solids.wrapping.surfaces import Settings
 
 FEW_SAMPLES = 4
-"""Side, in samples of the texture, of the least square that may carry the texture."""
+"""Side of the least square that carries a texture, in its samples."""
 MOST_LEFT_BARE = 0.5
-"""Largest part of the textured area that may be left with nothing; beyond, the relief does not fit."""
+"""Largest share of the textured area without relief; beyond, the relief does not fit."""
 BARE = 0.1
-"""Factor of the heights up to which nothing is left of a relief."""
+"""Factor of the heights below which an area counts as without relief."""
 
 
 def check_choices(
     settings: Settings, masks: Sequence[str | None], regions: Regions, with_uv: bool, with_colours: bool
 ) -> None:
-    """Refuse what is wrong whatever the surface: numbers out of range, and masks that are none.
+    """Refuse numbers out of range and invalid masks, before the surface is known.
 
     Args:
         settings: As for `wrap`.
@@ -43,7 +43,7 @@ def check_choices(
 
 
 def check_size(body: Body, tallest: float) -> None:
-    """Refuse a body that is smaller than the relief is tall, which would be but a speck in it."""
+    """Refuse a body smaller than the height of the relief."""
     longest = float(np.ptp(body.vertices, axis=0).max())
     if longest < tallest:
         fault = f"size: {longest:.3g} mm is less than the {tallest:.3g} mm of the relief"
@@ -54,7 +54,7 @@ def check_size(body: Body, tallest: float) -> None:
 
 
 def check_area(body: Body, carried: Array, pitch_mm: float, mask: str | None) -> None:
-    """Refuse a texture that is carried by less than a few of its samples, by how much each vertex carries."""
+    """Refuse a texture on an area of less than a few samples, by its shares at vertices (n,)."""
     area = float((body.areas * carried[body.faces].mean(axis=1)).sum())
     least = (FEW_SAMPLES * pitch_mm) ** 2
     if area < least:
@@ -66,7 +66,7 @@ def check_area(body: Body, carried: Array, pitch_mm: float, mask: str | None) ->
 
 
 def check_room(body: Body, where: NDArray[np.bool_], factor: Array, tallest: float) -> None:
-    """Refuse a relief of which nothing is left on most of the textured area.
+    """Refuse a relief that is lowered to nothing on most of the textured area.
 
     Args:
         body: The surface.

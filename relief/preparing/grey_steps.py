@@ -1,9 +1,8 @@
-"""Steps of 8-bit grey, which are real terraces to a finger and to raking light, made smooth slopes again.
+"""Dequantisation of 8-bit grey, whose steps are terraces to a finger and to raking light, into smooth slopes.
 
-A slope that rises one grey step over many samples is stored as a staircase. The heights are estimated again:
-of all surfaces within half a step of the stored ones, the surface whose curvature is least, where curvature
-counts by how much of it the picture has nearby. Flat terraces are thus joined into slopes, while crests and
-edges, which the picture shows clearly, stay.
+A slope that rises one grey step over many samples is stored as a staircase. The heights are estimated again,
+as the surface of least weighted curvature within half a step of the stored heights. Weights fall with the
+curvature of the picture nearby: flat terraces become slopes, while crests and edges stay.
 """
 
 import numpy as np

@@ -1,10 +1,9 @@
-"""Flat coordinates for a curved surface: overlapping patches by logarithmic maps, turned to fit one another.
+"""Geodesic charts of a curved surface: overlapping patches by logarithmic maps, turned to fit one another.
 
-The logarithmic map of a point gives its surroundings the coordinates that they have along the shortest ways
-from the point: lengths from the point are kept exactly, others nearly. Each patch reaches as far as lengths
-are kept within `STRETCH`. A patch is moved and turned until its coordinates agree with those of its
-neighbours; on a plane, a cylinder or a cone all agree, and no seam is left. Where a direction is stated it
-turns the patches, which may lean by a few degrees.
+The logarithmic map of a point has the coordinates of its neighbourhood along geodesics from the point:
+lengths from the point are exact, others nearly. A patch extends as far as lengths are kept within `STRETCH`.
+A rigid motion fits its coordinates to those of its neighbours; on a plane, a cylinder or a cone all agree
+without seams. A stated direction turns the patches, which may deviate by a few degrees.
 """
 
 from dataclasses import dataclass
@@ -23,20 +22,19 @@ from relief.solids.meshes.neighbourhood import connected_around
 from relief.solids.wrapping.coordinates.layout import Layout, one_patch, shares_of, stretches
 
 STRETCH = 0.1
-"""Largest change of a length inside a patch, as a part of it."""
+"""Largest relative change of a length inside a patch."""
 LEAST_MM, MOST_MM = 3.0, 9.0
 """Radius of the smallest and of the largest patch, mm."""
 OVERLAP = 1.5
-"""How far coordinates are kept, in radii of the patch: neighbours overlap, and fit one another there."""
+"""Extent of the coordinates of a patch, in its radii: neighbours overlap, and are fitted there."""
 MARGIN = 1.2
-"""Radius of the piece of surface that a map is computed on, in that of what is kept of the map."""
+"""Radius of the piece of surface of a logarithmic map, relative to the radius that is kept."""
 FITTING_MM = 0.5
-"""Difference of coordinates, mm, beyond which two patches do not fit, however far."""
+"""Difference of coordinates, mm, at which the cost of a misfit saturates."""
 MOST_AT_A_FACE = 4
 """Most patches that share a triangle; farther ones are left out."""
 DIRECTED = 0.35
-"""Part of a direction that lies in the surface, from which on a patch follows it: 20 degrees off the
-normal."""
+"""Least length of the tangential part of a direction that a patch follows: 20 degrees off the normal."""
 LEAN = 0.07
 """Angle by which a patch may leave its direction to fit its neighbours, rad: 4 degrees. On a cone seams then
 take 6.1 % of the area instead of 6.7, and their heights differ by 13 % less; twice the angle gains little."""
@@ -73,7 +71,7 @@ def lay_once(body: Body, normals: Array, seed: int, reach_mm: float, along: Arra
 
     Args:
         seed: Number of the vertex.
-        reach_mm: Half the diagonal of what is to lie there.
+        reach_mm: Half the diagonal of the texture.
     """
     cover = _Cover(body, normals, along)
     vertices, uv, _ = cover.map(seed, max(ROOM * reach_mm, reach_mm + LEAST_ROOM_MM))
@@ -98,7 +96,7 @@ class _Patch:
 
 
 class _Cover:
-    """Patches so far, and how well each vertex is covered."""
+    """Current patches, and the coverage of each vertex."""
 
     def __init__(self, body: Body, normals: Array, along: Array | None) -> None:
         self.body, self.normals, self.along = body, normals, along
@@ -110,7 +108,7 @@ class _Cover:
         self.tried = np.zeros(len(body.vertices), bool)
 
     def next_seed(self, needed: NDArray[np.bool_]) -> int | None:
-        """The vertex that the next patch begins at: uncovered, and as far as the neighbours still reach."""
+        """The middle of the next patch: an uncovered vertex, as far out as the neighbours still extend."""
         open_ = needed & (self.best > 1.0) & ~self.tried
         if not open_.any():
             return None
@@ -152,7 +150,7 @@ class _Cover:
         return around[used], uv, faces
 
     def _expected_radius(self, seed: int) -> float:
-        """Radius that a patch may have, mm: at most half as large again as that of the neighbour."""
+        """Largest radius of a patch, mm: at most 1.5 times the neighbour's radius."""
         near = [self.patches[number].radius_mm for number in self.at[seed]]
         return min(MOST_MM, 1.5 * max(near, default=MOST_MM))
 
@@ -168,7 +166,7 @@ class _Cover:
             at = place[other.vertices]
             both = at >= 0
             if both.sum() >= 3:
-                # What lies in the middle between both counts: there one takes over from the other.
+                # Points midway between both patches have most weight: there one takes over from the other.
                 weight = np.exp(-4.0 * (patch.far[at[both]] - other.far[both]) ** 2) + 1e-6
                 weight *= np.maximum(OVERLAP - np.maximum(patch.far[at[both]], other.far[both]), 1e-3)
                 fits.append((at[both], other.uv[both], weight))
@@ -190,7 +188,7 @@ class _Cover:
         directed = self.along is not None and 1.0 - (normal @ self.along) ** 2 > DIRECTED**2
         along = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.8 else np.array([0.0, 1.0, 0.0])
         if directed and self.along is not None:
-            # What u follows where v follows the direction.
+            # The direction of u if v follows the stated direction.
             along = np.cross(self.along, normal)
         near = np.argsort(patch.far)[:12]
         offset = self.body.vertices[patch.vertices[near]] - self.body.vertices[seed]
@@ -255,9 +253,9 @@ def _moved(uv: Array, start: Array, goal: Array, weight: Array, most: float) -> 
         most: Largest turn, rad.
     """
     share = weight / weight.sum()
-    from_, to = share @ start, share @ goal
-    product = (start - from_).T @ ((goal - to) * share[:, None])
+    origin, to = share @ start, share @ goal
+    product = (start - origin).T @ ((goal - to) * share[:, None])
     angle = np.arctan2(product[0, 1] - product[1, 0], product[0, 0] + product[1, 1])
     angle = np.clip(angle, -most, most)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    return np.asarray((uv - from_) @ turn.T + to)
+    return np.asarray((uv - origin) @ turn.T + to)

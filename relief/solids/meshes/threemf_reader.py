@@ -15,7 +15,7 @@ from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
 from relief.ground.lengths import shown
 from relief.solids.body import Body, Part, joined
-from relief.solids.meshes.parsed import (
+from relief.solids.meshes.parsed_mesh import (
     LARGEST_FILE,
     MOST_FACES,
     MOST_VERTICES,
@@ -89,7 +89,7 @@ def read_3mf(content: bytes, path: Path) -> Parsed:
             raise InputError(f"{path}: damaged or not a 3MF: holds no 3D/3dmodel.model")
         if sum(entry.file_size for entry in models) > LARGEST_FILE:
             raise InputError(f"{path}: unpacks to more than {LARGEST_FILE} bytes; decimate the mesh")
-        reader = _Reader(path)
+        reader = _ArchiveReader(path)
         for entry in models:
             if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
                 raise InputError(f"{path}: {shown(entry.filename)}: is not compressed by deflate")
@@ -110,7 +110,7 @@ def read_3mf(content: bytes, path: Path) -> Parsed:
     )
 
 
-class _Reader:
+class _ArchiveReader:
     """Models and objects of an archive, parsed chunk by chunk, so that no tree of their XML is in memory.
 
     Attributes:
@@ -221,27 +221,27 @@ class _Bodies:
         if depth > DEEPEST or self._visited > MOST_BODIES:
             raise InputError(f"{self._path}: more than {MOST_BODIES} bodies, or {DEEPEST} within one another")
         key = (reference.model, reference.number)
-        thing = self._objects.get(key)
-        if thing is None:
+        referred = self._objects.get(key)
+        if referred is None:
             raise InputError(f"{self._path}: object {shown(key[1])!r} is built and not there")
-        if thing.type in NO_BODY:
+        if referred.type in NO_BODY:
             self.left_out += 1
             return
         inner = reference.transform
         transform = np.vstack([inner[:3] @ above[:3], inner[3] @ above[:3] + above[3]])
-        if thing.faces:
-            body = self._body(key, thing)
+        if referred.faces:
+            body = self._body(key, referred)
             self._faces += len(body.faces)
             self._vertices += len(body.vertices)
             check_count(self._faces, "faces", self._path)
             check_count(self._vertices, "vertices", self._path, MOST_VERTICES)
             self._built.append(Part("", body, transform))
-        for component in thing.components:
+        for component in referred.components:
             self.add(component, transform, depth + 1)
 
-    def _body(self, key: tuple[str, str], thing: _Object) -> Body:
+    def _body(self, key: tuple[str, str], referred: _Object) -> Body:
         if key not in self._bodies:
-            vertices, faces = (np.array(each).reshape(-1, 3) for each in (thing.vertices, thing.faces))
+            vertices, faces = (np.array(each).reshape(-1, 3) for each in (referred.vertices, referred.faces))
             check_numbers(faces, len(vertices), "vertices", self._path)
             self._bodies[key] = Body(vertices, faces)
         return self._bodies[key]

@@ -11,21 +11,21 @@ from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.meshes.refining import refined
 from relief.solids.wrapping.bending import Bending, bending
-from relief.solids.wrapping.checks import check_area, check_choices, check_room, check_size
 from relief.solids.wrapping.clearance import clearance_factor
 from relief.solids.wrapping.displacing import displaced
 from relief.solids.wrapping.edges import edge_of
-from relief.solids.wrapping.laying import Laid, Layer, off_size
+from relief.solids.wrapping.laying import Laid, TexturePlacer, off_size
 from relief.solids.wrapping.lowering import Lowering, lowering
 from relief.solids.wrapping.masks import Regions
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface, FineSurface, Settings
-from relief.solids.wrapping.tiles import Covering
+from relief.solids.wrapping.texture_tiles import Covering
+from relief.solids.wrapping.wrap_checks import check_area, check_choices, check_room, check_size
 
 
 @dataclass(frozen=True)
 class Wrapped:
-    """A wrapped body, and what is to be told of it.
+    """A wrapped body, and measures of the wrapping.
 
     Attributes:
         body: The displaced body.
@@ -36,15 +36,15 @@ class Wrapped:
         edge_mm: Longest edge of the textured triangles, mm.
         coordinates: "texture coordinates", "cylinder", "sphere", "plane" or "patches".
         patches: Number of patches, or of charts of a cylinder, sphere or plane.
-        off_size: Part of the textured area on which lengths in the texture are off by a tenth or more.
-        stretch: Largest change of a length on 99 % of the area, as a part of it.
+        off_size: Share of the textured area on which lengths in the texture change by a tenth or more.
+        stretch: Largest relative change of a length on 99 % of the area.
         notes: Lines about how the texture was placed, and what was changed so that it fits.
         blended: Part of the textured vertices, about that of the area, at which patches that do not fit are
             blended.
-        factor: (vertices,) by which the heights are lowered there, so that the relief does not meet itself.
-        lowering: On what part of the textured area that is, how far and where.
-        bending: How the textured surface bends along the first texture's x and y.
-        base: The coarse triangles that it was laid on.
+        factor: (vertices,) factors of the heights, below 1 where the relief would intersect itself.
+        lowering: Area, factors and places where the relief is lowered.
+        bending: Curvatures of the textured surface along the first texture's x and y.
+        base: The coarse triangles.
     """
 
     body: Body
@@ -85,7 +85,7 @@ def wrap(
         uv: (faces, 3, 2) texture coordinates of the corners. They place the texture where they keep its size;
             else, and without them, a cylinder does, or patches.
         regions: Regions of the object that masks may name.
-        written: What the coordinates of a body become in the file that it is for.
+        written: Gives a body with the coordinates that the file will hold.
         placement: Where and in what direction textures lie; None: the defaults.
         colours: (faces, 3, 3) of the corners, in sRGB from 0 to 1, for masks; None: the body has none.
 
@@ -104,11 +104,11 @@ def wrap(
     tallest = max(float(covering.tile.heights.max()) for covering in coverings)
     check_size(body, tallest)
     base = BaseSurface(body, uv, regions, settings, colours)
-    layer = Layer(base, placement or Placement(), settings.falloff_mm)
+    layer = TexturePlacer(base, placement or Placement(), settings.falloff_mm)
     check_area(base.body, base.carried, coverings[0].tile.pitch_mm, coverings[0].mask)
     laid = layer.laid(coverings) if any(covering.once for covering in coverings) else []
     if laid:
-        base.carried = base.carried * _present([of.on_base(base, settings.falloff_mm) for of in laid])
+        base.carried = base.carried * _present([each.on_base(base, settings.falloff_mm) for each in laid])
         check_area(base.body, base.carried, coverings[0].tile.pitch_mm, coverings[0].mask)
     where = base.textured
     edge_mm = edge_of(base.body, where, coverings, settings)
@@ -121,7 +121,7 @@ def wrap(
     with stage("dividing triangles"):
         fine = refined(base.body, edge_mm, where)
     with stage("displacing"):
-        surface = FineSurface(base, fine, np.any([of.layout.laid() for of in laid], axis=0))
+        surface = FineSurface(base, fine, np.any([each.layout.laid() for each in laid], axis=0))
         height, textured = _heights(laid, surface, settings)
         offset = np.minimum((height - settings.level * tallest) * textured, surface.to_bed())
     wrapped, factor = displaced(surface, offset, factor, settings, written)
@@ -149,23 +149,23 @@ def wrap(
 
 
 def _present(shares: Sequence[Array]) -> Array:
-    """How much of any texture there is, where later ones with shares (n,) lie on earlier ones."""
+    """Share (n,) of any texture, where later textures with shares (n,) cover earlier ones."""
     return np.asarray(1.0 - np.prod([1.0 - share for share in shares], axis=0))
 
 
 def _heights(laid: Sequence[Laid], surface: FineSurface, settings: Settings) -> tuple[Array, Array]:
-    """Heights of the textures at the fine vertices, mm, and how much of them there is, 0 to 1.
+    """Heights of the textures at the fine vertices, mm, and their shares, 0 to 1.
 
-    Raises InputError if the mask of a texture leaves nothing of what is textured.
+    Raises InputError if the mask of a texture leaves nothing of the textured area.
     """
     carried = surface.carried(settings)
     height, present = np.zeros(len(carried)), np.zeros(len(carried))
-    for of in laid:
-        tile, mask = of.covering.tile, of.covering.mask
-        share = of.on_fine(surface, settings.falloff_mm)
+    for each in laid:
+        tile, mask = each.covering.tile, each.covering.mask
+        share = each.on_fine(surface, settings.falloff_mm)
         if mask is not None:
             check_area(surface.fine.body, share * carried, tile.pitch_mm, mask)
-        height += share * (surface.heights(tile, of.layout, share > 0.0) - height)
+        height += share * (surface.heights(tile, each.layout, share > 0.0) - height)
         present += share * (1.0 - present)
     return np.divide(height, present, out=height, where=present > 0.0), present * carried
 

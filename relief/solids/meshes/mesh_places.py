@@ -1,4 +1,4 @@
-"""Places on a mesh: where fingers land, evenly over the surface, and along which axis they press."""
+"""Contact locations on a mesh: spread evenly over the surface, with the axes along which a finger presses."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from relief.places import SPACING_MM
 from relief.solids.body import Body
 
 POINTS_PER_MM2, FEWEST_POINTS, MOST_POINTS = 4.0, 4000, 200_000
-"""Points that stand for a surface: per mm², and their least and greatest number."""
+"""Density of the sample points of a surface, 1/mm², and their least and greatest number."""
 REACH_MM = 7.5
 """Radius of the surroundings that the axis of a place is fitted to, mm: those of the corners of a patch."""
 FACING = 0.2
@@ -21,7 +21,7 @@ BED_MM, DOWN = 0.02, -0.999
 
 @dataclass(frozen=True)
 class Frame:
-    """A place with its axes.
+    """A contact location with its axes.
 
     Attributes:
         at: (3,) mm.
@@ -113,8 +113,9 @@ def frames(points: SurfacePoints, numbers: Index) -> list[Frame]:
 def _fitted(points: SurfacePoints, number: int, near: Index) -> Frame:
     """The frame of a point.
 
-    The axis begins as the mean normal of points nearby and goes over to that of a plane fitted by least
-    squares. A second-order surface is fitted with it, so that curvature does not tilt a plane beside an edge.
+    The initial axis is the mean normal of points nearby; it is refined to the normal of a plane fitted by
+    least squares. A second-order surface is fitted with it, so that curvature does not tilt a plane beside an
+    edge.
     """
     at = points.at[number]
     offset, normals = points.at[near] - at, points.normals[near]

@@ -1,4 +1,4 @@
-"""Tiles by coordinates in mm: heights at any place, and heights where several patches overlap."""
+"""Heights of tiles by coordinates in mm, with histogram-preserving blending where patches overlap."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -64,7 +64,7 @@ class Tile:
         correlation = np.fft.irfft2(spectrum, s=self.heights.shape)
         return np.asarray(correlation / max(correlation[0, 0], 1e-30))
 
-    def alike(self, shift: Array) -> Array:
+    def correlation_at(self, shift: Array) -> Array:
         """Correlation (n,) of normal scores whose coordinates differ by (n, 2) mm."""
         steps = np.stack([-shift[:, 1], shift[:, 0]]) / self.pitch_mm
         return np.asarray(ndimage.map_coordinates(self.correlation, steps, order=1, mode="grid-wrap"))
@@ -96,7 +96,7 @@ class Tile:
                 sums += weight[:, k] * np.interp(self.at(uv[:, k]), levels, scores)
                 variance += weight[:, k] ** 2
                 for j in range(k):
-                    alike = self.alike(uv[:, k] - uv[:, j])
+                    alike = self.correlation_at(uv[:, k] - uv[:, j])
                     variance += 2.0 * weight[:, k] * weight[:, j] * alike
             least = 1.0 / weight.shape[1] ** 2
             mixed = sums / np.sqrt(np.maximum(variance, least))

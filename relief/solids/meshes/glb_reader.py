@@ -10,7 +10,7 @@ from relief.ground.arrays import Array, Index, renumbered
 from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
 from relief.ground.srgb import srgb
-from relief.solids.meshes.parsed import MOST_VERTICES, Parsed, check_count, check_numbers
+from relief.solids.meshes.parsed_mesh import MOST_VERTICES, Parsed, check_count, check_numbers
 
 TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """Types of numbers by the codes of glTF."""
@@ -73,11 +73,11 @@ class _Scene:
         for child in node.get("children", []):
             self.add(child, place, depth + 1)
 
-    def _item(self, of: str, number: int) -> dict[str, Any]:
+    def _item(self, kind: str, number: int) -> dict[str, Any]:
         """An item of a list of the document; a negative number names none. Raises InputError."""
-        items: list[dict[str, Any]] = self._document.get(of, [])
+        items: list[dict[str, Any]] = self._document.get(kind, [])
         if not 0 <= number < len(items):
-            raise InputError(f"{self._path}: {of}: has no item {number}")
+            raise InputError(f"{self._path}: {kind}: has no item {number}")
         return items[number]
 
     def _add_primitive(self, primitive: dict[str, Any], place: Array) -> None:
@@ -108,8 +108,8 @@ class _Scene:
         if np.linalg.det(place[:3, :3]) < 0.0:
             # A mirror image turns faces inside out.
             faces = faces[:, ::-1]
-            for of in (self._uv, self._colours):
-                of[-1] = None if of[-1] is None else of[-1][:, ::-1]
+            for values in (self._uv, self._colours):
+                values[-1] = None if values[-1] is None else values[-1][:, ::-1]
         if len(vertices) > 3 * len(faces):
             # Primitives may share vertices of which each needs a few.
             used, faces = renumbered(faces, len(vertices))
@@ -158,8 +158,8 @@ class _Scene:
         if not self._faces:
             raise InputError(f"{self._path}: shows no triangles")
         uv, colours = (
-            None if any(each is None for each in of) else np.concatenate(of)
-            for of in (self._uv, self._colours)
+            None if any(each is None for each in values) else np.concatenate(values)
+            for values in (self._uv, self._colours)
         )
         vertices, faces = np.concatenate(self._vertices), np.concatenate(self._faces)
         return Parsed(vertices, faces, uv, UNITS["m"], colours=colours)

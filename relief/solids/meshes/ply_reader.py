@@ -13,7 +13,7 @@ import numpy as np
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.ground.lengths import shown
-from relief.solids.meshes.parsed import MOST_FACES, MOST_VERTICES, Parsed, check_count, check_numbers
+from relief.solids.meshes.parsed_mesh import MOST_FACES, MOST_VERTICES, Parsed, check_count, check_numbers
 
 HEADER = re.compile(rb"ply\s.*?\bend_header[ \t]*(?:\r\n|\n|\r)", re.DOTALL)
 LONGEST_HEADER = 1 << 16
@@ -108,16 +108,16 @@ def read_ply(content: bytes, path: Path) -> Parsed:
 
 def _colours(elements: list[Element], name: str, values: dict[str, Any]) -> Array | None:
     """Colours (n, 3) in sRGB, from 0 to 1, of vertices or faces; None if they have none."""
-    if not {*COLOURS} <= values.keys() or any(isinstance(values[of], Lists) for of in COLOURS):
+    if not {*COLOURS} <= values.keys() or any(isinstance(values[each], Lists) for each in COLOURS):
         return None
     # Numbers of a text are read in double precision, whatever the header states.
     types = next(element.stated for element in elements if element.name == name)
     whole = types.get("red", "f") not in "fd"
-    return np.stack([values[of] for of in COLOURS], axis=1) / (255.0 if whole else 1.0)
+    return np.stack([values[each] for each in COLOURS], axis=1) / (255.0 if whole else 1.0)
 
 
 def _elements(header: str, path: Path) -> tuple[str, list[Element]]:
-    """Order of the bytes, and the elements that a header tells. Raises InputError."""
+    """Order of the bytes, and the elements of a header. Raises InputError."""
     order, elements = None, list[Element]()
     for line in header.splitlines():
         match line.split():
@@ -138,7 +138,7 @@ def _elements(header: str, path: Path) -> tuple[str, list[Element]]:
         if element.count < 0 or len({each.name for each in element.properties}) < len(element.properties):
             raise InputError(f"{path}: damaged: element {name}: has a negative count or a property twice")
     if len({element.name for element in elements}) < len(elements):
-        raise InputError(f"{path}: damaged: tells an element twice")
+        raise InputError(f"{path}: damaged: names an element twice")
     return order, elements
 
 

@@ -1,8 +1,8 @@
-"""Least squares of a pose, with a robust norm, and its covariance under errors that are correlated.
+"""Robust least squares of a pose, and its covariance under correlated errors.
 
-A sample of the scan is the blurred design at its point plus what the model lacks: noise, layers, dirt. Steps
-are Gauss-Newton's with Tukey's weights. What is left over is correlated between neighbours, so the usual
-covariance would be too small: with derivatives J and influences e, it is H^-1 (J' C J) H^-1, where C is the
+A sample of the scan is the blurred design at its point plus a residual: noise, layers, dirt. Steps are
+Gauss-Newton's with Tukey's weights. Residuals of neighbours are correlated, so the usual covariance would be
+too small: with derivatives J and influences e, it is H^-1 (J' C J) H^-1, where C is the
 covariance of e between places (P. J. Huber, Robust Statistics, 1981, chapter 7; W. Newey and K. West,
 Econometrica 55, 1987). C is taken to depend on the distance of places alone and comes from the influences.
 """
@@ -14,32 +14,32 @@ from numpy.typing import NDArray
 from scipy.fft import irfft2, next_fast_len, rfft2
 
 from relief.ground.arrays import Array
-from relief.scans.blurred import Design
+from relief.scans.blurred import DesignSpectrum
 from relief.scans.pose import NAMES, Pose
 from relief.scans.scans import MAD_TO_SIGMA, Scan
 
 TUKEY = 6.0
-"""Standard deviations beyond which a residual has no weight; of normal ones the norm then loses 2 % of what
-least squares know."""
+"""Standard deviations beyond which a residual has no weight: the estimator then has 98 % of the efficiency of
+least squares under normal residuals."""
 MOST_STEPS = 30
 """Most steps; from a coarse pose 5 to 10 are taken."""
 DONE = 1e-3
-"""Change of every number in its standard deviations, below which a fit ends."""
+"""Change of every number, in standard deviations, below which a fit ends."""
 LONGEST_CORRELATION = 0.25
 """Farthest distance, in sides of the scan, over which errors are taken to be correlated: beyond, the few
-independent parts of a scan tell nothing of it."""
+independent parts of a scan give no estimate."""
 FEWEST = 100
 """Fewest samples on the design of which a pose is fitted."""
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A pose and how well it is known.
+    """A pose and its covariance.
 
     Attributes:
         pose: how the print lies.
         covariance: (9, 9) of the numbers of the pose, in the order of `NAMES`.
-        residuals: (rows, cols) mm of the scan, what the model lacks; NaN off the design and in holes.
+        residuals: (rows, cols) mm, heights of the scan less the model; NaN off the design and in holes.
         outliers: (rows, cols), samples without weight.
         correlation: of model and scan over the samples with weight, each weighted; -1 to 1.
         spread_mm: robust standard deviation of the residuals.
@@ -70,7 +70,9 @@ class LostError(ValueError):
     """The scan and the design do not overlap at a pose."""
 
 
-def fit(design: Design, scan: Scan, start: Pose, fixed: tuple[str, ...] = (), steps: int = MOST_STEPS) -> Fit:
+def fit(
+    design: DesignSpectrum, scan: Scan, start: Pose, fixed: tuple[str, ...] = (), steps: int = MOST_STEPS
+) -> Fit:
     """Fit a pose to a scan.
 
     Args:
@@ -102,13 +104,13 @@ def fit(design: Design, scan: Scan, start: Pose, fixed: tuple[str, ...] = (), st
 
 
 def _solve(hessian: Array, gradient: Array) -> Array:
-    """The step; directions that the scan knows nothing of stay."""
+    """The step; directions that the scan does not determine have no step."""
     units = np.sqrt(np.maximum(np.diag(hessian), np.finfo(float).tiny))
     scaled = hessian / units / units[:, None]
     return np.asarray(np.linalg.lstsq(scaled, gradient / units, rcond=1e-10)[0] / units)
 
 
-def _bounded(step: Array, design: Design) -> Array:
+def _bounded(step: Array, design: DesignSpectrum) -> Array:
     """The step, shortened so that no point moves by more than a twentieth of the plate."""
     size = max(design.size_mm)
     turn, scale, x, y = np.abs(step[:4])
@@ -160,9 +162,9 @@ class _State:
 
 
 class _Samples:
-    """The measured samples of a scan, and what a pose says of them."""
+    """The measured samples of a scan, and the model of them at a pose."""
 
-    def __init__(self, design: Design, scan: Scan) -> None:
+    def __init__(self, design: DesignSpectrum, scan: Scan) -> None:
         self._design = design
         self.shape, self.size = scan.heights.shape, scan.heights.size
         self._places = np.flatnonzero(scan.measured)
@@ -171,7 +173,7 @@ class _Samples:
         self.count, self._pitch_mm = len(self._places), scan.pitch_mm
 
     def _margin_mm(self, pose: Pose) -> float:
-        """Width of the rim of the design that is left out: at the rim a print is rounded."""
+        """Width of the rim of the design that is left out, mm: at the rim a print is rounded."""
         blur_mm = float(np.sqrt(max(pose.variance_mm2, 0.0)))
         return min(self._design.pitch_mm + 2.0 * blur_mm, 0.1 * min(self._design.size_mm))
 
@@ -231,10 +233,10 @@ class _Samples:
             grid[places] = values
             return np.asarray(rfft2(grid.reshape(rows, cols), shape))
 
-        known = irfft2(np.abs(spectrum(np.ones(len(places)))) ** 2, shape)
+        pairs = irfft2(np.abs(spectrum(np.ones(len(places)))) ** 2, shape)
         products = irfft2(np.abs(spectrum(influences - influences.mean())) ** 2, shape)
-        # Distances that are never met tell nothing.
-        covariance = np.where(known > 0.5, products / np.maximum(known, 1.0), 0.0)
+        # Without a pair of samples at a distance there is no estimate.
+        covariance = np.where(pairs > 0.5, products / np.maximum(pairs, 1.0), 0.0)
         covariance *= _window(shape[0], lags[0])[:, None] * _window(shape[1], lags[1])
         density = rfft2(covariance, shape).real
         columns = [spectrum(column) for column in jacobian.T]

@@ -1,4 +1,4 @@
-"""The numbers of a registered scan, as `scan.json` and the screen tell them."""
+"""The numbers of a registered scan, as `scan.json` and the screen show them."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -10,7 +10,7 @@ from relief.scans.loss import Kept, detail_kept, half_kept_mm
 from relief.scans.registration import Registration
 
 LITTLE_COVERED = 50.0
-"""Percentage of the plate below which a note says that most of what is pressed was not scanned."""
+"""Percentage of the plate that is measured, below which a note warns: touch then depends on the design."""
 COARSE_DEGREES = 5.0
 """Tilt from which heights that are taken along the axis of the scanner are off by 0.4 % and more."""
 
@@ -63,7 +63,7 @@ class PrintScanned:
         }
 
     def notes(self) -> list[str]:
-        """What a person should know of the numbers, a line each."""
+        """Warnings about the numbers for a person, a line each."""
         lines, found = [], self.registration
         if self.covered_percent < LITTLE_COVERED:
             lines.append(
@@ -82,7 +82,7 @@ class PrintScanned:
 
 
 def print_scanned(registration: Registration) -> PrintScanned:
-    """What a registered scan shows."""
+    """The print of a registered scan: heights, deviations and the detail that is kept."""
     heights, deviations = registration.levelled()
     heights = np.where(np.isfinite(deviations), heights, registration.model())
     return PrintScanned(

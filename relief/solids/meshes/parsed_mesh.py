@@ -1,4 +1,4 @@
-"""What a reader makes of a file of a mesh, before anything is checked, and how much a reader takes."""
+"""The content of a file of a mesh before checks, and the limits of readers."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,7 +24,7 @@ class Parsed:
         uv: (m, 3, 2) texture coordinates of corners, or None.
         colours: (m, 3, 3) red, green and blue of corners in sRGB, from 0 to 1, or None.
         unit_mm: mm of the file's unit; None where the format has none.
-        warnings: lines about what was read otherwise than may be meant.
+        warnings: lines about content that was left out.
     """
 
     vertices: Any
@@ -35,13 +35,13 @@ class Parsed:
     colours: Any = None
 
 
-def check_count(count: int, of: str, path: Path, most: int = MOST_FACES) -> None:
+def check_count(count: int, what: str, path: Path, most: int = MOST_FACES) -> None:
     """Raise InputError if a file says that it has more of something than is read."""
     if count > most:
-        raise InputError(f"{path}: has {count} {of}; at most {most} are read: decimate the mesh")
+        raise InputError(f"{path}: has {count} {what}; at most {most} are read: decimate the mesh")
 
 
-def check_numbers(numbers: Any, count: int, of: str, path: Path) -> None:
+def check_numbers(numbers: Any, count: int, what: str, path: Path) -> None:
     """Raise InputError if faces name something that the file has too few of."""
     if numbers.size and not 0 <= numbers.min() <= numbers.max() < count:
-        raise InputError(f"{path}: faces name {of} that the file does not have")
+        raise InputError(f"{path}: faces name {what} that the file does not have")

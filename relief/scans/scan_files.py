@@ -36,20 +36,19 @@ MOST_POINTS = 4_000_000
 FINEST_SIDE = 2048
 """Most samples a side on which triangles and points are sampled."""
 LONGEST_EDGE = 6.0
-"""Edge of a triangle between points, in mean distances of neighbours, beyond which it spans a hole."""
+"""Longest edge of a triangle between points, in median edges; a longer one spans a hole."""
 LEVELLED_DEGREES = 3.0
-"""Angle between the mean normal of an open mesh and z from which the mesh is turned upright; a tilt below is
-found with the pose."""
+"""Least angle between the mean normal of an open mesh and z of a mesh that is turned upright; registration
+finds smaller tilts."""
 OPEN = 0.3
-"""Length of the mean normal of a mesh, in that of a flat surface, from which the mesh is open: of a closed
-body the mean is 0."""
+"""Least length of the mean unit normal of an open mesh; that of a closed body is 0."""
 ON_GRID = 1e-3
 """Share of the distance of neighbours by which points of a grid may be off it."""
 
 
 @dataclass(frozen=True)
 class ScanLengths:
-    """What a file of a scan may not say of itself; None where the file says so or has a usual value.
+    """Lengths that a file of a scan may lack; None takes the file's, or the default.
 
     Attributes:
         units: of a mesh or of points, a key of `UNITS`; mm by default.
@@ -70,10 +69,10 @@ def read_scan(path: str | os.PathLike[str], lengths: ScanLengths | None = None) 
     Args:
         path: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm, not finite in holes); STL, OBJ,
             PLY, GLB or 3MF, seen from above; or lines of x, y and z in mm.
-        lengths: what the file does not say.
+        lengths: lengths that the file lacks.
 
     Returns:
-        The scan, cut to what is measured.
+        The scan, cropped to its measured samples.
 
     Raises:
         InputError: the file cannot be read, a length is missing or is for another kind of file, or there are
@@ -143,7 +142,7 @@ def _of_mesh(mesh: Mesh) -> Scan:
     length = float(np.linalg.norm(total))
     vertices = mesh.body.vertices
     if length > OPEN * float(np.linalg.norm(normals, axis=1).sum()):
-        # Faces may be turned inside out; what is up is up.
+        # Faces may be turned inside out, so the mean normal counts upward.
         up = total / length * (1.0 if total[2] >= 0.0 else -1.0)
         if up[2] < np.cos(np.radians(LEVELLED_DEGREES)):
             vertices = vertices @ _upright(up).T

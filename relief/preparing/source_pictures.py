@@ -16,9 +16,10 @@ from relief.preparing.choices import GREYS
 from relief.readers import damage_named, exr_channels, read_npy, repeats_of
 
 FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP", "GIF", "PPM")
-"""Kinds of pictures that are read, by Pillow's names; the content of a file tells its kind, not its name."""
+"""Kinds of pictures that are read, by Pillow's names; the content of a file states its kind, not its name."""
 MOST_PIXELS = 178_956_970
-"""Most pixels of a picture, where Pillow sees a bomb; an A4 page of 1200 dots an inch has 139e6."""
+"""Most pixels of a picture, Pillow's limit for decompression bombs; an A4 page of 1200 dots an inch has
+139e6."""
 LONGEST_SIDE = 32_768
 """Most pixels along a side."""
 _NAMES = {"MPO": "JPEG", "PPM": "PGM or PPM", "WEBP": "WebP"}
@@ -28,7 +29,7 @@ _BITS_PER_SAMPLE, _PHOTOMETRIC, _ORIENTATION, _SIGN = 258, 262, 274, 339
 
 
 @dataclass(frozen=True)
-class Picture:
+class SourcePicture:
     """A picture that was opened.
 
     Attributes:
@@ -91,7 +92,7 @@ class Picture:
         return part.astype(np.float32) / np.float32(self.white)
 
 
-def open_picture(path: str | os.PathLike[str]) -> Picture:
+def open_picture(path: str | os.PathLike[str]) -> SourcePicture:
     """Open a picture: PNG, JPEG, TIFF, WebP, BMP, GIF, PGM or PPM by its content; EXR and NPY by the suffix.
 
     Raises:
@@ -124,7 +125,7 @@ def _check_size(shape: tuple[int, ...], path: Path) -> None:
         raise InputError(f"{path}: {cols} x {rows} pixels; at most {most} are read")
 
 
-def _decoded(image: Image.Image, path: Path) -> Picture:
+def _decoded(image: Image.Image, path: Path) -> SourcePicture:
     """The picture of an opened image; the first, if there are several."""
     notes = ["the first of several pictures"] * (
         getattr(image, "is_animated", False) and image.format != "MPO"
@@ -154,7 +155,9 @@ def _decoded(image: Image.Image, path: Path) -> Picture:
         bits = stored
     kind = "with a palette" if palette else "in grey" if "Y" in bands else "in colour"
     step, tile = _step(bands, bits, white), repeats_of(image.info, path) is True
-    return Picture(path, f"{name} {kind}", *image.size, bits, step, white, bands, tuple(notes), lengths, tile)
+    return SourcePicture(
+        path, f"{name} {kind}", *image.size, bits, step, white, bands, tuple(notes), lengths, tile
+    )
 
 
 def _stored_bits(image: Image.Image) -> int:
@@ -201,7 +204,7 @@ def _step(bands: Mapping[str, Image.Image], bits: int, white: float) -> float | 
     return gap / white if gap > 1 else None
 
 
-def _numbers(path: Path) -> Picture:
+def _numbers(path: Path) -> SourcePicture:
     """The picture of an EXR or NPY file."""
     kind = f"{path.suffix[1:].upper()} of numbers"
     if path.suffix.lower() == ".exr":
@@ -227,8 +230,8 @@ def _check_array(shape: tuple[int, ...], path: Path) -> None:
 
 def _of_numbers(
     bands: Mapping[str, Image.Image], path: Path, kind: str, notes: list[str], lengths: Mapping[str, float]
-) -> Picture:
+) -> SourcePicture:
     size = next(iter(bands.values())).size
     if "R" in bands:
         kind += " in colour"
-    return Picture(path, kind, *size, None, None, 1.0, bands, tuple(notes), lengths)
+    return SourcePicture(path, kind, *size, None, None, 1.0, bands, tuple(notes), lengths)

@@ -9,7 +9,7 @@ from relief.ground.errors import InputError
 from relief.ground.lengths import shown
 
 WHITE = 255.0
-"""White, in the unit that levels of pictures are given and told in, as in picture editors."""
+"""White, in the unit of levels of pictures, as in picture editors."""
 
 
 @dataclass(frozen=True)

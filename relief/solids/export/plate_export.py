@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from relief.grid import grid_axes, grid_faces, pad_index
 from relief.ground.errors import InputError
 from relief.ground.limits import BASE_MM, LARGEST_PLATE_MM, LARGEST_SIDE, SMALLEST_PLATE_MM
 from relief.ground.progress import stage
+from relief.plate_grid import grid_axes, grid_faces, pad_index
 from relief.seam import check_seams
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
@@ -18,8 +18,8 @@ FLAT_SHARE = 0.8
 
 
 RAISED_MM = 1e-3
-"""How much higher than its layers a stepped plate is: slicers leave out a top layer that rounding makes too
-low, as PrusaSlicer 2.5 does where a plate of 2.6 mm is 2.5999999 mm in single precision."""
+"""Excess height of a stepped plate over its layers, mm: slicers drop a top layer that rounding makes too low,
+as PrusaSlicer 2.5 does where a plate of 2.6 mm is 2.5999999 mm in single precision."""
 
 
 def plate_mesh(

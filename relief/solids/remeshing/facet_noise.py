@@ -1,7 +1,7 @@
-"""Scans and bodies of voxels, whose facets turn by chance: normals are smoothed, so that a relief fits.
+"""Noisy surfaces of scans and voxels: normals are smoothed, so that a relief fits.
 
-A relief that is moved along the normals of a noisy surface meets itself in every small dent. The surface that
-was meant lies within the noise, and its normals are those of a wider neighbourhood.
+A relief along the normals of a noisy surface intersects itself in every small dent. Normals of a wider
+neighbourhood are those of the surface without noise.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ NOISE = np.radians(1.5)
 """Median angle between the normals and their means over the neighbours, rad, from which facets turn by
 chance: 6 degrees on a scanned pebble, 4 on a body of voxels, 0.25 at most on 13 parts from CAD programs."""
 FACETS_NOISE = np.radians(5.0)
-"""The same between the facets that a body comes with, which are larger: 19 degrees on the pebble, 9 on the
+"""`NOISE` of the facets of a file, which are larger: 19 degrees on the pebble, 9 on the
 voxels, 2.1 at most on 28 parts and objects."""
 WIDTH_MM = 1.0
 """Standard deviation of the smoothing, mm, along both directions. On a scanned pebble 28 % of a relief of
