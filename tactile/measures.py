@@ -30,7 +30,7 @@ BATCH_SAMPLES = 1 << 19
 
 @dataclass(frozen=True)
 class TouchMeasures:
-    """What a finger gets from a relief at each of k places.
+    """Quantities that a finger feels at each of k contact locations of a relief.
 
     Attributes:
         model: of touch.
@@ -52,14 +52,18 @@ class TouchMeasures:
 
     @property
     def means(self) -> dict[str, float]:
-        """Means of the values over the places."""
+        """Means of the values over the contact locations."""
         return means(self.values)
 
     @property
     def ends(self) -> dict[str, float]:
-        """The `count` of places, and the least and largest of each quantity, as `NAME_min` and `NAME_max`."""
-        pairs = {"min": np.min, "max": np.max}
-        each = {f"{name}_{end}": float(of(v)) for name, v in self.values.items() for end, of in pairs.items()}
+        """The `count` of locations, and least and largest value of each quantity: `NAME_min`, `NAME_max`."""
+        extremes = {"min": np.min, "max": np.max}
+        each = {
+            f"{name}_{end}": float(extreme(v))
+            for name, v in self.values.items()
+            for end, extreme in extremes.items()
+        }
         return {"count": len(next(iter(self.values.values()))), **each}
 
     def __repr__(self) -> str:

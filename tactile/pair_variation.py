@@ -45,7 +45,7 @@ MOST_BY_PAIRS = 160**2
 at 128 x 128 samples over 10 mm, and grow as the samples do."""
 
 NO_PAIRS = "heights: under the finger no two receptors that count are 1.4 to 3 mm apart"
-"""What is told where a round finger has too little of a plate below."""
+"""Error of a contact location where a round finger has too little of a plate below."""
 
 Quadrature = Literal["full", "thinned", "polar"]
 """Sum over every pixel offset, bounded in number; over these at fewer positions; over few offsets."""

@@ -197,7 +197,7 @@ CONTACT_AREA = Quantity(
 """A (paper equation 3), which the finger reads as temperature."""
 
 QUANTITIES = {quantity.name: quantity for quantity in (ROUGHNESS, CONTACT_AREA)}
-"""What every run measures, and what a run file can ask for."""
+"""Quantities by name, which every run measures and a run file can ask for."""
 
 
 def goal_keys() -> dict[str, tuple[Quantity, GoalKey]]:

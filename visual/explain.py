@@ -39,7 +39,7 @@ def explain_scene(
     relief: Relief | None = None,
     samples: int | None = None,
 ) -> list[tuple[str, str]]:
-    """What `visual.load_scene(...).render(samples=samples)` would do.
+    """Lines on what `visual.load_scene(...).render(samples=samples)` would do.
 
     The scene is checked: faults are reported as by a rendering.
 
@@ -63,7 +63,7 @@ def explain_scene(
 def explain(
     checked: CheckedScene, relief: Relief, variant: str | None, samples: int | None = None
 ) -> list[tuple[str, str]]:
-    """What rendering a relief in a checked scene would do; as `explain_scene`."""
+    """Lines on what rendering a relief in a checked scene would do; as `explain_scene`."""
     heights = relief.heights
     description = describe(checked)
     needs = needs_of(description, (heights.shape[0], heights.shape[1]))

@@ -29,8 +29,8 @@ from visual.scene_file.parsed import CheckedScene
 Lights = tuple[Light, ...]
 """One light, or several that shine together."""
 DIRECTIONS = 8
-"""Parallel lights for each such light where the gradient of `Scene.render` follows shadows. These are drawn
-anew for each gradient, so that fewer suffice."""
+"""Parallel lights for each extended light, where the gradient of `Scene.render` follows shadows. New lights
+are drawn for each gradient, so that few suffice."""
 
 
 class SceneLoader:
@@ -60,7 +60,7 @@ class SceneLoader:
         self._quadratures: dict[tuple[int, ...], Quadrature] = {}
 
     def quadrature(self, lights: Lights, count: int) -> Quadrature:
-        """What draws parallel or near lights for some lights, prepared once.
+        """Generator of parallel or near lights for some lights, prepared once.
 
         Args:
             lights: of the scene.

@@ -1,4 +1,4 @@
-"""A scene told as a matte plate under a lamp and an even sky, for viewers whose lamp moves."""
+"""A scene approximated by a matte plate under a lamp and an even sky, for viewers whose lamp moves."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -46,7 +46,7 @@ class Lamp:
 
 @dataclass(frozen=True)
 class MatteScene:
-    """What a scene is to a viewer of matte plates.
+    """Matte plate, lamps and even sky that approximate a scene.
 
     Attributes:
         lamps: of the conditions of a camera, at least one.

@@ -81,7 +81,7 @@ def _unseen(camera: Camera, corners: Array) -> Iterable[str]:
 
 
 Obstacle = Callable[[_Case], Iterable[str]]
-"""What a model cannot do with a scene, each reason as element, field and sentence; none if it can."""
+"""Reasons why a model cannot show a scene, each as element, field and sentence; none if the model can."""
 
 
 def _unless(condition: Callable[[_Case], bool], reason: str) -> Obstacle:
@@ -140,7 +140,7 @@ OBSTACLES: Mapping[PictureModel, tuple[Obstacle, ...]] = {
         ),
     ),
 }
-"""What each model cannot do; one entry for each reason. "exact" shows every scene, but not its gradients."""
+"""Model -> its obstacles, one for each reason. "exact" shows every scene, but not every gradient."""
 
 
 def obstacles(

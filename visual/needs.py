@@ -20,7 +20,7 @@ MATTE = ("diffuse", "twosided")
 
 @dataclass(frozen=True)
 class Needs:
-    """What is rendered, and how.
+    """Sizes and numbers of the pictures that are rendered.
 
     Attributes:
         conditions: names of the rendering conditions, camera by camera.
@@ -56,7 +56,7 @@ class Needs:
 
 
 def needs_of(description: Description, samples: tuple[int, int] = (1, 1)) -> Needs:
-    """What pictures of a scene take.
+    """Sizes and numbers that the pictures of a scene need.
 
     Args:
         description: of the scene.

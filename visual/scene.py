@@ -230,7 +230,7 @@ class Scene:
         for name, share in zip(names, shares.ravel(), strict=True):
             if share == 0.0:
                 raise InputError(f"{self.file}: sensor {name}: does not show the plate")
-        # Each camera once, however often the weights are asked for.
+        # One warning for each camera, however often the weights are computed.
         for place in cut_off(first.cameras, self.plate, self.heights.max()):
             if names[place] not in self._cut_off:
                 _log.warning(
@@ -266,7 +266,7 @@ class Scene:
         return tuple(self._loader.light_scene(lights, size) for lights in self._loader.groups)
 
     def lit_scenes(self, resolution: int | None = None) -> tuple[tuple[LightScene, ...], LightScene | None]:
-        """The same light scenes: of each light alone, and of all ambient light, None if there is none."""
+        """Light scenes of each light alone, and of all ambient light (None without ambient light)."""
         each = self.light_scenes(resolution)
         return (each[:-1], each[-1]) if self.needs.around else (each, None)
 

@@ -38,7 +38,7 @@ class _OfScene:
         self._scene = scene
 
     def plate_weights(self, pictures: Array) -> Array:
-        """Those of the scene; see the protocol."""
+        """Weights of the plate in the scene's pictures; see the protocol."""
         return self._scene.plate_weights(max(pictures.shape[1:]))
 
 
@@ -121,7 +121,7 @@ class FastLook(_OfScene):
         return torch.stack(each).reshape(*heights.shape[:-2], *each[0].shape).to(heights.dtype)
 
     def views(self, samples: FixedSamples) -> tuple[StepView, ...]:
-        """One view, of all cameras; see the protocol."""
+        """One view of all cameras; see the protocol."""
         if self._overhead:
             return (FastView(self.renderer),)
         return (self.camera_view(samples.resolution, samples.directions, STEP_LINES),)

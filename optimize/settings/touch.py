@@ -36,7 +36,7 @@ CurvedMm = Annotated[float, Field(allow_inf_nan=False)]
 
 
 def _stating(quantity: Quantity) -> list[tuple[str, ...]]:
-    """Keys that state a goal of a quantity: those that do so together, for each way to state it."""
+    """Ways to state a goal of a quantity, each with the keys that state the goal together."""
     ways: list[tuple[str, ...]] = [(key.key,) for key in quantity.goals]
     if quantity.mapped:
         keys = quantity.map_keys
@@ -65,9 +65,9 @@ RIVALS = {
     ],
     "touch.skin": list(SKIN_KEYS),
 }
-"""For each goal key of `[touch]`, the other keys for the same quantity, and for the skin those that describe
-it; the overriding key replaces them. Another's feel replaces every number. Regions stay, because they may
-state several quantities."""
+"""Key -> keys of a run file that an override of the key replaces: for a goal key of `[touch]` the other keys
+of the quantity, for the feel of another relief every number, for the skin the keys that describe a skin.
+Regions stay, because they may state several quantities."""
 _GOAL_FIELDS: dict[str, Any] = {
     name: (Annotated[float, Field(allow_inf_nan=False, **key.bounds)] | None, None)
     for name, (_, key) in GOAL_KEYS.items()
@@ -201,7 +201,7 @@ class _TouchModel(SkinKeys):
         return _numbers(self)
 
     def varied(self) -> list[Varied]:
-        """For each quantity that may vary over the surface, what is given of its goal."""
+        """Every quantity that may vary over the surface, with the values of its map keys."""
         keys = ((one, one.map_keys) for one in MAPPED)
         return [Varied(one, each, *(getattr(self, key) for key in each)) for one, each in keys]
 

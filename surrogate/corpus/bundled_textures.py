@@ -108,7 +108,7 @@ TEXTURES: Mapping[str, Crop | Procedural] = MappingProxyType(
 )
 """The example textures by name."""
 _JOINTS: Mapping[str, str] = {"gravel": "blend", "brick": "cut", "grass": "cut"}
-"""Of each photograph, the joint of the borders that has the smaller seam error."""
+"""Photograph -> kind of joint between its borders that has the smaller seam error."""
 TILES: Mapping[str, Crop | Procedural] = MappingProxyType(
     {
         f"{name}-tile": replace(texture, tile=_JOINTS[name])

@@ -34,7 +34,7 @@ RANGES = {
 }
 """Least and greatest value of tensors, both allowed; what is not listed may be any finite number."""
 REMEDY = "the same retouch dataset command computes this shard anew"
-"""What to do about a damaged shard."""
+"""Remedy for a damaged shard, as the end of an error."""
 _NAMES = {SINGLE: "F32", DOUBLE: "F64"}
 """Name of each type in a file."""
 

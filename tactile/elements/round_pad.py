@@ -34,7 +34,7 @@ from tactile.strain import STRAIN_COMPONENTS
 from tactile.structured.round_pad import RoundPad, gauss_points, quadratics
 
 KIND = "round-pad"
-"""What the cache calls the difference."""
+"""Name of the differences in the cache."""
 SHIPPED = Path(__file__).resolve().parent.parent / "operators"
 """Folder of the differences of named fingers, which come with Retouch."""
 ACCURACY = 1e-4
@@ -81,7 +81,7 @@ class PadMesh:
 
 @dataclass(frozen=True, repr=False)
 class Curvature(TensorFields):
-    """What the curvature adds to a flat layer, in the long cosine modes of each parity.
+    """Difference of a curved layer from a flat one, in the long cosine modes of each parity.
 
     Parities are in the order of `PARITIES`; m is the cutoff.
 
@@ -344,7 +344,7 @@ def response(pad: RoundPad, parity: Parity, depth_mm: float, cutoff: int) -> tup
 def flat_response(pad: RoundPad, parity: Parity, depth_mm: float, cutoff: int) -> tuple[Array, Array]:
     """Diagonals (modes,) and (6, modes) of `response`, of a flat pad with even elements along each axis.
 
-    The modes are those of the elements, so that one solution under all of them together tells each.
+    The modes are eigenmodes of the elements: one solution under the sum of all modes gives each response.
     """
     loads, felt = _loads_and_response(pad, parity, depth_mm, cutoff)
     face, strain = felt(loads.sum(axis=-1, keepdims=True))

@@ -24,7 +24,7 @@ from tactile.skin import Skin
 from tactile.structured.block import CoarseBlock, depth_levels
 
 KIND = "elastic-layer"
-"""What the cache calls the coarse part."""
+"""Name of the coarse part in the cache."""
 
 COARSE_ELEMENTS = 32
 """Elements along a side of the coarse mesh: V differs by at most 0.23 % from V with 48."""

@@ -157,7 +157,7 @@ class RoundPad:
         )
 
         def derivative(field: Array, by: int) -> Array:
-            """Of a field (rows, columns, depths, ...) on nodes, along an axis of the grid, at the points."""
+            """Derivative at the points along an axis, of a field (rows, columns, depths, ...) on nodes."""
             for axis in range(3):
                 matrix = (slope if by == axis else value)[axis]
                 field = np.tensordot(matrix, field, axes=(1, axis))

@@ -197,7 +197,7 @@ def press_tetrahedra(
         raise InputError("heights: not every value is finite")
     samples = heights.shape[-1]
     if operator is None:
-        # Finer pixels than facets have pressures that the mesh cannot tell apart, and contact creeps.
+        # With pixels finer than facets several pressures deform the mesh alike, and contact converges slowly.
         sizing = sizing or Sizing(contact_mm=min(size_mm / samples, 0.8))
         operator = tetrahedral_operator(skin, tetrahedralise(surface, sizing), samples, size_mm)
     mean = skin.mean_pressure_mpa(size_mm) / skin.young_modulus_mpa

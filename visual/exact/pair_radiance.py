@@ -142,8 +142,8 @@ def at_points(
     """
     radiance = np.zeros(len(points))
     for number in np.unique(light):
-        of = np.flatnonzero(light == number)
-        slope_x, slope_y = (slope[face[of]] for slope in mesh.slopes)
-        view, places = camera.toward(points[of]), places_of(mesh, points[of])
-        radiance[of] = unshadowed(bsdf, slope_x, slope_y, lights.single(number), view, places)[0]
+        lit = np.flatnonzero(light == number)
+        slope_x, slope_y = (slope[face[lit]] for slope in mesh.slopes)
+        view, places = camera.toward(points[lit]), places_of(mesh, points[lit])
+        radiance[lit] = unshadowed(bsdf, slope_x, slope_y, lights.single(number), view, places)[0]
     return radiance

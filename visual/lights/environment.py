@@ -203,7 +203,7 @@ def _lamps(sky: Cells, count: int) -> list[Index]:
         for part in _halves(sky.luminance[region], along):
             heapq.heappush(regions, ranked(region[part]))
     lamps += [region for worst, _, region, _ in regions if is_lamp(region, -worst)]
-    # What is no brighter than the sky at large is sky around the lamp, and the rest needs a light, too.
+    # Cells no brighter than the mean sky belong to the sky around the lamp, which needs a light, too.
     bright = sky.luminance > sky.luminance.mean()
     return [lamp[bright[lamp]] for lamp in lamps[: count - 1]]
 

@@ -12,7 +12,7 @@ from visual.lights.near import LightSet
 RGB = tuple[float, float, float]
 
 UNSAMPLED = ("sampling_weight",)
-"""`LightKind.switch` of a light that rays meet only where Mitsuba samples it."""
+"""`LightKind.switch` of a light that rays reach only where Mitsuba samples the light."""
 
 Draw = Callable[[np.random.Generator | None], LightSet]
 """Parallel or near lights that stand for a light: fixed without a generator; with one, drawn anew at every
@@ -82,7 +82,7 @@ def _far(light: Light, size_mm: float) -> bool:
 
 @dataclass(frozen=True)
 class LightKind:
-    """One of Mitsuba's emitters: all that the program knows of its kind.
+    """Kind of Mitsuba's emitters: everything that the program states about the kind.
 
     Attributes:
         words: a light of this kind in words, for a person.

@@ -43,12 +43,12 @@ class ParallelLights:
         return len(self.irradiance)
 
     def single(self, number: int) -> Self:
-        """One of the lights alone."""
+        """Light of this number alone."""
         return type(self)(self.toward[[number]], self.irradiance[[number]])
 
     @property
     def strength(self) -> Array:
-        """What `arriving` gives the share of: `irradiance`."""
+        """Irradiance of each light, whose shares `arriving` gives."""
         return self.irradiance
 
     def toward_from(self, number: int | Index, points: Array) -> Array:

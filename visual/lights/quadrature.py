@@ -27,7 +27,7 @@ KINDS: dict[str, LightKind] = {
 
 
 def kind_of(light: Light) -> LightKind:
-    """What is particular to the kind of a light."""
+    """Properties of the kind of a light."""
     return KINDS[light.kind]
 
 

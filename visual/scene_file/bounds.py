@@ -37,7 +37,7 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True)
 class Kind:
-    """What a parameter may be.
+    """Values that a parameter may have.
 
     Attributes:
         words: end of the sentence "the value is not ...".

@@ -83,7 +83,7 @@ class Plate:
 
 @dataclass(frozen=True)
 class Description:
-    """What a scene file holds, as far as rendering depends on it.
+    """Content of a scene file, as far as rendering depends on the content.
 
     Attributes:
         plate: the height field.
