@@ -36,7 +36,7 @@ _Operator = FiniteElementOperator | RoundPadOperator | ElasticLayerOperator
 NARROWEST_MM = 4.0
 """Least width of a round finger's contact with a flat plate, mm, that holds pairs of all distances."""
 LEAST_BESIDE_MM = 2.0
-"""Least distance of that contact from the sides of the patch, mm."""
+"""Least distance of a round finger's contact from the sides of the patch, mm."""
 LARGE_STRAIN = 0.4
 """Least strain under a flat plate at which a user is warned that the theory is of small strains. The measured
 finger at 1 N has a strain of 0.36."""
@@ -144,7 +144,7 @@ def touch_model(
     model: ModelName = "layer",
     mesh: int = FEM_MESH,
 ) -> TouchModel:
-    """The model of a skin on an n x n patch (kept; its operators also lie on disk).
+    """The model of a skin on an n x n patch, kept in memory; its operators are kept on disk, too.
 
     Args:
         skin: parameters of the skin.

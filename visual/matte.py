@@ -16,7 +16,7 @@ from visual.needs import MATTE, light_name
 from visual.scene import Scene
 
 TEXTURE_SIDE = 16
-"""Places along a side of the plate over which the reflectance of a texture is averaged."""
+"""Points along a side of the plate over which the reflectance of a texture is averaged."""
 ABOVE = np.array([0.0, 0.0, 1.0])
 """Unit vector toward the viewer."""
 MIDDLE = np.zeros((1, 3))
@@ -66,12 +66,12 @@ class MatteScene:
 
 
 def matte_scene(scene: Scene) -> MatteScene:
-    """Tell a scene as a matte plate; lights without gradients (`light_obstacle`) are left out."""
+    """Matte plate that approximates a scene; lights without gradients (`light_obstacle`) are left out."""
     described, side_mm = scene.description, max(scene.surface.size_mm)
     alone = [light for light in described.lights if not kind_of(light).ambient]
     around = [light for light in described.lights if kind_of(light).ambient]
-    known = [light for light in described.lights if light_obstacle(light, side_mm) is None and shines(light)]
-    sets = {light.node: scene.illumination(light) for light in known}
+    lights = [light for light in described.lights if light_obstacle(light, side_mm) is None and shines(light)]
+    sets = {light.node: scene.illumination(light) for light in lights}
     sky = sum(_irradiance(sets[light.node]) for light in around if light.node in sets)
     lamps = [
         _lamp(light_name(light, number), light, sets[light.node])
@@ -87,7 +87,7 @@ def matte_scene(scene: Scene) -> MatteScene:
         _flat_albedo(scene, list(sets.values())),
         glossy=not set(described.plate.material) <= set(MATTE),
         textured=bool(described.plate.textures),
-        simplified=len(known) < len(described.lights)
+        simplified=len(lights) < len(described.lights)
         or not lamps
         or not all(kind_of(light).directed for light in alone)
         or any(light.filename is not None for light in around),

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 BATCHES = 4
-"""Number of batches. With more, the noise is better known but larger: a batch has fewer strata."""
+"""Number of batches. More batches estimate the noise better but enlarge it: a batch has fewer strata."""
 
 
 @dataclass(frozen=True)

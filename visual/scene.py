@@ -271,7 +271,7 @@ class Scene:
         return (each[:-1], each[-1]) if self.needs.around else (each, None)
 
     def illumination(self, light: Light) -> LightSet:
-        """Fixed parallel or near lights that stand for a light of the scene."""
+        """Fixed parallel or near lights that represent a light of the scene."""
         return self._loader.quadrature((light,), FAST_DIRECTIONS).lights()
 
     def illuminations(self, resolution: int | None, directions: int) -> tuple[list[Illumination], LightScene]:
@@ -279,7 +279,7 @@ class Scene:
 
         Args:
             resolution: pixels along the film's longer side instead of its own.
-            directions: lights that stand for each light that is neither directional nor a point.
+            directions: lights that represent each light that is neither directional nor a point.
 
         Raises:
             InputError: the variant gives no gradients, or a light has none.

@@ -152,7 +152,7 @@ class FastLook(_OfScene):
 
         Args:
             resolution: pixels along the film's longer side instead of its own.
-            directions: lights that stand for each light that is neither directional nor a point.
+            directions: lights that represent each light that is neither directional nor a point.
             lines: in each pixel, along which cameras see.
 
         Raises:

@@ -22,7 +22,7 @@ def white_radiance(
     Args:
         description: of the scene.
         size_mm: longer side of the plate.
-        standing_for: gives the fixed lights that stand for a light.
+        standing_for: gives the fixed lights that represent a light.
     """
     along = size_mm * np.linspace(-0.5, 0.5, SIDE_LOOKED_AT)
     x, y = (axis.ravel() for axis in np.meshgrid(along, along))

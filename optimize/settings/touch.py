@@ -144,8 +144,8 @@ else:
 LARGEST_FINGERS_WEIGHT = 1000.0
 """Largest weight of other fingers, ten times the one from which they hardly come closer."""
 SMALLEST_SPACING_MM = 0.5
-"""Least distance between places of the finger, mm, a fifth of the usual one: half the distance makes four
-times as many places, and the equations of their forces sixteen times as many."""
+"""Least distance between contact locations, mm, a fifth of the usual distance: half the distance makes four
+times as many locations, and sixteen times as many equations of their forces."""
 
 
 class _TouchModel(SkinKeys):
@@ -157,7 +157,7 @@ class _TouchModel(SkinKeys):
 
     Attributes:
         model: of touch, for the descent.
-        spacing_mm: greatest distance between neighbouring places of the finger, mm; by default less for a
+        spacing_mm: greatest distance between neighbouring contact locations, mm; by default less for a
             round one.
         fingers: "range" draws other fingers (`tactile.fingers`) to the same change as well.
         fingers_weight: picture change, rms in % of the mean, that counts as much as one just-noticeable

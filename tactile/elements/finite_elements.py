@@ -39,8 +39,8 @@ THICKEST_MM = 0.2
 """Greatest thickness of a row of elements, mm: a dozen and more in 2.5 mm of skin."""
 THICKEST_LAYERED_MM = 0.1
 """Greatest thickness of a row of elements in a layered skin, mm, whose strain bends at the boundaries. With
-0.4 mm of 4 MPa over 0.2 MPa, V of four reliefs falls by 0.7 to 1.5 % from rows of 0.2 mm to these rows, toward
-V of the elastic layer."""
+0.4 mm of 4 MPa over 0.2 MPa, V of four reliefs falls by 0.7 to 1.5 % from rows of 0.2 mm to these rows,
+toward V of the elastic layer."""
 KIND = "finite-elements"
 """Name of these operators in the cache."""
 

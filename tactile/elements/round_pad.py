@@ -50,7 +50,7 @@ THICKEST_PAD = 0.8
 """Greatest thickness of the pad in units of its least radius: the bone's radius is what is left."""
 
 PRECISIONS = {"face": "f4", "signs": "f4", "strain_in": "f2", "strain_sizes": "f4", "strain_out": "f2"}
-"""Parts on disk, and their precision. Strain's patterns are of unit norm, and stand for a correction."""
+"""Name of each part on disk -> its precision. Patterns of strain have unit norm and are a correction."""
 
 Radii = tuple[float, float]
 """Radii of the skin along rows and columns, mm."""

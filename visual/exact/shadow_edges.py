@@ -49,7 +49,7 @@ class ShadowEdges:
         over: (samples, 5) rise of the edge over the receiver as these vertices rise, mm per mm.
         growth: (samples, 3) motion of the boundary along the receiver as the edge rises over it, mm per mm:
             away from the light, into the lit side.
-        tangent: (samples, 3) mm, piece of the boundary that the sample stands for.
+        tangent: (samples, 3) mm, piece of the boundary that the sample represents.
     """
 
     light: Index

@@ -28,7 +28,7 @@ def area_lights(
 ) -> ParallelLights:
     """A far light of constant radiance as parallel lights toward its points, as seen from the origin.
 
-    Each parallel light stands for an equal part of the area of a disk or a rectangle, which shine from the
+    Each parallel light represents an equal part of the area of a disk or a rectangle, which shine from the
     front alone, or of the solid angle of a sphere.
 
     Args:

@@ -15,7 +15,7 @@ UNSAMPLED = ("sampling_weight",)
 """`LightKind.switch` of a light that rays reach only where Mitsuba samples the light."""
 
 Draw = Callable[[np.random.Generator | None], LightSet]
-"""Parallel or near lights that stand for a light: fixed without a generator; with one, drawn anew at every
+"""Parallel or near lights that represent a light: fixed without a generator; with one, drawn anew at every
 call."""
 
 
@@ -87,7 +87,7 @@ class LightKind:
     Attributes:
         words: a light of this kind in words, for a person.
         strength: property that says how strong the light is, 1 by default; None if that is a picture.
-        quadrature: gives, for a light without an obstacle and the number of lights that stand for it, what
+        quadrature: gives, for a light without an obstacle and the number of lights that represent it, what
             draws these parallel lights; or near lights, if the light is near.
         obstacle: why pictures of a plate of this side (mm) have no gradients under a light, as element, field
             and reason; None if they have. Reads no file.

@@ -54,7 +54,7 @@ class Quadrature:
 
 
 def prepare(lights: Sequence[Light], size_mm: float, count: int) -> Quadrature:
-    """Read all that the lights which stand for some lights are drawn from.
+    """Read everything that is needed to draw the parallel or near lights that represent some lights.
 
     Args:
         lights: of a checked scene, in whose variant Mitsuba is; one near light, or any others.

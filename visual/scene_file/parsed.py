@@ -12,7 +12,7 @@ from visual.backend.mitsuba import mi
 from visual.lights.kind import RGB, Light
 
 WEIGHT = "weight"
-"""Name of the property of a sensor that Mitsuba does not know: the sensor's share of the look."""
+"""Name of a property of sensors that Mitsuba lacks: the sensor's share of the look."""
 
 
 @dataclass(frozen=True)
