@@ -7,7 +7,7 @@ import numpy as np
 
 from visual.backend import variants
 from visual.backend.plate import plate_bsdf
-from visual.exact.shading import Places, unshadowed
+from visual.exact.shading import ShadingPoints, unshadowed
 from visual.lights.kind import Light, shines
 from visual.lights.near import LightSet, flat_irradiance
 from visual.lights.parallel import LUMINANCE, angles
@@ -125,7 +125,7 @@ def _flat_albedo(scene: Scene, sets: Sequence[LightSet]) -> float:
     variants.use(scene.variant)
     side = (np.arange(TEXTURE_SIDE) + 0.5) / TEXTURE_SIDE
     uv = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
-    level, places = np.zeros(len(uv)), Places(np.zeros((len(uv), 3)), uv)
+    level, places = np.zeros(len(uv)), ShadingPoints(np.zeros((len(uv), 3)), uv)
     bsdf = plate_bsdf(scene.light_scenes()[0].scene)
     radiance = [unshadowed(bsdf, level, level, lights, ABOVE, places) for lights in sets]
     return float(sum(each.mean(axis=1).sum() for each in radiance)) / white

@@ -40,8 +40,8 @@ from retouch.laboratory.training.touch_loss import examples_of as touch_examples
 from surrogate.corpus.splits import Split
 from surrogate.data.field_set import Fieldset, open_fieldset
 from surrogate.nets.augmentation import transformed
-from surrogate.nets.training import Examples, Settings, train
-from surrogate.nets.unet import Shape, UNet
+from surrogate.nets.training import Examples, TrainingSettings, train
+from surrogate.nets.unet import NetShape, UNet
 from tactile.contact import ContactState
 from tactile.net import CHANNELS, inputs, pressure
 from tactile.strain import smallest_eigenvalue
@@ -231,7 +231,7 @@ def known(data: Fieldset) -> dict[str, Candidate]:
     told = ambient_net.CHANNELS - 1 + 3
 
     def unet(maps: int, block: int = 4) -> Callable[[], nn.Module]:
-        return lambda: UNet(Shape(maps, 1, WIDTHS, block))
+        return lambda: UNet(NetShape(maps, 1, WIDTHS, block))
 
     def roughness(way: PressureWay | StrainWay) -> Callable[[nn.Module, Examples], Tensor]:
         return lambda net, some: _roughness_error(way.strain(net, some), some, size)
@@ -310,7 +310,7 @@ def tried(candidate: Candidate, known: Mapping[Split, Examples], minutes: float)
     net = candidate.make()
     epochs = 0
     if candidate.task is not None:
-        settings = Settings(seed=SEED, epochs=1000, minutes=minutes, warmup=20)
+        settings = TrainingSettings(seed=SEED, epochs=1000, minutes=minutes, warmup=20)
         done = train(net, candidate.task, known["train"], known["validation"], settings)
         epochs = len(done.epochs)
     net.requires_grad_(False)

@@ -34,7 +34,7 @@ from tactile.strain import STRAIN_COMPONENTS, principal_strain
 from tactile.touch import Touch, share_in_contact
 from tactile.unstructured.meshing import Sizing, Tetrahedra, tetrahedralise
 from tactile.unstructured.quadratic import gradients_at, pixel_forces, stiffness
-from tactile.unstructured.surface import DOWNWARD, Surface, height_over, locate, outward_normals
+from tactile.unstructured.surface import DOWNWARD, ClosedSurface, height_over, locate, outward_normals
 
 Solve = Callable[[Array], Array]
 
@@ -171,7 +171,7 @@ def tetrahedral_operator(skin: Skin, mesh: Tetrahedra, samples: int, size_mm: fl
 def press_tetrahedra(
     heights: Tensor,
     skin: Skin,
-    surface: Surface,
+    surface: ClosedSurface,
     size_mm: float = PATCH_SIDE_MM,
     sizing: Sizing | None = None,
     operator: TetrahedralOperator | None = None,

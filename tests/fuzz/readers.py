@@ -121,12 +121,12 @@ def _training_key(folder: Path) -> Any:
 
     from retouch.laboratory.training.train import BLOCK
     from surrogate.nets.checkpoint import TrainingKey
-    from surrogate.nets.training import Settings
-    from surrogate.nets.unet import Shape
+    from surrogate.nets.training import TrainingSettings
+    from surrogate.nets.unet import NetShape
     from tactile.net import CHANNELS
 
     digest = hashlib.sha256((folder / DATA / "dataset.json").read_bytes()).hexdigest()
-    return TrainingKey("touch", Shape(CHANNELS, 1, (4, 4), BLOCK), Settings(epochs=2), digest)
+    return TrainingKey("touch", NetShape(CHANNELS, 1, (4, 4), BLOCK), TrainingSettings(epochs=2), digest)
 
 
 def read_data_set(folder: Path, arguments: Sequence[Any]) -> None:

@@ -61,7 +61,7 @@ class Camera:
 
 
 @dataclass(frozen=True)
-class Plate:
+class ParsedPlate:
     """The height field.
 
     Attributes:
@@ -96,7 +96,7 @@ class Description:
         max_depth: longest path of light; None if paths have no limit.
     """
 
-    plate: Plate
+    plate: ParsedPlate
     lights: tuple[Light, ...]
     cameras: tuple[Camera, ...]
     ambient: RGB
