@@ -238,9 +238,9 @@ def _models() -> str:
         "## Models of touch\n\n`python -m benchmarks.touch.contact`, `python -m benchmarks.touch.pareto`.\n"
     ]
     parts.append("![Run time against error of every touch model](../images/touch-models.png)\n")
-    for name, told in MODELS.items():
+    for name, introduction in MODELS.items():
         if name in results:
-            parts.append(f"{told}\n\n{contact.as_table(name, results[name])}\n")
+            parts.append(f"{introduction}\n\n{contact.as_table(name, results[name])}\n")
     return "\n".join(parts)
 
 

@@ -79,7 +79,7 @@ def draw(
         if len(errors):
             seen = np.clip(errors, BINS[0], BINS[-1])
             weights = np.full(len(seen), 1.0 / len(seen))
-            told = f"{name}: median {np.median(errors):.2f}, mean {np.mean(errors):.2f}"
+            label = f"{name}: median {np.median(errors):.2f}, mean {np.mean(errors):.2f}"
             kind: Literal["step", "stepfilled"] = "stepfilled" if filled else "step"
             axis.hist(
                 seen,
@@ -89,7 +89,7 @@ def draw(
                 color=colour,
                 alpha=0.45 if filled else 1.0,
                 linewidth=1.4,
-                label=told,
+                label=label,
             )
     # The first bin holds what is better than the axis shows, and may leave it.
     shares = [

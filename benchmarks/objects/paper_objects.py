@@ -256,8 +256,8 @@ def show(content: Mapping[str, Any]) -> None:
     print(table(("tile", *keys), [(name, *(row[key] for key in keys)) for name, row in of_tiles.items()]))
     rows = []
     for name, found in content["objects"].items():
-        for group, of in found["groups"].items():
-            felt_there = [of[key] for key in ("target", "roughness", "off_jnd", "spread_percent", "places")]
+        for group, row in found["groups"].items():
+            felt_there = [row[key] for key in ("target", "roughness", "off_jnd", "spread_percent", "places")]
             rows.append((name, group, *felt_there, found["edge_mm"]))
     print(table(("object", "where", "target", "V", "JND off", "spread %", "places", "edge mm"), rows))
     for name, pair in content["pairs"].items():

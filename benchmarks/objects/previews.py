@@ -42,9 +42,9 @@ def measured(name: str) -> dict[str, Any]:
     """The preview of gravel on an object, and the object itself."""
     with tempfile.TemporaryDirectory() as folder:
         page, out = Path(folder) / "page.html", Path(folder) / "out.3mf"
-        told, preview = _run(name, "--preview", str(page))
-        made, wrap = _run(name, "-o", str(out))
-        return {"told": told, "made": made, "preview": preview, "wrap": wrap, "page": page.stat().st_size}
+        plan, preview = _run(name, "--preview", str(page))
+        body, wrap = _run(name, "-o", str(out))
+        return {"told": plan, "made": body, "preview": preview, "wrap": wrap, "page": page.stat().st_size}
 
 
 def _run(name: str, *options: str) -> tuple[dict[str, Any], dict[str, float]]:
@@ -66,14 +66,14 @@ def as_text(rows: dict[str, Any]) -> str:
     """The table of the page."""
     lines = []
     for name, row in rows.items():
-        told, made, preview, wrap = (row[key] for key in ("told", "made", "preview", "wrap"))
+        plan, body, preview, wrap = (row[key] for key in ("told", "made", "preview", "wrap"))
         lines.append(
             (
-                *(name, f"{told['shown_faces']:,}", f"{row['page'] / 1e6:.1f}"),
+                *(name, f"{plan['shown_faces']:,}", f"{row['page'] / 1e6:.1f}"),
                 *(f"{preview['cpu_s']:.1f}", f"{preview['s']:.1f}", f"{preview['mb']:.0f}"),
-                *(f"{told['faces']:,}", f"{made['faces']:,}"),
-                *(f"{each['bytes'] / 1e6:.1f}" for each in (told, made)),
-                *(f"{told['seconds']:.0f}", f"{wrap['s']:.0f}", f"{wrap['cpu_s']:.0f}"),
+                *(f"{plan['faces']:,}", f"{body['faces']:,}"),
+                *(f"{each['bytes'] / 1e6:.1f}" for each in (plan, body)),
+                *(f"{plan['seconds']:.0f}", f"{wrap['s']:.0f}", f"{wrap['cpu_s']:.0f}"),
             )
         )
     return table(HEAD, lines)

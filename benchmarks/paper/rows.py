@@ -41,9 +41,9 @@ def extent(study: str) -> dict[str, Any]:
     """
     document = document_of(study)
     seconds = [record.columns.get("cpu_s") for record in document.records.values()]
-    known = [float(number) for number in seconds if isinstance(number, int | float)]
+    given = [float(number) for number in seconds if isinstance(number, int | float)]
     # A row that was continued has no processor time; the mean of the others stands for it.
-    whole = sum(known) * len(seconds) / len(known) if known else 0.0
+    whole = sum(given) * len(seconds) / len(given) if given else 0.0
     whole += sum(MEASURES[name].seconds for record in document.records.values() for name in record.measures)
     asked = {row.key for table in document.tables for row in table.rows}
     minutes = round(whole / 60.0 / 2.0, 1)

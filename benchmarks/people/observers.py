@@ -72,13 +72,13 @@ def answered(
     """The table of a question, answered by observers in the place of the plan's people."""
     rows = list(plan.rows(question))
     people = dict(zip(plan.trials[question], observers, strict=True))
-    told = list(_sorted(rows[1:], plates, people, rng)) if question == SORTS else []
+    answers = list(_sorted(rows[1:], plates, people, rng)) if question == SORTS else []
     if question != SORTS:
         for row in rows[1:]:
             of_row = [plates[label] for label in row[2:-1]]
-            told.append([*row[:-1], _answer(question, people[row[0]], of_row, rng)])
+            answers.append([*row[:-1], _answer(question, people[row[0]], of_row, rng)])
     text = io.StringIO()
-    csv.writer(text).writerows([rows[0], *told])
+    csv.writer(text).writerows([rows[0], *answers])
     return text.getvalue().encode()
 
 

@@ -136,9 +136,9 @@ class Browser:
         self.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done, 50)))")
         seen = Page()
         for event in self._events:
-            told = event["params"]
+            parameters = event["params"]
             if event["method"] == "Network.requestWillBeSent":
-                asked = told["request"]["url"]
+                asked = parameters["request"]["url"]
                 if asked != address and not asked.startswith("data:"):
                     seen.asked.append(asked)
         seen.complaints = self.complaints()

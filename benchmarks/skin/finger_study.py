@@ -54,9 +54,9 @@ def main(again: bool) -> None:
     def keep() -> None:
         save(NAME, results | {"machine": machine()})
 
-    known = results.setdefault("solved", {})
+    depths = results.setdefault("solved", {})
     if "calibration" not in results:
-        results["calibration"] = calibration(solved_fingers(known, keep))
+        results["calibration"] = calibration(solved_fingers(depths, keep))
         keep()
     felt = results.setdefault("felt", {})
     for name, make in fingers(results["calibration"]["sample"]).items():

@@ -106,9 +106,9 @@ def ended(arguments: list[str], place: Path) -> dict[str, Any]:
         command, cwd=place, env=environment, capture_output=True, text=True, timeout=LONGEST_S, check=False
     )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    told = [line for line in process.stderr.splitlines() if line.startswith(("retouch:", "Traceback"))]
+    messages = [line for line in process.stderr.splitlines() if line.startswith(("retouch:", "Traceback"))]
     seconds = after.ru_utime + after.ru_stime - spent.ru_utime - spent.ru_stime
-    return {"status": process.returncode, "cpu_s": round(seconds, 1), "told": told}
+    return {"status": process.returncode, "cpu_s": round(seconds, 1), "told": messages}
 
 
 def summary(rows: dict[str, Any]) -> str:

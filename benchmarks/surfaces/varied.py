@@ -70,8 +70,8 @@ def measured(study: Path, row: Row) -> dict[str, Any]:
         for which, side in sides
     }
     off = {
-        which: np.log(np.divide(of["verified"], of["target"])) / np.log(ROUGHNESS_JND)
-        for which, of in places.items()
+        which: np.log(np.divide(felt["verified"], felt["target"])) / np.log(ROUGHNESS_JND)
+        for which, felt in places.items()
     }
     return {
         "stop": row["reason"],

@@ -67,9 +67,9 @@ def wrapped(name: str, out: Path, code: Path) -> dict[str, Any]:
         said.seek(0)
         answer.seek(0)
         lines = said.read()
-        told = TOLD.search(lines)
+        match = TOLD.search(lines)
         row = {
-            "told": int(told[1].replace(",", "")) if told else None,
+            "told": int(match[1].replace(",", "")) if match else None,
             "cpu_s": usage.ru_utime + usage.ru_stime,
             "peak_gb": usage.ru_maxrss / 1e6,
         }
