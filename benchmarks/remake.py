@@ -236,7 +236,7 @@ def make(name: str) -> bool:
     cpu_s = round(_children_cpu_s() - began)
     done = load("remake").get("parts", {}) | {name: {"finger": asdict(Skin()), "cpu_s": cpu_s}}
     save("remake", {"parts": done, "machine": machine()})
-    say(f"{name}: made, {duration(cpu_s)} of the processor")
+    say(f"{name}: made, {duration(cpu_s)} of CPU time")
     return True
 
 

@@ -1,4 +1,4 @@
-"""Headlines: the few numbers of each benchmark that the README tells, from the results."""
+"""Headlines: the few numbers of each benchmark that the README states, from the results."""
 
 from __future__ import annotations
 

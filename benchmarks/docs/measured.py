@@ -149,7 +149,7 @@ def _demo() -> str:
 `retouch study demo`: every result is verified by finite elements (64 nodes a side, contact at all 128 x 128
 pixels), corrected by them, and rendered by Mitsuba until the change of its pictures is known, less noise.
 "off" is what the finite elements say of the target. Change of the pictures in % of the mean picture, and of
-the radiance of a white plate that faces the light, as the paper's % of pixel values. Processor seconds of a
+the radiance of a white plate that faces the light, as the paper's % of pixel values. CPU seconds of a
 whole run with verification, final pictures and report, on one thread beside other work.
 
 ![Three textures, made two JND rougher by Retouch and by scaling their height](../images/rougher.png)

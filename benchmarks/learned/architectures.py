@@ -273,7 +273,7 @@ def candidates_on(data: Fieldset) -> dict[str, Candidate]:
 
 
 def examples(data: Fieldset, kind: str) -> dict[Split, Examples]:
-    """Of every split."""
+    """Examples of every split."""
     splits: tuple[Split, ...] = ("train", "validation", "test")
     if kind == "touch":
         task = touch_loss(skin_of(data), data.request.samples, data.request.size_mm)
@@ -367,7 +367,7 @@ def _sweep_error(size_mm: float) -> Callable[[nn.Module, Examples], Tensor]:
 
 
 def net_times(net: nn.Module, maps: int, side: int) -> dict[str, Any]:
-    """Of a net alone; none of one that does nothing."""
+    """Times of a net alone; None for a net that does nothing."""
     if isinstance(net, nn.Identity):
         return {"milliseconds": None}
     net.requires_grad_(False)

@@ -175,9 +175,9 @@ def grain_off(base: BaseSurface, laid: Laid, wanted: Array, across: bool) -> tup
 
 
 def difference(laid: Laid) -> float | None:
-    """Root mean square of how far heights of two patches differ where both have a third at least.
+    """Root mean square difference of the heights of two patches, where each has a weight of a third or more.
 
-    It is told in that of two places by chance; None where no two patches meet.
+    The unit is the same difference of two random places; None without two patches that meet.
     """
     layout, tile = laid.layout, laid.covering.tile
     if layout.weight.shape[1] < 2:

@@ -55,10 +55,10 @@ STAGES = {
 NEAR_MM = 1.5
 """Radius around the middle in which the tile is laid as on the object, mm."""
 HIGH_MM = 0.05
-"""Least height of the tile, mm, at which the share of it that is left is told."""
+"""Least height of the tile, mm, at which the share of the height that is left is reported."""
 OTHERS = "Places that `retouch evaluate` leaves out, as the texture ends or a sharp edge is near:"
 FEWEST = 4
-"""Fewest places of which a mean is told."""
+"""Fewest contact locations whose mean is reported."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""How well `retouch evaluate` tells a texture from the shape under it without the object before its texture.
+"""How well `retouch evaluate` separates a texture from its object, without the object before its texture.
 
 python -m benchmarks.objects.own_shapes [--texture TILE] [NAME ...]
 
@@ -106,7 +106,7 @@ def _jnd(values: Array, reference: Array) -> Array:
 
 
 def tables(content: dict[str, Any]) -> str:
-    """Both tables of the page."""
+    """The two tables of the page."""
     heads = ["object", "V over the object", "V over its own shape", "off, JND", "spread, JND"]
     heads += ["as pressed, JND", "places"]
     rows = [

@@ -221,7 +221,7 @@ def change_of(pair: str) -> dict[str, Any]:
 
 
 def tile_row(row: Row) -> dict[str, Any]:
-    """What the run of a tile says, by finite elements."""
+    """Numbers of the run of a tile, by finite elements."""
     return {
         "texture": load_run(folder_of(RUNS, row) / SETTINGS).texture.stem,
         "stop": row["reason"],

@@ -1,4 +1,4 @@
-"""Previews of wrapping beside the wrapping that they tell of: time, memory, triangles and bytes.
+"""Previews of wrapping beside the wrapping itself: time, memory, triangles and bytes.
 
 python -m benchmarks.objects.previews      # about four minutes; on a quiet machine
 """
@@ -48,7 +48,7 @@ def measured(name: str) -> dict[str, Any]:
 
 
 def _run(name: str, *options: str) -> tuple[dict[str, Any], dict[str, float]]:
-    """What `retouch wrap --json` tells, and what the whole command takes."""
+    """Report of `retouch wrap --json`, and time and memory of the whole command."""
     command = (sys.executable, "-m", "retouch", "wrap", "gravel-tile", name, *options, "--json")
     begun = time.perf_counter()
     child = subprocess.Popen(command, stdout=subprocess.PIPE, cwd=ROOT)

@@ -43,7 +43,7 @@ SUN_SAMPLES, SKY_SAMPLES = 4, 16
 """Samples of a pixel in each batch. Sun and sky are rendered apart and added: a path that chose between them
 would be far noisier. One picture of the sky serves all lights."""
 REFLECTANCE = 0.6
-"""Of the matte material."""
+"""Reflectance of the matte material."""
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from visual.scene import load_scene
 
 OPTIMISED, SCALED = "gauss-newton", "scaling"
 AZIMUTH_DEG = 70
-"""Of the sun of the gallery: 60 degrees from the nearest of the suns that were optimised for."""
+"""Azimuth of the sun of the gallery, degrees: 60 from the nearest sun that was optimised for."""
 SAMPLES = 64
 TOLERANCE_PERCENT = 5.0
 """Error of the verified roughness within which a plate of figure 15 counts as met."""

@@ -10,7 +10,7 @@ from relief.ground.files import write_atomically
 
 PAGE = DOCS / "evidence" / "studies.md"
 HEADING = "## The figures in numbers"
-"""Of the first of the sections, which end the page."""
+"""Heading of the first of the sections that end the page."""
 INTRODUCTION = """\
 Written by `python -m benchmarks.paper` from what was computed in full. Minutes are about those of two cores.
 """
@@ -183,7 +183,7 @@ def section(results: Found) -> str:
 
 
 FEWEST_CASES = 3
-"""Fewest textures and targets that a line of the models' table is told of."""
+"""Fewest textures and targets for a line of the models' table."""
 SHOWN: Mapping[str, str] = {
     "change, mean %": "change_percent",
     "rms %": "change_rms_percent",

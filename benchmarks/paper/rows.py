@@ -42,7 +42,7 @@ def extent(study: str) -> dict[str, Any]:
     document = document_of(study)
     seconds = [record.columns.get("cpu_s") for record in document.records.values()]
     given = [float(number) for number in seconds if isinstance(number, int | float)]
-    # A row that was continued has no processor time; the mean of the others stands for it.
+    # A row that was continued has no CPU seconds; the mean of the others replaces them.
     whole = sum(given) * len(seconds) / len(given) if given else 0.0
     whole += sum(MEASURES[name].seconds for record in document.records.values() for name in record.measures)
     asked = {row.key for table in document.tables for row in table.rows}

@@ -80,7 +80,7 @@ def measured(free: Path, aware: Path) -> dict[str, Any]:
 
     Args:
         free: run directory of the run without a printer.
-        known: of the run that knows its printer.
+        aware: run directory of the run with a printer.
     """
     settings = load_run(aware / SETTINGS)
     printer = settings.print.described

@@ -163,12 +163,12 @@ PRINTERS = {
     "features from 300 um on": Printer("own", 50.0, 50.0, 300.0, keep_features=True),
 }
 """Printers that are measured, by the name of their row."""
-TOLD = ("pixel_um", "layer_um", "min_feature_um", "max_slope_degrees", "scale", "height_scale")
+MEASURED = ("pixel_um", "layer_um", "min_feature_um", "max_slope_degrees", "scale", "height_scale")
 SHRUNK = Pose(turn=0.05, log_scale=float(np.log(0.995)), shift_x_mm=0.2, height_scale=0.99, tilt_x=0.01)
 
 
 def printers() -> dict[str, Any]:
-    """What the coupon tells of each printer, beside the truth, and the scan of its print of gravel."""
+    """Numbers of each printer from its coupon, beside the truth, and the scan of its print of gravel."""
     rows = {}
     gravel = Relief.read(find_texture("gravel"))
     for name, printer in PRINTERS.items():
@@ -228,11 +228,11 @@ SLICED_PIXELS = 512
 
 
 def printers_table() -> str:
-    """Numbers of printers as their coupons tell them, beside the truth."""
+    """Numbers of printers by their coupons, beside the truth."""
     rows, held = [], []
     for name, each in load("scans").get("printers", {}).items():
         cells: list[Any] = [name]
-        for key in TOLD:
+        for key in MEASURED:
             truth, measured = each["truth"][key], each["measured"]
             if key not in measured:
                 cells.append("not seen")

@@ -90,7 +90,7 @@ def measured(study: Path, row: Row) -> dict[str, Any]:
 
 
 def curve(result: Mapping[str, Any], history: list[dict[str, Any]]) -> list[tuple[float, float, float]]:
-    """Of each step: CPU seconds of a run that ends there, distance to the target and picture change, both %.
+    """CPU seconds of a run that ends at each step, distance to the target and picture change, both %.
 
     Seconds are those of the descent up to the step, and of the verification and the final pictures.
     """

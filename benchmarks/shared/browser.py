@@ -29,7 +29,7 @@ FLAGS = (
     *("--disable-component-update", "--disable-sync", "--disable-extensions", "--force-color-profile=srgb"),
 )
 SOFTWARE_WEBGL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-"""Flags with which the processor draws what pages ask of a graphics card."""
+"""Flags of Chromium by which the CPU draws what pages ask of a graphics card."""
 PATIENCE_S = 300.0
 """Longest wait for an answer of the browser or of the app, s; far beyond that of a busy machine."""
 COMPLAINTS = ("Log.entryAdded", "Runtime.exceptionThrown", "Runtime.consoleAPICalled")
@@ -65,7 +65,7 @@ class Browser:
     """A browser with one page; a context manager that ends the process.
 
     Args:
-        webgl: whether pages may draw in three dimensions, by the processor.
+        webgl: whether pages may draw in three dimensions, on the CPU.
 
     Raises:
         RuntimeError: there is no such program, or the browser gives no answer.

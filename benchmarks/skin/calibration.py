@@ -34,7 +34,7 @@ from relief.ground.progress import say
 from tactile.skin import Skin
 
 SHARES = (0.025, 0.16, 0.5, 0.84, 0.975)
-"""Quantiles that are told."""
+"""Quantiles that are reported."""
 MEASURED = {"radius_mm": 9.0, "thickness_mm": 4.0, "layer_mm": 0.6, "layer_mpa": 0.13, "base_mpa": 0.025}
 """The finger `measured`: the posterior's middle in round numbers."""
 SPHERE_MM = 4.0

@@ -41,10 +41,10 @@ Measured = dict[str, Any]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a skin gives for a fact.
+    """Outcome of a fact for a skin.
 
     Attributes:
-        told: the numbers, short.
+        told: the numbers, as short text.
         right: whether they agree with the fact.
     """
 

@@ -75,7 +75,7 @@ def waves(samples: int) -> NDArray[np.float64]:
 
 
 def outcomes(mm: float, repeats: bool) -> dict[str, Any]:
-    """What the commands end with: status, processor's seconds, and the line of a refusal."""
+    """Outcome of the commands: status, CPU seconds, and the line of a refusal."""
     results: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as temporary:
         place = Path(temporary)
@@ -98,7 +98,7 @@ def outcomes(mm: float, repeats: bool) -> dict[str, Any]:
 
 
 def ended(arguments: list[str], place: Path) -> dict[str, Any]:
-    """Status and processor's seconds of a command, and the lines that say why it has ended."""
+    """Status and CPU seconds of a command, and the lines that say why it has ended."""
     spent = resource.getrusage(resource.RUSAGE_CHILDREN)
     command = [sys.executable, "-m", "retouch", *arguments]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}

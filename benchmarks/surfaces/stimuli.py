@@ -32,7 +32,7 @@ from retouch.pages.colour_maps import hillshade
 PAGE = DOCS / "evidence" / "stimuli.md"
 PICTURE = IMAGES / "stimuli.png"
 HEADING = "## The paper's plates\n"
-"""Of the section that ends the page."""
+"""Heading of the section that ends the page."""
 SHOWN = 3
 """Textures of the picture."""
 DPI, GREYS = (150, 120), 32
@@ -142,7 +142,7 @@ How often the plate of the row should be judged rougher than that of the column,
 
 
 def _fingers(texture: dict[str, Any]) -> str:
-    """Least and most that other fingers tell right."""
+    """Least and largest share of pairs that other fingers rank correctly."""
     each = [finger["neighbours_percent"] for finger in texture["fingers"]]
     return f"{min(each):.0f} to {max(each):.0f}"
 

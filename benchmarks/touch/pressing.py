@@ -23,7 +23,7 @@ REPEATS = 3
 
 
 class Measured(NamedTuple):
-    """Of a set of reliefs: V, A (mm²), share in contact, and seconds for each relief alone and in a batch."""
+    """V, A (mm²), share in contact, and seconds for each relief of a set, alone and in a batch."""
 
     roughness: Array
     area: Array
