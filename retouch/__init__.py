@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from tactile.skin import Skin
     from tactile.touch import Touch
     from visual.scene import Scene, load_scene
-    from visual.scene_file.fitting import scene_relief
+    from visual.scene_file.plate_fitting import scene_relief
 
 __all__ = [
     "ContactError",

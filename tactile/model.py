@@ -22,11 +22,11 @@ from tactile.elements.finite_elements import FiniteElementOperator, finite_eleme
 from tactile.elements.round_pad import RoundPadOperator, round_pad_operator
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.layer.truncated import GRADIENT_TOLERANCE, quick_solver
-from tactile.limits import FEM_MESH, MAX_MESH, MAX_SAMPLES, MIN_MESH, MIN_SAMPLES
 from tactile.pair_variation import WIDEST_MM
 from tactile.pressing import Press, SkinOperator
 from tactile.skin import Skin
 from tactile.touch import Touch, share_in_contact
+from tactile.touch_limits import FEM_MESH, MAX_MESH, MAX_SAMPLES, MIN_MESH, MIN_SAMPLES
 
 ModelName = Literal["layer", "quick", "net", "fem"]
 MODELS: tuple[str, ...] = get_args(ModelName)

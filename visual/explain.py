@@ -20,8 +20,8 @@ from visual.models import BOX_RADIUS, HIDDEN, OBSTACLES, obstacles
 from visual.needs import Needs, camera_name, check_effort, needs_of
 from visual.scene_file.check import instantiate
 from visual.scene_file.describe import describe
-from visual.scene_file.fitting import fitted_scene
-from visual.scene_file.parsed import Camera, CheckedScene, Description, ParsedPlate
+from visual.scene_file.parsed_scene import Camera, CheckedScene, Description, ParsedPlate
+from visual.scene_file.plate_fitting import fitted_scene
 
 NO_EDGES = "not followed: only gradients need them"
 NO_GRADIENTS = "none, so retouch optimize refuses this scene: "

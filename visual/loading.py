@@ -24,7 +24,7 @@ from visual.lights.kind import Light
 from visual.lights.quadrature import Quadrature, kind_of, prepare
 from visual.needs import Needs
 from visual.scene_file.check import instantiate, light_id
-from visual.scene_file.parsed import CheckedScene
+from visual.scene_file.parsed_scene import CheckedScene
 
 Lights = tuple[Light, ...]
 """One light, or several that shine together."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from visual.backend import variants
-from visual.backend.plate import plate_bsdf
-from visual.exact.shading import ShadingPoints, unshadowed
+from visual.backend.plate_shape import plate_bsdf
+from visual.exact.face_shading import ShadingPoints, unshadowed
 from visual.lights.kind import Light, shines
 from visual.lights.near import LightSet, flat_irradiance
 from visual.lights.parallel import LUMINANCE, angles

@@ -13,7 +13,7 @@ from relief.ground.arrays import Array
 from visual.lights.kind import Light
 from visual.lights.quadrature import light_obstacle, parallel_obstacle
 from visual.needs import DIRECT_DEPTH, Needs
-from visual.scene_file.parsed import Camera, Description
+from visual.scene_file.parsed_scene import Camera, Description
 
 PictureModel = Literal["exact", "fast"]
 """Gradients of exact pictures, rendered (`visual.exact.render`) or with explicit Jacobians for steps

@@ -8,7 +8,7 @@ import numpy as np
 from relief.ground.errors import InputError
 from visual.lights.kind import Light, shines
 from visual.lights.quadrature import kind_of
-from visual.scene_file.parsed import Camera, Description
+from visual.scene_file.parsed_scene import Camera, Description
 
 DIRECT_DEPTH = 2
 """Path length (`max_depth`) of light that goes from lamp to plate to camera."""

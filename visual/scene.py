@@ -40,8 +40,8 @@ from visual.models import HIDDEN, PictureModel, obstacles
 from visual.needs import camera_name, check_effort, needs_of
 from visual.scene_file.check import check_scene
 from visual.scene_file.describe import check_size, describe
-from visual.scene_file.fitting import fitted_scene, parameters, scene_relief
-from visual.scene_file.parsed import CheckedScene
+from visual.scene_file.parsed_scene import CheckedScene
+from visual.scene_file.plate_fitting import fitted_scene, parameters, scene_relief
 from visual.white import white_radiance
 
 _log = logging.getLogger(__name__)

@@ -9,7 +9,7 @@ from torch import Tensor
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from visual.backend import variants
-from visual.backend.plate import plate_bsdf
+from visual.backend.plate_shape import plate_bsdf
 from visual.exact.render import RenderSettings, pictures
 from visual.exact.view import View
 from visual.fast.camera_view import CameraView

@@ -8,7 +8,7 @@ from visual.lights.kind import Light
 from visual.lights.near import LightSet, flat_irradiance
 from visual.lights.parallel import LUMINANCE
 from visual.lights.quadrature import kind_of, light_obstacle
-from visual.scene_file.parsed import Description
+from visual.scene_file.parsed_scene import Description
 
 SIDE_LOOKED_AT = 9
 """Points along a side of the plate among which the brightest is looked for."""

@@ -13,7 +13,7 @@ from benchmarks.learned import architectures, fast_look, touch_net
 from benchmarks.runs import adam_figure, demo, descents
 from benchmarks.shared.common import DOCS, ROOT, load, put, table
 from benchmarks.sight import gradients, look
-from benchmarks.surfaces import plates, tiles
+from benchmarks.surfaces import plates, tile_tables
 from benchmarks.touch import contact
 
 EVIDENCE = DOCS / "evidence"
@@ -52,7 +52,7 @@ MODELS = {
 
 def main() -> None:
     headlines_of_readme = {
-        "runs": tiles.headline(),
+        "runs": tile_tables.headline(),
         "gradients": headlines.gradients_sentence(),
         "fast": headlines.fast_sentence(),
     }
@@ -134,9 +134,9 @@ worst place. "ratio" divides the two changes of the pictures. One place reaches 
 and 1.4 to 1.8 JND elsewhere; a ratio "at equal feel", where it is computed, divides by the change of a single
 place aimed so far beyond the target that the places between feel as much as all over.
 
-{tiles.every()}
+{tile_tables.every()}
 
-{len(tiles.cases())} of the study's 20 cases are computed. Its descents stop within 0.5 % of the mean
+{len(tile_tables.cases())} of the study's 20 cases are computed. Its descents stop within 0.5 % of the mean
 roughness, which is 0.03 JND (`descent.tolerance`); the usual 1 % is 0.06 JND. Smooth waves are the exception:
 they do not reach -2 JND in 100 steps, and at +2 JND their farthest place is 0.3 JND off.
 """

@@ -27,7 +27,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 import tactile
-from benchmarks.learned.unseen import milliseconds, spread
+from benchmarks.learned.unseen_textures import milliseconds, spread
 from benchmarks.shared.common import load, machine, parser_of, save, table
 from relief.surface import Surface
 from retouch.laboratory.training.fields import studio_material
@@ -45,7 +45,7 @@ from surrogate.nets.unet import NetShape, UNet
 from tactile.contact import ContactState
 from tactile.net import CHANNELS, inputs, pressure
 from tactile.strain import smallest_eigenvalue
-from visual.exact.shading import unshadowed
+from visual.exact.face_shading import unshadowed
 from visual.fast import ambient_net
 from visual.fast.bsdf_table import ABOVE
 from visual.fast.horizons import DIRECTIONS

@@ -23,14 +23,14 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from benchmarks.learned.unseen import Reliefs, arguments, kept, milliseconds, sets, spread, unseen
+from benchmarks.learned.unseen_textures import Reliefs, arguments, kept, milliseconds, sets, spread, unseen
 from benchmarks.shared.common import load, machine, save, table
 from relief.ground.arrays import Array
 from retouch.laboratory.training.fields import STUDIO
 from visual.exact.discontinuities import EdgeSamples
 from visual.fast.bsdf_table import BsdfTable
 from visual.fast.renderer import FastRenderer
-from visual.reference.renderer import ReferenceRenderer
+from visual.reference.reference_renderer import ReferenceRenderer
 from visual.scene import Scene, load_scene
 from visual.scene_looks import FastLook
 

@@ -22,7 +22,7 @@ import torch
 from torch import Tensor
 
 import tactile
-from benchmarks.learned.unseen import Reliefs, arguments, kept, milliseconds, sets, spread, unseen
+from benchmarks.learned.unseen_textures import Reliefs, arguments, kept, milliseconds, sets, spread, unseen
 from benchmarks.shared.common import load, machine, save, table
 from retouch.laboratory.training.touch_accuracy import (
     LEAST_ROUGHNESS,

@@ -33,7 +33,7 @@ from benchmarks.objects.views import (
     sheet,
 )
 from benchmarks.shared.common import DOCS, IMAGES, load, machine, parser_of, publish, save, table
-from benchmarks.shared.studies import folder_of, rows_in
+from benchmarks.shared.finished_studies import folder_of, rows_in
 from optimize.verification.jod import jod_obstacle
 from relief.ground.arrays import Array
 from relief.solids.body import Body

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from benchmarks.objects.bundled import tile_of
 from benchmarks.objects.views import Pictures, change_percent, pictures
 from benchmarks.shared.common import kept, load, parser_of, table
-from benchmarks.shared.studies import Row, folder_of, rows_in
+from benchmarks.shared.finished_studies import Row, folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
 from optimize.settings.skins import load_skin

@@ -19,7 +19,7 @@ from relief.ground.srgb import srgb
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
 from visual.backend.variants import choose_variant
-from visual.noise import BATCHES, Batches
+from visual.picture_noise import BATCHES, Batches
 
 VIEWS = {
     "above": (0.0, 89.9),

@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib import pyplot
 from scipy.stats import spearmanr
 
-from benchmarks.paper.rows import rows_of
+from benchmarks.paper.study_rows import rows_of
 from benchmarks.paper.textures import image
-from benchmarks.shared.charts import FAINT, INK, frame
+from benchmarks.shared.chart_style import FAINT, INK, frame
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
 from optimize.verification.picture_metrics import mean_change

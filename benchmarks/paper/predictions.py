@@ -11,7 +11,7 @@ from statistics import fmean, median
 from typing import Any
 
 import tactile
-from benchmarks.paper.rows import rows_of
+from benchmarks.paper.study_rows import rows_of
 from retouch.laboratory.stimulus_sets.prediction import (
     cold_jnd,
     far_discrepancy,

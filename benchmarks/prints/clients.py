@@ -150,7 +150,7 @@ def in_blender(python: str, folder: Path, reliefs: Mapping[str, HeightMap]) -> d
             "squares": 2 * cols,
         },
     }
-    script = Path(__file__).with_name("in_blender.py")
+    script = Path(__file__).with_name("read_in_blender.py")
     done = subprocess.run(
         [python, str(script)],
         input=json.dumps(task),

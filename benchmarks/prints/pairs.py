@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.charts import FAINT, INK, frame, pyplot, style, write
+from benchmarks.shared.chart_style import FAINT, INK, frame, pyplot, style, write
 from benchmarks.shared.common import IMAGES, ROOT, folder_named, load, save, table
-from benchmarks.shared.studies import folder_of, rows_in
+from benchmarks.shared.finished_studies import folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
 from relief.ground.arrays import Array

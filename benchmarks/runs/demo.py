@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from benchmarks.shared.common import table
-from benchmarks.shared.studies import Row, committed
+from benchmarks.shared.finished_studies import Row, committed
 
 CHANGES = ("change_percent", "change_rms_percent")
 

@@ -34,7 +34,7 @@ from benchmarks.runs.rules import median_cpu
 from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
 from benchmarks.sight import gradients
 from benchmarks.touch.half_space import TOLERANCE, tamaas_pressure
-from benchmarks.touch.pressing import MEAN, SKIN
+from benchmarks.touch.relief_pressing import MEAN, SKIN
 from optimize.descent.gauss_newton import method as gauss_newton
 from optimize.runs.preparation import Prepared, prepare
 from optimize.settings.run_file import load_run

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from statistics import fmean, geometric_mean, median
 
 from benchmarks.shared.common import DOCS, publish, study_given, table
-from benchmarks.shared.studies import FILE, STUDIES, Row, committed
+from benchmarks.shared.finished_studies import FILE, STUDIES, Row, committed
 
 STUDY, COMMAND = "eye", "benchmarks.sight.eye"
 CHOSEN_ON = ("gravel", "pebbles", "leather", "weave", "bark", "knit")

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from statistics import median
 
 from benchmarks.shared.common import DOCS, publish, study_given, table
-from benchmarks.shared.studies import FILE, STUDIES, Row, committed
+from benchmarks.shared.finished_studies import FILE, STUDIES, Row, committed
 
 STUDY, COMMAND = "in-hand", "benchmarks.sight.hand"
 STUDIO = "studio"

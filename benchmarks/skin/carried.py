@@ -10,8 +10,8 @@ import numpy as np
 
 from benchmarks.shared.checkouts import DEMO_RUNS, process
 from benchmarks.shared.common import ROOT
+from benchmarks.skin.experiment_plates import ROUND_SAMPLES
 from benchmarks.skin.round_pressing import RoundFinger
-from benchmarks.skin.stimuli import ROUND_SAMPLES
 from mitsuba_scenes import find_texture
 from relief.ground.arrays import Array
 from relief.ground.progress import say

@@ -13,9 +13,9 @@ from itertools import pairwise
 from statistics import median
 from typing import Any
 
+from benchmarks.skin.experiment_plates import series
 from benchmarks.skin.round_stimuli import FAR_MM, JUDGED
 from benchmarks.skin.sources import HUMAN_SA1, MACAQUE_SA1, Recorded
-from benchmarks.skin.stimuli import series
 
 PEAK_MM = (2.0, 3.0)
 """Range of the spacing at which dots are roughest."""
@@ -60,7 +60,7 @@ class Fact:
         name: short, for tables.
         says: what people do.
         source: who found it.
-        of: the outcome of a skin by what it feels (`benchmarks.skin.pressing.pressed`).
+        of: the outcome of a skin by what it feels (`benchmarks.skin.plate_pressing.pressed`).
         fit: whether the fact chose a layered skin.
     """
 

@@ -17,8 +17,8 @@ import numpy as np
 import torch
 
 from benchmarks.shared.common import again_given, load, machine, median_seconds, save, table
+from benchmarks.skin.experiment_plates import DOT_MM, HIGH_MM, NATURAL, PHASES, dots, natural
 from benchmarks.skin.operators import PITCH_MM, Felt, felt, on_patch, peak
-from benchmarks.skin.stimuli import DOT_MM, HIGH_MM, NATURAL, PHASES, dots, natural
 from benchmarks.touch.round_tetrahedra import round_tetrahedra
 from relief.ground.arrays import Array
 from relief.ground.progress import say

@@ -139,7 +139,7 @@ def main() -> None:
                 row = with_model(name, kept, *work.args) if kept else work()
                 save("stability", {"machine": machine(), "rows": kept_rows() | {key: row}})
                 print(key, row, flush=True)
-    from benchmarks.stability.figure import as_text, draw, write_table
+    from benchmarks.stability.map_figure import as_text, draw, write_table
 
     print(as_text(kept_rows()))
     write_table(kept_rows())

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.shared.common import DOCS, load, machine, publish, save, study_given, table
-from benchmarks.shared.studies import Row, folder_of, rows_in
+from benchmarks.shared.finished_studies import Row, folder_of, rows_in
 from optimize.run_directory.key import SETTINGS, read_verification
 from optimize.settings.run_file import load_run
 from optimize.settings.skins import load_skin

@@ -11,7 +11,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from benchmarks.shared.common import parser_of, table
-from benchmarks.shared.studies import STUDIES, rows_of
+from benchmarks.shared.finished_studies import STUDIES, rows_of
 from mitsuba_scenes import find_texture
 from relief.preparing.preparation import prepare
 from retouch.laboratory.studies.document import read_document

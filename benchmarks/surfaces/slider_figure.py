@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.charts import FAINT, INK, frame, pyplot, style, write
+from benchmarks.shared.chart_style import FAINT, INK, frame, pyplot, style, write
 from benchmarks.shared.common import IMAGES, folder_named, load
+from benchmarks.shared.finished_studies import folder_of, rows_in
 from benchmarks.shared.scenes import picture
-from benchmarks.shared.studies import folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
 from relief.ground.arrays import Array

@@ -18,7 +18,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from PIL import Image
 
-from benchmarks.shared.charts import style
+from benchmarks.shared.chart_style import style
 from benchmarks.shared.common import DOCS, IMAGES, load, machine, parser_of, save, table
 from relief.ground.files import write_atomically
 from relief.heightmap import load_height_map

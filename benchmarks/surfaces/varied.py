@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.shared.common import load, machine, parser_of, save, table
-from benchmarks.shared.studies import Row, folder_of, rows_in
+from benchmarks.shared.finished_studies import Row, folder_of, rows_in
 from mitsuba_scenes import find_texture
 from optimize.run_directory.key import read_verification
 from relief.heightmap import load_height_map, save_heights_exr

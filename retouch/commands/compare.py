@@ -29,8 +29,8 @@ from retouch.commands.options import (
     seed,
 )
 from retouch.commands.summary import jnd_in_words, measured_finger, other_fingers, told_apart
-from tactile.limits import MODEL_NAMES
 from tactile.quantities import GAPS_COUNT, QUANTITIES
+from tactile.touch_limits import MODEL_NAMES
 
 if TYPE_CHECKING:
     from optimize.verification.verification import PictureChange

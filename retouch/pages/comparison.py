@@ -7,8 +7,8 @@ from relief.ground.files import write_atomically
 from retouch.pages import figures
 from retouch.pages.content import Compared, Comparison
 from retouch.pages.rendering import leaves, render_page
-from tactile.limits import model_name
 from tactile.quantities import QUANTITIES, ROUGHNESS
+from tactile.touch_limits import model_name
 
 
 def write_comparison(path: Path, comparison: Comparison) -> Path:

@@ -21,7 +21,7 @@ from PIL import Image
 from relief.ground.errors import InputError
 from relief.ground.limits import PATCH_SIDE_MM
 from surrogate.corpus.splits import Split, split_of
-from surrogate.families.fields import Field, log_uniform
+from surrogate.families.basics import Field, log_uniform
 
 Reader = Callable[[Path], ArrayLike]
 """A function that reads heights (rows, cols) in any unit, and raises its own error for a bad file."""

@@ -23,7 +23,7 @@ from relief.ground.cache import fingerprint, is_cached
 from tactile.layer.cosine_layer import CosineLayer, Parity, modes_at_centres, sliding_layer
 from tactile.layer.free_sides import FreeSidedLayer, FreeSides, free_sides
 from tactile.layer.interpolation import lagrange
-from tactile.layer.layers import LEAST_ROWS, Stack, boundaries
+from tactile.layer.skin_layers import LEAST_ROWS, Stack, boundaries
 from tactile.skin import Skin
 from tactile.structured.pixel_block import PixelBlock
 from tactile.structured.pixel_layer import discrete_layer

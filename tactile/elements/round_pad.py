@@ -4,7 +4,7 @@
     strain p = the same of the strain
 
 B are the long cosine modes of the patch, in which the exact layer is diagonal; shorter ones are left to the
-layer. Round and flat are the same quadratic hexahedra (`tactile.structured.round_pad`), once between the
+layer. Round and flat are the same quadratic hexahedra (`tactile.structured.pad_hexahedra`), once between the
 skin's paraboloid and a bone that follows it, and once between planes, so that their discretisation error
 cancels. Elements yield less than the exact layer (Ritz), so that exact - B flat B' is positive semidefinite
 and C is symmetric positive definite.
@@ -27,11 +27,11 @@ from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from tactile.layer.cosine_layer import PARITIES, CosineLayer, Parity, TensorFields, is_odd, sliding_layer
 from tactile.layer.free_sides import ROWS_AND_COLUMNS_EXCHANGED, STORED
-from tactile.layer.layers import SAME_DEPTH_MM, boundaries
+from tactile.layer.skin_layers import SAME_DEPTH_MM, boundaries
 from tactile.skin import Skin
 from tactile.sparse import factorised
 from tactile.strain import STRAIN_COMPONENTS
-from tactile.structured.round_pad import RoundPad, gauss_points, quadratics
+from tactile.structured.pad_hexahedra import RoundPad, gauss_points, quadratics
 
 KIND = "round-pad"
 """Name of the differences in the cache."""

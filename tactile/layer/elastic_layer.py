@@ -19,7 +19,7 @@ from relief.ground.cache import fingerprint, is_cached
 from tactile.layer.cosine_layer import sliding_layer
 from tactile.layer.free_sides import FreeSidedLayer, FreeSides, free_sides
 from tactile.layer.interpolation import mirrored_centres, mirrored_hats
-from tactile.layer.layers import even_levels
+from tactile.layer.skin_layers import even_levels
 from tactile.skin import Skin
 from tactile.structured.block import CoarseBlock, depth_levels
 

@@ -15,8 +15,8 @@ import numpy as np
 
 from relief.ground.arrays import Array
 from visual.exact.background import Background
+from visual.exact.face_shading import Shading, unshadowed
 from visual.exact.pair_radiance import at_points, lit_by, places_of
-from visual.exact.shading import Shading, unshadowed
 from visual.exact.shadow_edges import SHADOW_EDGE_SAMPLES, Entries, ShadowEdges, shadow_entries
 from visual.exact.visibility_edges import VISIBILITY_EDGE_SAMPLES, VisibilityEdges
 from visual.geometry.placed_mesh import PlacedMesh

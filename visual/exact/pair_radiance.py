@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, Index
-from visual.exact.shading import Shading, ShadingPoints, shade, unshadowed
+from visual.exact.face_shading import Shading, ShadingPoints, shade, unshadowed
 from visual.geometry.film_samples import PictureSamples
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection

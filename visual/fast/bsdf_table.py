@@ -19,7 +19,7 @@ from scipy.ndimage import distance_transform_edt
 from torch import Tensor
 from torch.nn import functional
 
-from visual.exact.shading import unshadowed
+from visual.exact.face_shading import unshadowed
 from visual.lights.parallel import GOLDEN_ANGLE, ParallelLights
 
 ENTRIES = 384

@@ -7,7 +7,7 @@ import numpy as np
 
 from relief.ground.errors import InputError
 from visual.lights.ambient import AMBIENT
-from visual.lights.area import AREA
+from visual.lights.area_lights import AREA
 from visual.lights.directional import DIRECTIONAL
 from visual.lights.environment import ENVIRONMENT
 from visual.lights.kind import Draw, Light, LightKind

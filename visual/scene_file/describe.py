@@ -13,7 +13,7 @@ from relief.ground.limits import PATCH_SIDE_MM
 from visual.backend.mitsuba import mi
 from visual.lights.kind import RGB, EmitterShape, Light
 from visual.lights.quadrature import KINDS, kind_of
-from visual.scene_file.parsed import WEIGHT, Camera, CheckedScene, Description, ParsedPlate, children
+from visual.scene_file.parsed_scene import WEIGHT, Camera, CheckedScene, Description, ParsedPlate, children
 
 _COLOURED = {
     *("regular", "irregular", "blackbody"),

@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.objects.bundled import TEXTURE, on_plate, tile_of
-from benchmarks.objects.parts.clients import looked_at
+from benchmarks.objects.parts.part_clients import looked_at
 from benchmarks.shared.common import DOCS, ROOT, kept, load, parser_of, publish, table
 from relief.ground.arrays import Array
 from relief.solids.meshes import read_mesh

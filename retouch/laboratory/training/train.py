@@ -19,8 +19,8 @@ from retouch.laboratory.training.setup import Kind, TrainingSetup
 from retouch.laboratory.training.touch_setup import touch_setup
 from surrogate.data.field_set import Fieldset, open_fieldset
 from surrogate.data.request import DATASET_FILE
-from surrogate.nets.checkpoint import CHECKPOINT_FILE, TrainingKey, load_training, save_training
 from surrogate.nets.training import Epoch, Training, TrainingSettings, train
+from surrogate.nets.training_checkpoint import CHECKPOINT_FILE, TrainingKey, load_training, save_training
 from surrogate.nets.unet import NetShape, UNet
 from surrogate.nets.weights import ModelCard, save_net, weights_bytes
 

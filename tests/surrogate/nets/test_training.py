@@ -16,8 +16,14 @@ from torch.nn import functional
 from relief.ground.errors import InputError
 from relief.ground.tensors import Arrays, read_tensors, tensor_bytes
 from surrogate.nets.augmentation import transformed
-from surrogate.nets.checkpoint import CHECKPOINT_FILE, CURVES, TrainingKey, load_training, save_training
 from surrogate.nets.training import Epoch, Examples, Training, TrainingSettings, beginning, errors, train
+from surrogate.nets.training_checkpoint import (
+    CHECKPOINT_FILE,
+    CURVES,
+    TrainingKey,
+    load_training,
+    save_training,
+)
 from surrogate.nets.unet import NetShape, UNet
 
 SHAPE = NetShape(1, 1, (4, 6))

@@ -14,7 +14,7 @@ from surrogate.nets.unet import NetShape, UNet
 from surrogate.nets.weights import ModelCard, save_net, weights_bytes
 from tests.tactile.reliefs import waves
 from tests.visual.scenes import sun
-from visual.backend.plate import plate_bsdf
+from visual.backend.plate_shape import plate_bsdf
 from visual.fast import conversion
 from visual.fast.ambient_net import CHANNELS, trained_ambient_light, validity
 from visual.fast.bsdf_table import ambient_table

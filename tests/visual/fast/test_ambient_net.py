@@ -9,7 +9,7 @@ import torch
 from relief.ground.errors import InputError
 from surrogate.nets.unet import NetShape, UNet
 from tests.tactile.reliefs import waves
-from visual.backend.plate import plate_bsdf
+from visual.backend.plate_shape import plate_bsdf
 from visual.fast.ambient_net import CHANNELS, inputs, sky_visibility, trained_ambient_light
 from visual.fast.bsdf_table import BsdfTable, ambient_table
 from visual.scene import Scene

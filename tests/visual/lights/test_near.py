@@ -12,7 +12,7 @@ from tests.visual.differences import by_gradients, slopes_of_pictures, view_grad
 from tests.visual.exact.test_shading import MATERIALS
 from tests.visual.exact.test_view import CAMERAS
 from tests.visual.scenes import PLASTIC, SIDE, Array, toward
-from visual.exact.shading import ShadingPoints, shade
+from visual.exact.face_shading import ShadingPoints, shade
 from visual.lights.near import NearLights, even, matte, off_plate
 from visual.lights.point import cone_lobe
 from visual.scene import Scene

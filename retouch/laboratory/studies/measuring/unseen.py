@@ -25,7 +25,7 @@ from relief.ground.arrays import Array
 from relief.ground.progress import stage
 from relief.heightmap import load_heights
 from relief.relief import Relief
-from visual.noise import Batches, batched
+from visual.picture_noise import Batches, batched
 from visual.scene import Scene, load_scene, plate_size_mm
 
 SAMPLES = 16

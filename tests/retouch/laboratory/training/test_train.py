@@ -26,9 +26,9 @@ from retouch.laboratory.training.train import CURVES_PAGE, TrainingRequest, trai
 from retouch.laboratory.workers.processes import run_here
 from surrogate.data.field_set import open_fieldset
 from surrogate.nets.augmentation import SYMMETRIES
-from surrogate.nets.checkpoint import CHECKPOINT_FILE, CURVES
 from surrogate.nets.training import TrainingSettings
 from surrogate.nets.training import errors as errors_of
+from surrogate.nets.training_checkpoint import CHECKPOINT_FILE, CURVES
 from surrogate.nets.unet import NetShape, UNet
 from surrogate.nets.weights import ModelCard, load_net, weights_path
 from tactile.net import CHANNELS

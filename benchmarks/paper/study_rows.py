@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from benchmarks.shared import studies
+from benchmarks.shared import finished_studies
 from relief.ground.errors import InputError
 from retouch.laboratory.studies.document import Document, read_document
 from retouch.laboratory.studies.measuring.measures import MEASURES
@@ -20,7 +20,7 @@ def document_of(study: str) -> Document:
     Raises:
         InputError: the study is neither in `runs` nor committed.
     """
-    places = (RUNS / study / studies.FILE, studies.STUDIES / f"{study}.json")
+    places = (RUNS / study / finished_studies.FILE, finished_studies.STUDIES / f"{study}.json")
     path = next((place for place in places if place.is_file()), None)
     if path is None:
         raise InputError(f"{places[0]}: no such file; to make it: retouch study {study}")
@@ -29,8 +29,8 @@ def document_of(study: str) -> Document:
 
 def rows_of(study: str) -> list[dict[str, Any]]:
     """Rows of a study that are done; `folder` of each is its run directory. Raises InputError."""
-    rows = studies.rows_of(document_of(study))
-    return [{**row, "folder": studies.folder_of(RUNS / study, row)} for row in rows]
+    rows = finished_studies.rows_of(document_of(study))
+    return [{**row, "folder": finished_studies.folder_of(RUNS / study, row)} for row in rows]
 
 
 def extent(study: str) -> dict[str, Any]:

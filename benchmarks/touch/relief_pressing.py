@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 import tactile
-from benchmarks.touch.reliefs import SIZE_MM
+from benchmarks.touch.pressed_reliefs import SIZE_MM
 from relief.ground.arrays import Array
 from tactile.contact import solve_contact
 from tactile.model import SkinOperator

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from relief.ground.arrays import Array
 from tactile.layer.cosine_layer import Parity
-from tactile.layer.layers import Stack, levels_within, moduli_of_rows
+from tactile.layer.skin_layers import Stack, levels_within, moduli_of_rows
 from tactile.skin import lame
 from tactile.strain import STRAIN_COMPONENTS
 

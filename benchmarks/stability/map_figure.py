@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from benchmarks.shared.charts import FAINT, INK, style, write
+from benchmarks.shared.chart_style import FAINT, INK, style, write
 from benchmarks.shared.common import DOCS, IMAGES, put, table
 
 PATH = IMAGES / "stability.png"

@@ -7,7 +7,7 @@ from math import exp, log
 from statistics import fmean, median
 from typing import Any
 
-from benchmarks.paper.rows import rows_of
+from benchmarks.paper.study_rows import rows_of
 from retouch.laboratory.studies.statistics import interval
 
 COLUMNS = (

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from benchmarks.shared.common import table
-from benchmarks.shared.studies import Row, committed
+from benchmarks.shared.finished_studies import Row, committed
 
 ONE, ALL = "one place", "all over"
 FIRST = ("gravel-tile", "brick-tile", "grass-tile")
