@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from benchmarks.shared.common import ROOT, load, machine, parser_of, save, table
-from benchmarks.shared.studies import FILE, STUDIES
+from benchmarks.shared.finished_studies import FILE, STUDIES
 from relief.ground.formatting import duration
 from relief.ground.progress import say
 from tactile.skin import Skin
@@ -72,7 +72,7 @@ PARTS: Mapping[str, Part] = {
             "copy {runs}/nets/touch/touch.json surrogate/weights",
             "-m benchmarks.learned.touch_net --optimised {runs}/optimised",
             "-m benchmarks.learned.fast_look --optimised {runs}/optimised",
-            "-m benchmarks.learned.figure",
+            "-m benchmarks.learned.error_figure",
         ),
     ),
     "shipped": Part("operators of the named round fingers", ("-m benchmarks.touch.shipped",)),
@@ -167,7 +167,7 @@ PARTS: Mapping[str, Part] = {
             "retouch study benchmarks/objects/tiles.toml -o runs/paper-objects",
             "-m benchmarks.objects.paper_objects",
             "-m benchmarks.objects.curved_figure",
-            "-m benchmarks.objects.figure",
+            "-m benchmarks.objects.objects_figure",
             "-m benchmarks.objects.direction",
             "-m benchmarks.touch.mesh_feel",
         ),
@@ -236,7 +236,7 @@ def make(name: str) -> bool:
     cpu_s = round(_children_cpu_s() - began)
     done = load("remake").get("parts", {}) | {name: {"finger": asdict(Skin()), "cpu_s": cpu_s}}
     save("remake", {"parts": done, "machine": machine()})
-    say(f"{name}: made, {duration(cpu_s)} of the processor")
+    say(f"{name}: made, {duration(cpu_s)} of CPU time")
     return True
 
 

@@ -58,7 +58,7 @@ def main() -> None:
 
 
 def seconds(before: str | None, names: Sequence[str], repeats: int) -> dict[str, str]:
-    """Make the runs that are due, keep the row of each, and tell what all rows say."""
+    """Make the runs that are due, keep the row of each, and return the texts of all rows."""
     here = machine()
     with checkouts(before) as folders:
         trees = {version_of(ROOT) if name == NOW else name: folder for name, folder in folders.items()}
@@ -70,7 +70,7 @@ def seconds(before: str | None, names: Sequence[str], repeats: int) -> dict[str,
             save("whole_run", load("whole_run") | {"runs": rows})
             cost = f"{row['wall_s']:.1f} s, {row['cpu_s']:.1f} CPU seconds"
             print(f"{row['case']}, {row['version']}: {cost}", flush=True)
-    return told(rows, list(trees), here)
+    return texts_of(rows, list(trees), here)
 
 
 def stale(
@@ -81,20 +81,20 @@ def stale(
     return row["case"] in names and (elsewhere or row["version"].endswith("+"))
 
 
-def told(
+def texts_of(
     rows: Sequence[Mapping[str, Any]], versions: Sequence[str], here: Mapping[str, Any]
 ) -> dict[str, str]:
     """Text of the rows of versions on one machine, by its place on the page."""
-    of = {v: turns.medians([row for row in rows if row["machine"] == here], v) for v in versions}
+    each = {v: turns.medians([row for row in rows if row["machine"] == here], v) for v in versions}
 
     def every(plates: bool) -> str:
         names = [name for name, case in turns.CASES.items() if (case.size_mm > 10) == plates]
-        found = [(name, version) for name in names for version in versions if name in of[version]]
-        return as_text([{"case": name, "version": version, **of[version][name]} for name, version in found])
+        found = [(name, version) for name in names for version in versions if name in each[version]]
+        return as_text([{"case": name, "version": version, **each[version][name]} for name, version in found])
 
     parts = {
-        "seconds": [turns.beside_aims(*of.values()) if len(versions) > 1 else "", every(plates=False)],
-        "sizes": [turns.growth(of), every(plates=True)],
+        "seconds": [turns.beside_aims(*each.values()) if len(versions) > 1 else "", every(plates=False)],
+        "sizes": [turns.growth(each), every(plates=True)],
     }
     return {what: "\n\n".join(filter(None, texts)) for what, texts in parts.items() if any(texts)}
 

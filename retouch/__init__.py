@@ -73,6 +73,6 @@ if TYPE_CHECKING:
     from tactile.touch import Touch as Touch
     from visual.scene import Scene as Scene
     from visual.scene import load_scene as load_scene
-    from visual.scene_file.fitting import scene_relief as scene_relief
+    from visual.scene_file.plate_fitting import scene_relief as scene_relief
 
 __getattr__, __dir__, __all__ = lazy_names(sys.modules[__name__])

@@ -1,4 +1,4 @@
-"""Frictionless, force-controlled contact of the skin with a rigid relief, and its implicit gradient.
+"""Unilateral (Signorini) contact of the skin with a rigid relief, without friction, at a prescribed force.
 
 Pressures p >= 0 with a prescribed mean are sought such that the gap g = C p - h - approach is >= 0 and
 p g = 0: they minimise 1/2 p'Cp - h'p over all admissible pressures. The solver is a constrained conjugate
@@ -212,7 +212,7 @@ class SingleFirst:
 
 
 class _Press(torch.autograd.Function):
-    """Pressure and gap as differentiable functions of the heights, by the implicit function theorem."""
+    """Pressure and gap as functions of the heights, with gradients by implicit differentiation."""
 
     @staticmethod
     def forward(

@@ -1,7 +1,7 @@
 """Other fingers: skins of other stiffness and receptor depth, and how rough reliefs feel to them.
 
 Force over modulus and receptor depth decide how rough a relief feels; Poisson's ratio hardly counts. People
-differ in both, and nobody knows the numbers of a given finger. The set is therefore a range, not a sample.
+differ in both, and the numbers of a given finger are unknown. The set is therefore a range, not a sample.
 """
 
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Touch measures: what fingers get from a relief, as numbers and maps, by one model of touch."""
+"""Touch measures: numbers and maps of what a finger feels of a relief, by one model of touch."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ BATCH_SAMPLES = 1 << 19
 
 @dataclass(frozen=True)
 class TouchMeasures:
-    """What a finger gets from a relief at each of k places.
+    """Quantities that a finger feels at each of k contact locations of a relief.
 
     Attributes:
         model: of touch.
         mesh: nodes along a side of the finite elements; None for other models.
         values: (k,) of quantities by name, in their units.
-        contact_fraction: share of the samples under pressure, mean over the places.
+        contact_fraction: share of the samples under pressure, mean over the contact locations.
         strain, pressure: (k, n, n) on the patches; pressure in MPa.
         gradients: (targets * k, rows * cols) of the targets' quantities by the heights, a sparse matrix if
-            there are several places; the places of a target follow one another. No rows if not asked for.
+            there are several locations; rows of one target follow one another. No rows if not asked for.
     """
 
     model: ModelName
@@ -52,14 +52,18 @@ class TouchMeasures:
 
     @property
     def means(self) -> dict[str, float]:
-        """Means of the values over the places."""
+        """Means of the values over the contact locations."""
         return means(self.values)
 
     @property
     def ends(self) -> dict[str, float]:
-        """The `count` of places, and the least and largest of each quantity, as `NAME_min` and `NAME_max`."""
-        pairs = {"min": np.min, "max": np.max}
-        each = {f"{name}_{end}": float(of(v)) for name, v in self.values.items() for end, of in pairs.items()}
+        """The `count` of locations, and least and largest value of each quantity: `NAME_min`, `NAME_max`."""
+        extremes = {"min": np.min, "max": np.max}
+        each = {
+            f"{name}_{end}": float(extreme(v))
+            for name, v in self.values.items()
+            for end, extreme in extremes.items()
+        }
         return {"count": len(next(iter(self.values.values()))), **each}
 
     def __repr__(self) -> str:
@@ -83,7 +87,7 @@ def measure_touch(
         model: of touch.
         mesh: nodes along a side of the finite elements.
         quantities: to be measured.
-        at: (k, 2) places; None: those of `relief.places.places`.
+        at: (k, 2) contact locations; None: the locations of `relief.places.places`.
 
     Raises:
         InputError: heights, size or skin are out of range, or a finger reaches more than 2.9 mm below the top
@@ -99,7 +103,7 @@ def measure_touch(
     deep = floor_mm(heights) > 0.0
 
     def press(fields: Array) -> tuple[tactile.Touch, dict[str, Array]]:
-        # A plate that is its own patch is pressed as it is, without a dimension for places.
+        # A plate that is its own patch is pressed as it is, without a dimension for locations.
         field = torch.as_tensor(fields if len(fields) > 1 else fields[0])
         touch = tactile.press(field, patches.size_mm, skin, model, mesh=mesh)
         if deep:

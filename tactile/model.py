@@ -22,11 +22,11 @@ from tactile.elements.finite_elements import FiniteElementOperator, finite_eleme
 from tactile.elements.round_pad import RoundPadOperator, round_pad_operator
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.layer.truncated import GRADIENT_TOLERANCE, quick_solver
-from tactile.limits import FEM_MESH, MAX_MESH, MAX_SAMPLES, MIN_MESH, MIN_SAMPLES
 from tactile.pair_variation import WIDEST_MM
 from tactile.pressing import Press, SkinOperator
 from tactile.skin import Skin
 from tactile.touch import Touch, share_in_contact
+from tactile.touch_limits import FEM_MESH, MAX_MESH, MAX_SAMPLES, MIN_MESH, MIN_SAMPLES
 
 ModelName = Literal["layer", "quick", "net", "fem"]
 MODELS: tuple[str, ...] = get_args(ModelName)
@@ -36,10 +36,10 @@ _Operator = FiniteElementOperator | RoundPadOperator | ElasticLayerOperator
 NARROWEST_MM = 4.0
 """Least width of a round finger's contact with a flat plate, mm, that holds pairs of all distances."""
 LEAST_BESIDE_MM = 2.0
-"""Least distance of that contact from the sides of the patch, mm."""
+"""Least distance of a round finger's contact from the sides of the patch, mm."""
 LARGE_STRAIN = 0.4
-"""Strain under a flat plate from which a user is told that the theory is of small ones; that of the measured
-finger at 1 N is 0.36."""
+"""Least strain under a flat plate at which a user is warned that the theory is of small strains. The measured
+finger at 1 N has a strain of 0.36."""
 MIN_LOAD, MAX_LOAD = 1e-6, 100.0
 """Least and greatest mean pressure in units of Young's modulus: 500 times the usual load squeezes the skin by
 many times its thickness, and far beyond, rounding doubles V in single precision without any other sign."""
@@ -144,7 +144,7 @@ def touch_model(
     model: ModelName = "layer",
     mesh: int = FEM_MESH,
 ) -> TouchModel:
-    """The model of a skin on an n x n patch (kept; its operators also lie on disk).
+    """The model of a skin on an n x n patch, kept in memory; its operators are kept on disk, too.
 
     Args:
         skin: parameters of the skin.
@@ -216,17 +216,17 @@ def _touched(skin: Skin, pressure: Tensor, strain: Tensor, size_mm: float) -> Te
         raise InputError(f"{about}, too much for a patch of {size_mm:.3g} mm")
     largest = float(strain.abs().max())
     if largest > LARGE_STRAIN:
-        _tell_large_strain(skin, wide, largest)
+        _warn_of_large_strain(skin, wide, largest)
     return touched.to(pressure.dtype)
 
 
-_STRAINED: set[Skin] = set()
-"""Fingers of which a user was told that their strain is large: several models of one finger say it once."""
+_WARNED: set[Skin] = set()
+"""Fingers whose large strain a user was warned of: several models of one finger warn once."""
 
 
-def _tell_large_strain(skin: Skin, wide_mm: float, strain: float) -> None:
-    if skin not in _STRAINED:
-        _STRAINED.add(skin)
+def _warn_of_large_strain(skin: Skin, wide_mm: float, strain: float) -> None:
+    if skin not in _WARNED:
+        _WARNED.add(skin)
         say(
             f"a finger of {skin.force_n:g} N touches {wide_mm:.1f} mm of a flat plate and strains its skin "
             f"by {100.0 * strain:.0f} %; the theory is of small strains"

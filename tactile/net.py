@@ -173,7 +173,7 @@ def net_solver(skin: Skin, samples: int, size_mm: float, folder: Path = FOLDER) 
 def _check(trained: Mapping[str, float], requested: Mapping[str, float]) -> None:
     for name, value in requested.items():
         if name not in trained:
-            raise InputError(f"touch.model: the net's card does not tell its {name}")
+            raise InputError(f"touch.model: the net's card lacks its {name}")
         if trained[name] != value:
             raise InputError(
                 f'touch.model: the net is trained for {name} {trained[name]:g}, not {value:g}; use "layer"'

@@ -1,4 +1,4 @@
-"""Roughness: mean variation of strain between pairs of receptors (paper equation 2)."""
+"""Roughness V: mean absolute pairwise strain difference between receptors (paper equation 2)."""
 
 import cmath
 import math
@@ -31,7 +31,7 @@ FINEST_PER_MM = 12.8
 """Most samples a mm where every pixel offset is summed: 128 over 10 mm, with 1816 offsets."""
 
 FINE_LENGTHS, FINE_ANGLES = 24, 19
-"""Numbers of lengths, and of angles in each eighth of a turn, on finer grids: 1824 offsets in the place of as
+"""Numbers of lengths, and of angles in each eighth of a turn, on finer grids: 1824 offsets in place of as
 many as 115,972. V differs from the sum over all of these by less than 0.08 %, from 192 samples over 10 mm."""
 
 STRIDE_MM = 0.32
@@ -41,11 +41,11 @@ where every fourth sample along each axis is taken, V of twelve reliefs is withi
 gradient within 0.4 % in the median and 1.1 % at most."""
 
 MOST_BY_PAIRS = 160**2
-"""Most samples of a single field whose thinned sum is taken pair by pair: the places of the pairs take 31 MiB
+"""Most samples of a single field whose thinned sum is taken pair by pair: indices of the pairs take 31 MiB
 at 128 x 128 samples over 10 mm, and grow as the samples do."""
 
 NO_PAIRS = "heights: under the finger no two receptors that count are 1.4 to 3 mm apart"
-"""What is told where a round finger has too little of a plate below."""
+"""Error of a contact location where a round finger has too little of a plate below."""
 
 Quadrature = Literal["full", "thinned", "polar"]
 """Sum over every pixel offset, bounded in number; over these at fewer positions; over few offsets."""
@@ -189,7 +189,7 @@ def _of_pairs(strain: Tensor, first: Tensor, second: Tensor, weight: Tensor) -> 
 
 @lru_cache(maxsize=2)
 def _pairs(n: int, size_mm: float, stride: int) -> tuple[Tensor, Tensor, Tensor]:
-    """The pairs of the thinned sum: where each end lies in a flat field, and their weights; (p,) each."""
+    """Pairs of the thinned sum: index of each end in a flat field, and the weights; (p,) each."""
     ends: list[tuple[Tensor, Tensor]] = []
     weights = []
     lines = torch.arange(n)
@@ -230,7 +230,7 @@ def _woven(combs: list[Tensor], like: Tensor, stride: int) -> Tensor:
 def _overlap(
     one: torch.Size, other: torch.Size, down: int, right: int
 ) -> tuple[tuple[EllipsisType, slice, slice], tuple[EllipsisType, slice, slice]]:
-    """Where a field lies over another that is moved up and to the left, and where the other lies under it."""
+    """Slices of a field and of another, moved up and to the left, where the two overlap."""
     rows = max(0, min(one[-2], other[-2] - down))
     first, last = max(0, -right), min(one[-1], other[-1] - right)
     last = max(first, last)

@@ -73,15 +73,16 @@ class Press:
         Raises:
             ContactError: the contact does not converge.
         """
+        relative = self._relative_heights(heights)
         return differentiable_contact(
-            self.operator, self._met(heights), self.load, start, self.solve, self.gradient_tolerance
+            self.operator, relative, self.load, start, self.solve, self.gradient_tolerance
         )
 
     def pressure(self, heights: Tensor) -> Tensor:
         """The pressure alone (..., n, n), solved to the default tolerance and without gradient."""
-        return solve_contact(self.operator, self._met(heights), self.load).pressure
+        return solve_contact(self.operator, self._relative_heights(heights), self.load).pressure
 
-    def _met(self, heights: Tensor) -> Tensor:
+    def _relative_heights(self, heights: Tensor) -> Tensor:
         """Heights (..., n, n) mm that a flat finger would have to meet to be pressed as this one is."""
         if self.curvatures is None:
             return heights

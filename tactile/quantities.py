@@ -26,10 +26,10 @@ Values = Mapping[str, "Array"]
 LARGEST_JND = 10.0
 """Largest roughness change, JND: a factor of 1.19 ** 10 = 5.7, more than any relief up to 3 mm gives."""
 PLACE_JND = 0.25
-"""Largest distance of a place from its own goal that counts as met, just-noticeable differences."""
+"""Largest distance of a contact location from its goal that counts as met, just-noticeable differences."""
 FLAT_SHARE = 0.02
-"""Share of the mean goal below which a place counts as flat: its distance from its goal is measured as if
-value and goal were this share, because ratios to a value of nearly nothing mean nothing."""
+"""Share of the mean goal below which a contact location counts as flat. Distances from the goal are measured
+as if value and goal were at least this share, because ratios to a value near zero mean nothing."""
 LIMIT_PERCENT = 2.0
 """Change of the pictures up to which a look counts as kept, mean in % of white: the paper's."""
 STEERING_GAP_WEIGHT_PER_MM = 20.0
@@ -197,7 +197,7 @@ CONTACT_AREA = Quantity(
 """A (paper equation 3), which the finger reads as temperature."""
 
 QUANTITIES = {quantity.name: quantity for quantity in (ROUGHNESS, CONTACT_AREA)}
-"""What every run measures, and what a run file can ask for."""
+"""Quantities by name, which every run measures and a run file can ask for."""
 
 
 def goal_keys() -> dict[str, tuple[Quantity, GoalKey]]:

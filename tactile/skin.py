@@ -212,7 +212,7 @@ class Skin:
         }
 
     def described(self) -> dict[str, Any]:
-        """The parameters by name, as files tell them; layers and shape only where they are not the usual."""
+        """The parameters by name, as in files; layers and shape only where they differ from the defaults."""
         layers = {"layers": [list(layer) for layer in self.layers]} if self.layers else {}
         return self.numbers() | layers | ({"shape": self.shape} if self.shape != "flat" else {})
 

@@ -89,7 +89,7 @@ def _by_pardiso(upper: sp.csr_matrix, minimum_degree: bool) -> Solve:
             solver.set_iparm(place, value)
 
     def run(phase: int, rhs: NDArray[np.float64]) -> NDArray[np.float64]:
-        # The wrapper's own `factorize` and `solve` copy and compare the matrix, and know double alone.
+        # `factorize` and `solve` of the wrapper copy and compare the matrix, and take double precision alone.
         solver.set_phase(phase)
         with _few_threads(solver, upper.shape[0]):
             return np.asarray(solver._call_pardiso(upper, np.asfortranarray(rhs, dtype=dtype)))

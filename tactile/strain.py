@@ -63,7 +63,7 @@ class _SmallestEigenvalue(torch.autograd.Function):
         isotropic = torch.zeros_like(projector)
         isotropic[..., :3, :, :] = 1.0 / 3.0
         projector = torch.where(meeting, isotropic, projector)
-        # Off-diagonal components stand for two entries of the tensor each.
+        # Each off-diagonal component is two entries of the tensor.
         weight = projector.new_tensor([1.0, 1.0, 1.0, 2.0, 2.0, 2.0]).view(6, 1, 1)
         return projector * weight * gradients[0].unsqueeze(-3)
 

@@ -58,7 +58,7 @@ def map_and_size(felt: Touch | Tensor, name: str, size_mm: float | None) -> tupl
     Args:
         felt: a touch, or one of its maps (..., n, n).
         name: of the map.
-        size_mm: side of the patch; None where the touch knows it, or for 10 mm.
+        size_mm: side of the patch; None for the touch's own side, or for 10 mm.
 
     Raises:
         InputError: another side than the touch's.

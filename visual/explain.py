@@ -20,8 +20,8 @@ from visual.models import BOX_RADIUS, HIDDEN, OBSTACLES, obstacles
 from visual.needs import Needs, camera_name, check_effort, needs_of
 from visual.scene_file.check import instantiate
 from visual.scene_file.describe import describe
-from visual.scene_file.fitting import fitted_scene
-from visual.scene_file.parsed import Camera, CheckedScene, Description, Plate
+from visual.scene_file.parsed_scene import Camera, CheckedScene, Description, ParsedPlate
+from visual.scene_file.plate_fitting import fitted_scene
 
 NO_EDGES = "not followed: only gradients need them"
 NO_GRADIENTS = "none, so retouch optimize refuses this scene: "
@@ -39,7 +39,7 @@ def explain_scene(
     relief: Relief | None = None,
     samples: int | None = None,
 ) -> list[tuple[str, str]]:
-    """What `visual.load_scene(...).render(samples=samples)` would do.
+    """Lines on what `visual.load_scene(...).render(samples=samples)` would do.
 
     The scene is checked: faults are reported as by a rendering.
 
@@ -63,7 +63,7 @@ def explain_scene(
 def explain(
     checked: CheckedScene, relief: Relief, variant: str | None, samples: int | None = None
 ) -> list[tuple[str, str]]:
-    """What rendering a relief in a checked scene would do; as `explain_scene`."""
+    """Lines on what rendering a relief in a checked scene would do; as `explain_scene`."""
     heights = relief.heights
     description = describe(checked)
     needs = needs_of(description, (heights.shape[0], heights.shape[1]))
@@ -108,7 +108,7 @@ def _hidden(
     return hidden_plate(scene, plate, needs.cameras, camera.rows, camera.cols)
 
 
-def _plate(plate: Plate, relief: Relief) -> str:
+def _plate(plate: ParsedPlate, relief: Relief) -> str:
     surface, heights = relief.surface, relief.heights
     heights_mm = f"heights {heights.min():.3g} to {heights.max():.3g} mm from {Path(relief.name).name}"
     varies = f", varies over the plate: {', '.join(plate.textures)}" if plate.textures else ""
@@ -120,7 +120,7 @@ def _plate(plate: Plate, relief: Relief) -> str:
     return f"{size}, {heights_mm}, material {_material(plate)}{varies}"
 
 
-def _material(plate: Plate) -> str:
+def _material(plate: ParsedPlate) -> str:
     """The outermost material that is more than a wrapper."""
     return next((kind for kind in plate.material if kind != "twosided"), plate.material[0])
 
@@ -200,7 +200,7 @@ def _random_rays(needs: Needs) -> str:
     return f"{sent}; none for {_list(others)}: {never}" if others else sent
 
 
-def _highlights(plate: Plate, needs: Needs) -> str:
+def _highlights(plate: ParsedPlate, needs: Needs) -> str:
     if needs.matte:
         return "none: the material is matte, so none are sampled"
     return f"computed, as {_material(plate)} has them"

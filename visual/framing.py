@@ -13,7 +13,7 @@ from visual.geometry.film_samples import plate_pixels
 from visual.geometry.projection import Projection
 from visual.geometry.topology import PlateTopology
 from visual.needs import Needs
-from visual.scene_file.parsed import CheckedScene, Description
+from visual.scene_file.parsed_scene import CheckedScene, Description
 
 CUT_PIXELS = 0.5
 """Largest part of a plate beyond a picture, pixels, that counts as rounding."""

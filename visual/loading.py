@@ -24,13 +24,13 @@ from visual.lights.kind import Light
 from visual.lights.quadrature import Quadrature, kind_of, prepare
 from visual.needs import Needs
 from visual.scene_file.check import instantiate, light_id
-from visual.scene_file.parsed import CheckedScene
+from visual.scene_file.parsed_scene import CheckedScene
 
 Lights = tuple[Light, ...]
 """One light, or several that shine together."""
 DIRECTIONS = 8
-"""Parallel lights for each such light where the gradient of `Scene.render` follows shadows. These are drawn
-anew for each gradient, so that fewer suffice."""
+"""Parallel lights for each extended light, where the gradient of `Scene.render` follows shadows. New lights
+are drawn for each gradient, so that few suffice."""
 
 
 class SceneLoader:
@@ -60,7 +60,7 @@ class SceneLoader:
         self._quadratures: dict[tuple[int, ...], Quadrature] = {}
 
     def quadrature(self, lights: Lights, count: int) -> Quadrature:
-        """What draws parallel or near lights for some lights, prepared once.
+        """Generator of parallel or near lights for some lights, prepared once.
 
         Args:
             lights: of the scene.

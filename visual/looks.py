@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from visual.exact.view import Pictures
 
 FIXED_DIRECTIONS = 48
-"""Lights that stand for each light that is neither directional nor a point, in fixed samples. Under an
+"""Lights that represent each light that is neither directional nor a point, in fixed samples. Under an
 environment map turned six ways, gradients of gravel seen from 45 degrees are 0.3 to 1.5 % off with 48, 0.5 to
 6.3 with 24 (by chance, as so few lights hit or miss bright faces), and 1.5 to 4.9 with 16."""
 
@@ -49,7 +49,7 @@ class FixedSamples(NamedTuple):
         seed: of the samples.
         strata: samples along a pixel's side.
         edge_samples: along edges whose motion changes the pictures.
-        directions: lights that stand for each light that is neither directional nor a point.
+        directions: lights that represent each light that is neither directional nor a point.
     """
 
     resolution: int | None = None

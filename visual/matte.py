@@ -1,4 +1,4 @@
-"""A scene told as a matte plate under a lamp and an even sky, for viewers whose lamp moves."""
+"""A scene approximated by a matte plate under a lamp and an even sky, for viewers whose lamp moves."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from visual.backend import variants
-from visual.backend.plate import plate_bsdf
-from visual.exact.shading import Places, unshadowed
+from visual.backend.plate_shape import plate_bsdf
+from visual.exact.face_shading import ShadingPoints, unshadowed
 from visual.lights.kind import Light, shines
 from visual.lights.near import LightSet, flat_irradiance
 from visual.lights.parallel import LUMINANCE, angles
@@ -16,7 +16,7 @@ from visual.needs import MATTE, light_name
 from visual.scene import Scene
 
 TEXTURE_SIDE = 16
-"""Places along a side of the plate over which the reflectance of a texture is averaged."""
+"""Points along a side of the plate over which the reflectance of a texture is averaged."""
 ABOVE = np.array([0.0, 0.0, 1.0])
 """Unit vector toward the viewer."""
 MIDDLE = np.zeros((1, 3))
@@ -46,7 +46,7 @@ class Lamp:
 
 @dataclass(frozen=True)
 class MatteScene:
-    """What a scene is to a viewer of matte plates.
+    """Matte plate, lamps and even sky that approximate a scene.
 
     Attributes:
         lamps: of the conditions of a camera, at least one.
@@ -66,12 +66,12 @@ class MatteScene:
 
 
 def matte_scene(scene: Scene) -> MatteScene:
-    """Tell a scene as a matte plate; lights without gradients (`light_obstacle`) are left out."""
+    """Matte plate that approximates a scene; lights without gradients (`light_obstacle`) are left out."""
     described, side_mm = scene.description, max(scene.surface.size_mm)
     alone = [light for light in described.lights if not kind_of(light).ambient]
     around = [light for light in described.lights if kind_of(light).ambient]
-    known = [light for light in described.lights if light_obstacle(light, side_mm) is None and shines(light)]
-    sets = {light.node: scene.illumination(light) for light in known}
+    lights = [light for light in described.lights if light_obstacle(light, side_mm) is None and shines(light)]
+    sets = {light.node: scene.illumination(light) for light in lights}
     sky = sum(_irradiance(sets[light.node]) for light in around if light.node in sets)
     lamps = [
         _lamp(light_name(light, number), light, sets[light.node])
@@ -87,7 +87,7 @@ def matte_scene(scene: Scene) -> MatteScene:
         _flat_albedo(scene, list(sets.values())),
         glossy=not set(described.plate.material) <= set(MATTE),
         textured=bool(described.plate.textures),
-        simplified=len(known) < len(described.lights)
+        simplified=len(lights) < len(described.lights)
         or not lamps
         or not all(kind_of(light).directed for light in alone)
         or any(light.filename is not None for light in around),
@@ -125,7 +125,7 @@ def _flat_albedo(scene: Scene, sets: Sequence[LightSet]) -> float:
     variants.use(scene.variant)
     side = (np.arange(TEXTURE_SIDE) + 0.5) / TEXTURE_SIDE
     uv = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
-    level, places = np.zeros(len(uv)), Places(np.zeros((len(uv), 3)), uv)
+    level, places = np.zeros(len(uv)), ShadingPoints(np.zeros((len(uv), 3)), uv)
     bsdf = plate_bsdf(scene.light_scenes()[0].scene)
     radiance = [unshadowed(bsdf, level, level, lights, ABOVE, places) for lights in sets]
     return float(sum(each.mean(axis=1).sum() for each in radiance)) / white

@@ -13,7 +13,7 @@ from relief.ground.arrays import Array
 from visual.lights.kind import Light
 from visual.lights.quadrature import light_obstacle, parallel_obstacle
 from visual.needs import DIRECT_DEPTH, Needs
-from visual.scene_file.parsed import Camera, Description
+from visual.scene_file.parsed_scene import Camera, Description
 
 PictureModel = Literal["exact", "fast"]
 """Gradients of exact pictures, rendered (`visual.exact.render`) or with explicit Jacobians for steps
@@ -81,7 +81,7 @@ def _unseen(camera: Camera, corners: Array) -> Iterable[str]:
 
 
 Obstacle = Callable[[_Case], Iterable[str]]
-"""What a model cannot do with a scene, each reason as element, field and sentence; none if it can."""
+"""Reasons why a model cannot show a scene, each as element, field and sentence; none if the model can."""
 
 
 def _unless(condition: Callable[[_Case], bool], reason: str) -> Obstacle:
@@ -140,7 +140,7 @@ OBSTACLES: Mapping[PictureModel, tuple[Obstacle, ...]] = {
         ),
     ),
 }
-"""What each model cannot do; one entry for each reason. "exact" shows every scene, but not its gradients."""
+"""Model -> its obstacles, one for each reason. "exact" shows every scene, but not every gradient."""
 
 
 def obstacles(

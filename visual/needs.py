@@ -8,7 +8,7 @@ import numpy as np
 from relief.ground.errors import InputError
 from visual.lights.kind import Light, shines
 from visual.lights.quadrature import kind_of
-from visual.scene_file.parsed import Camera, Description
+from visual.scene_file.parsed_scene import Camera, Description
 
 DIRECT_DEPTH = 2
 """Path length (`max_depth`) of light that goes from lamp to plate to camera."""
@@ -20,7 +20,7 @@ MATTE = ("diffuse", "twosided")
 
 @dataclass(frozen=True)
 class Needs:
-    """What is rendered, and how.
+    """Sizes and numbers of the pictures that are rendered.
 
     Attributes:
         conditions: names of the rendering conditions, camera by camera.
@@ -56,7 +56,7 @@ class Needs:
 
 
 def needs_of(description: Description, samples: tuple[int, int] = (1, 1)) -> Needs:
-    """What pictures of a scene take.
+    """Sizes and numbers that the pictures of a scene need.
 
     Args:
         description: of the scene.

@@ -40,8 +40,8 @@ from visual.models import HIDDEN, PictureModel, obstacles
 from visual.needs import camera_name, check_effort, needs_of
 from visual.scene_file.check import check_scene
 from visual.scene_file.describe import check_size, describe
-from visual.scene_file.fitting import fitted_scene, parameters, scene_relief
-from visual.scene_file.parsed import CheckedScene
+from visual.scene_file.parsed_scene import CheckedScene
+from visual.scene_file.plate_fitting import fitted_scene, parameters, scene_relief
 from visual.white import white_radiance
 
 _log = logging.getLogger(__name__)
@@ -230,7 +230,7 @@ class Scene:
         for name, share in zip(names, shares.ravel(), strict=True):
             if share == 0.0:
                 raise InputError(f"{self.file}: sensor {name}: does not show the plate")
-        # Each camera once, however often the weights are asked for.
+        # One warning for each camera, however often the weights are computed.
         for place in cut_off(first.cameras, self.plate, self.heights.max()):
             if names[place] not in self._cut_off:
                 _log.warning(
@@ -266,12 +266,12 @@ class Scene:
         return tuple(self._loader.light_scene(lights, size) for lights in self._loader.groups)
 
     def lit_scenes(self, resolution: int | None = None) -> tuple[tuple[LightScene, ...], LightScene | None]:
-        """The same light scenes: of each light alone, and of all ambient light, None if there is none."""
+        """Light scenes of each light alone, and of all ambient light (None without ambient light)."""
         each = self.light_scenes(resolution)
         return (each[:-1], each[-1]) if self.needs.around else (each, None)
 
     def illumination(self, light: Light) -> LightSet:
-        """Fixed parallel or near lights that stand for a light of the scene."""
+        """Fixed parallel or near lights that represent a light of the scene."""
         return self._loader.quadrature((light,), FAST_DIRECTIONS).lights()
 
     def illuminations(self, resolution: int | None, directions: int) -> tuple[list[Illumination], LightScene]:
@@ -279,7 +279,7 @@ class Scene:
 
         Args:
             resolution: pixels along the film's longer side instead of its own.
-            directions: lights that stand for each light that is neither directional nor a point.
+            directions: lights that represent each light that is neither directional nor a point.
 
         Raises:
             InputError: the variant gives no gradients, or a light has none.

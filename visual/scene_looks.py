@@ -9,7 +9,7 @@ from torch import Tensor
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from visual.backend import variants
-from visual.backend.plate import plate_bsdf
+from visual.backend.plate_shape import plate_bsdf
 from visual.exact.render import RenderSettings, pictures
 from visual.exact.view import View
 from visual.fast.camera_view import CameraView
@@ -38,7 +38,7 @@ class _OfScene:
         self._scene = scene
 
     def plate_weights(self, pictures: Array) -> Array:
-        """Those of the scene; see the protocol."""
+        """Weights of the plate in the scene's pictures; see the protocol."""
         return self._scene.plate_weights(max(pictures.shape[1:]))
 
 
@@ -121,7 +121,7 @@ class FastLook(_OfScene):
         return torch.stack(each).reshape(*heights.shape[:-2], *each[0].shape).to(heights.dtype)
 
     def views(self, samples: FixedSamples) -> tuple[StepView, ...]:
-        """One view, of all cameras; see the protocol."""
+        """One view of all cameras; see the protocol."""
         if self._overhead:
             return (FastView(self.renderer),)
         return (self.camera_view(samples.resolution, samples.directions, STEP_LINES),)
@@ -152,7 +152,7 @@ class FastLook(_OfScene):
 
         Args:
             resolution: pixels along the film's longer side instead of its own.
-            directions: lights that stand for each light that is neither directional nor a point.
+            directions: lights that represent each light that is neither directional nor a point.
             lines: in each pixel, along which cameras see.
 
         Raises:

@@ -8,7 +8,7 @@ from visual.lights.kind import Light
 from visual.lights.near import LightSet, flat_irradiance
 from visual.lights.parallel import LUMINANCE
 from visual.lights.quadrature import kind_of, light_obstacle
-from visual.scene_file.parsed import Description
+from visual.scene_file.parsed_scene import Description
 
 SIDE_LOOKED_AT = 9
 """Points along a side of the plate among which the brightest is looked for."""
@@ -22,7 +22,7 @@ def white_radiance(
     Args:
         description: of the scene.
         size_mm: longer side of the plate.
-        standing_for: gives the fixed lights that stand for a light.
+        standing_for: gives the fixed lights that represent a light.
     """
     along = size_mm * np.linspace(-0.5, 0.5, SIDE_LOOKED_AT)
     x, y = (axis.ravel() for axis in np.meshgrid(along, along))

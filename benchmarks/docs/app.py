@@ -21,8 +21,8 @@ import numpy as np
 import skimage.data
 from PIL import Image
 
+from benchmarks.shared.app_window import COMMAND, FELT, SHOWN, App, Window
 from benchmarks.shared.common import DOCS, machine, parser_of, publish, save, table
-from benchmarks.shared.window import COMMAND, FELT, SHOWN, App, Window
 
 STARTS, MOVES = 5, 8
 LARGE_SIDE = 8192

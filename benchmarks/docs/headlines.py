@@ -1,4 +1,4 @@
-"""Headlines: the few numbers of each benchmark that the README tells, from the results."""
+"""Headlines: the few numbers of each benchmark that the README states, from the results."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Iterator
 from typing import Any
 
-from benchmarks.learned.unseen import spread
+from benchmarks.learned.unseen_textures import spread
 from benchmarks.shared.common import load
 from benchmarks.sight import gradients
 from tactile.layer.truncated import STEPS

@@ -13,7 +13,7 @@ from benchmarks.learned import architectures, fast_look, touch_net
 from benchmarks.runs import adam_figure, demo, descents
 from benchmarks.shared.common import DOCS, ROOT, load, put, table
 from benchmarks.sight import gradients, look
-from benchmarks.surfaces import plates, tiles
+from benchmarks.surfaces import plates, tile_tables
 from benchmarks.touch import contact
 
 EVIDENCE = DOCS / "evidence"
@@ -52,7 +52,7 @@ MODELS = {
 
 def main() -> None:
     headlines_of_readme = {
-        "runs": tiles.headline(),
+        "runs": tile_tables.headline(),
         "gradients": headlines.gradients_sentence(),
         "fast": headlines.fast_sentence(),
     }
@@ -134,9 +134,9 @@ worst place. "ratio" divides the two changes of the pictures. One place reaches 
 and 1.4 to 1.8 JND elsewhere; a ratio "at equal feel", where it is computed, divides by the change of a single
 place aimed so far beyond the target that the places between feel as much as all over.
 
-{tiles.every()}
+{tile_tables.every()}
 
-{len(tiles.cases())} of the study's 20 cases are computed. Its descents stop within 0.5 % of the mean
+{len(tile_tables.cases())} of the study's 20 cases are computed. Its descents stop within 0.5 % of the mean
 roughness, which is 0.03 JND (`descent.tolerance`); the usual 1 % is 0.06 JND. Smooth waves are the exception:
 they do not reach -2 JND in 100 steps, and at +2 JND their farthest place is 0.3 JND off.
 """
@@ -149,7 +149,7 @@ def _demo() -> str:
 `retouch study demo`: every result is verified by finite elements (64 nodes a side, contact at all 128 x 128
 pixels), corrected by them, and rendered by Mitsuba until the change of its pictures is known, less noise.
 "off" is what the finite elements say of the target. Change of the pictures in % of the mean picture, and of
-the radiance of a white plate that faces the light, as the paper's % of pixel values. Processor seconds of a
+the radiance of a white plate that faces the light, as the paper's % of pixel values. CPU seconds of a
 whole run with verification, final pictures and report, on one thread beside other work.
 
 ![Three textures, made two JND rougher by Retouch and by scaling their height](../images/rougher.png)
@@ -238,9 +238,9 @@ def _models() -> str:
         "## Models of touch\n\n`python -m benchmarks.touch.contact`, `python -m benchmarks.touch.pareto`.\n"
     ]
     parts.append("![Run time against error of every touch model](../images/touch-models.png)\n")
-    for name, told in MODELS.items():
+    for name, introduction in MODELS.items():
         if name in results:
-            parts.append(f"{told}\n\n{contact.as_table(name, results[name])}\n")
+            parts.append(f"{introduction}\n\n{contact.as_table(name, results[name])}\n")
     return "\n".join(parts)
 
 

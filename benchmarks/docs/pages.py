@@ -77,7 +77,7 @@ LAYOUT = r"""
 
 
 def faults(browser: Browser, file: Path, width: int) -> list[str]:
-    """What is wrong with a page in a window of this width: a line each."""
+    """Faults of a page in a window of this width, a line each."""
     seen = browser.open(file, width)
     found = [f"asks for {address}" for address in seen.asked]
     found += [f"complains: {complaint}" for complaint in seen.complaints]

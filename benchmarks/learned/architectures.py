@@ -27,7 +27,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 import tactile
-from benchmarks.learned.unseen import milliseconds, spread
+from benchmarks.learned.unseen_textures import milliseconds, spread
 from benchmarks.shared.common import load, machine, parser_of, save, table
 from relief.surface import Surface
 from retouch.laboratory.training.fields import studio_material
@@ -40,12 +40,12 @@ from retouch.laboratory.training.touch_loss import examples_of as touch_examples
 from surrogate.corpus.splits import Split
 from surrogate.data.field_set import Fieldset, open_fieldset
 from surrogate.nets.augmentation import transformed
-from surrogate.nets.training import Examples, Settings, train
-from surrogate.nets.unet import Shape, UNet
+from surrogate.nets.training import Examples, TrainingSettings, train
+from surrogate.nets.unet import NetShape, UNet
 from tactile.contact import ContactState
 from tactile.net import CHANNELS, inputs, pressure
 from tactile.strain import smallest_eigenvalue
-from visual.exact.shading import unshadowed
+from visual.exact.face_shading import unshadowed
 from visual.fast import ambient_net
 from visual.fast.bsdf_table import ABOVE
 from visual.fast.horizons import DIRECTIONS
@@ -205,7 +205,7 @@ def main() -> None:
     parser.add_argument("--times", action="store_true", help="measure times only, on a quiet machine")
     asked = parser.parse_args()
     data = open_fieldset(asked.data)
-    candidates = known(data)
+    candidates = candidates_on(data)
     kinds: dict[str, dict[Split, Examples]] = {}
     for name, candidate in candidates.items():
         if not name.startswith(asked.only):
@@ -213,25 +213,25 @@ def main() -> None:
         if not asked.times:
             if candidate.kind not in kinds:
                 kinds = {candidate.kind: examples(data, candidate.kind)}
-            told = tried(candidate, kinds[candidate.kind], asked.minutes)
-            keep(name, {"kind": candidate.kind, "minutes": asked.minutes, **told})
-            print(name, told, flush=True)
+            row = tried(candidate, kinds[candidate.kind], asked.minutes)
+            keep(name, {"kind": candidate.kind, "minutes": asked.minutes, **row})
+            print(name, row, flush=True)
         torch.manual_seed(SEED)
         keep(name, net_times(candidate.make(), candidate.maps, data.request.samples))
     print(as_text(load("architectures")["rows"]))
 
 
-def known(data: Fieldset) -> dict[str, Candidate]:
-    """By name."""
+def candidates_on(data: Fieldset) -> dict[str, Candidate]:
+    """Candidates by name, for a data set."""
     side, size = data.request.samples, data.request.size_mm
     task = touch_loss(skin_of(data), side, size)
     parts = (task.operator, task.flat_strain, task.mean_pressure, task.young_modulus_mpa)
     between, direct = PressureWay(*parts), StrainWay(*parts)
     look, blind, light = LookLoss(size), WithoutHorizons(size), LightTask(size)
-    told = ambient_net.CHANNELS - 1 + 3
+    count = ambient_net.CHANNELS - 1 + 3
 
     def unet(maps: int, block: int = 4) -> Callable[[], nn.Module]:
-        return lambda: UNet(Shape(maps, 1, WIDTHS, block))
+        return lambda: UNet(NetShape(maps, 1, WIDTHS, block))
 
     def roughness(way: PressureWay | StrainWay) -> Callable[[nn.Module, Examples], Tensor]:
         return lambda net, some: _roughness_error(way.strain(net, some), some, size)
@@ -262,16 +262,18 @@ def known(data: Fieldset) -> dict[str, Candidate]:
         "ambient: U-Net, 4 x 4, no horizons": Candidate(
             "look", ambient_net.CHANNELS, unet(ambient_net.CHANNELS), blind, pixels(blind)
         ),
-        "light: U-Net, 4 x 4, told the direction": Candidate("light", told, unet(told), light, pixels(light)),
-        "light: U-Net, 2 x 2, told the direction": Candidate(
-            "light", told, unet(told, 2), light, pixels(light)
+        "light: U-Net, 4 x 4, told the direction": Candidate(
+            "light", count, unet(count), light, pixels(light)
         ),
-        "light: swept, no net": Candidate("light", told, nn.Identity, None, _sweep_error(size)),
+        "light: U-Net, 2 x 2, told the direction": Candidate(
+            "light", count, unet(count, 2), light, pixels(light)
+        ),
+        "light: swept, no net": Candidate("light", count, nn.Identity, None, _sweep_error(size)),
     }
 
 
 def examples(data: Fieldset, kind: str) -> dict[Split, Examples]:
-    """Of every split."""
+    """Examples of every split."""
     splits: tuple[Split, ...] = ("train", "validation", "test")
     if kind == "touch":
         task = touch_loss(skin_of(data), data.request.samples, data.request.size_mm)
@@ -304,17 +306,17 @@ def light_examples(data: Fieldset, split: Split) -> Examples:
     return {name: torch.stack(values) for name, values in parts.items() if values}
 
 
-def tried(candidate: Candidate, known: Mapping[Split, Examples], minutes: float) -> dict[str, Any]:
+def tried(candidate: Candidate, sets: Mapping[Split, Examples], minutes: float) -> dict[str, Any]:
     """Train a candidate, and measure it on the test split."""
     torch.manual_seed(SEED)
     net = candidate.make()
     epochs = 0
     if candidate.task is not None:
-        settings = Settings(seed=SEED, epochs=1000, minutes=minutes, warmup=20)
-        done = train(net, candidate.task, known["train"], known["validation"], settings)
+        settings = TrainingSettings(seed=SEED, epochs=1000, minutes=minutes, warmup=20)
+        done = train(net, candidate.task, sets["train"], sets["validation"], settings)
         epochs = len(done.epochs)
     net.requires_grad_(False)
-    test = known["test"]
+    test = sets["test"]
     count = len(test["heights"])
     parts = [
         candidate.error(net, {name: values[i : i + 16] for name, values in test.items()})
@@ -365,7 +367,7 @@ def _sweep_error(size_mm: float) -> Callable[[nn.Module, Examples], Tensor]:
 
 
 def net_times(net: nn.Module, maps: int, side: int) -> dict[str, Any]:
-    """Of a net alone; none of one that does nothing."""
+    """Times of a net alone; None for a net that does nothing."""
     if isinstance(net, nn.Identity):
         return {"milliseconds": None}
     net.requires_grad_(False)
@@ -374,10 +376,10 @@ def net_times(net: nn.Module, maps: int, side: int) -> dict[str, Any]:
     return {"milliseconds": list(spent)}
 
 
-def keep(name: str, told: Mapping[str, Any]) -> None:
+def keep(name: str, row: Mapping[str, Any]) -> None:
     """Add to the results."""
     rows = load("architectures").get("rows", {})
-    rows[name] = {**rows.get(name, {}), **told}
+    rows[name] = {**rows.get(name, {}), **row}
     save("architectures", {"rows": rows, "machine": machine()})
 
 

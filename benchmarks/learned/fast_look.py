@@ -23,14 +23,14 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from benchmarks.learned.unseen import Reliefs, arguments, kept, milliseconds, sets, spread, unseen
+from benchmarks.learned.unseen_textures import Reliefs, arguments, kept, milliseconds, sets, spread, unseen
 from benchmarks.shared.common import load, machine, save, table
 from relief.ground.arrays import Array
 from retouch.laboratory.training.fields import STUDIO
 from visual.exact.discontinuities import EdgeSamples
 from visual.fast.bsdf_table import BsdfTable
 from visual.fast.renderer import FastRenderer
-from visual.reference.renderer import ReferenceRenderer
+from visual.reference.reference_renderer import ReferenceRenderer
 from visual.scene import Scene, load_scene
 from visual.scene_looks import FastLook
 
@@ -50,13 +50,13 @@ def main() -> None:
     scene = load_scene(STUDIO)
     look = FastLook(scene).renderer
     if not options.times:
-        for of, reliefs in sets(options).items():
-            if of in load("fast_look") and not options.again:
+        for kind, reliefs in sets(options).items():
+            if kind in load("fast_look") and not options.again:
                 continue
             errors = picture_errors(scene, look, reliefs, options.references)
             errors["gradient_cosine"] = gradient_cosines(scene, look, reliefs[:GRADIENTS], options.references)
             rounded = {name: [float(f"{value:.4g}") for value in values] for name, values in errors.items()}
-            save("fast_look", {**load("fast_look"), of: rounded})
+            save("fast_look", {**load("fast_look"), kind: rounded})
     timed = [*map(torch.as_tensor, unseen(TIMED))] * 2
     for name, model in (("milliseconds", look), ("milliseconds of one picture", first_light(look))):
         pictures, loss = model.pictures, partial(_squared, model)
@@ -150,16 +150,16 @@ def _gradient(look: FastRenderer, heights: Tensor) -> Tensor:
 def as_text(results: Mapping[str, Any]) -> str:
     """The tables."""
     parts = []
-    for of in ("unseen", "optimised"):
-        if of in results:
-            errors = {name: values for name, values in results[of].items() if name != "gradient_cosine"}
+    for kind in ("unseen", "optimised"):
+        if kind in results:
+            errors = {name: values for name, values in results[kind].items() if name != "gradient_cosine"}
             rows = [
                 [name, *(f"{spread(values)[which]:.2f}" for which in ("median", "mean", "95th"))]
                 for name, values in errors.items()
             ]
             count = len(errors["studio"])
-            head = [f"{of}, {count}: error of pixels, % of the mean", "median", "mean", "95th percentile"]
-            cosine = results[of]["gradient_cosine"]
+            head = [f"{kind}, {count}: error of pixels, % of the mean", "median", "mean", "95th percentile"]
+            cosine = results[kind]["gradient_cosine"]
             line = f"cosine of the gradient: median {np.median(cosine):.4f}, "
             parts += [table(head, rows), line + f"5th percentile {np.percentile(cosine, 5):.3f}"]
     names = {"milliseconds": "three", "milliseconds of one picture": "one"}

@@ -27,7 +27,7 @@ from surrogate.corpus.photographs import bundled
 from surrogate.corpus.recipes import heights, recipes
 from visual.exact.light_scene import LightScene
 from visual.exact.render import RenderSettings, pictures
-from visual.reference.renderer import ReferenceRenderer
+from visual.reference.reference_renderer import ReferenceRenderer
 from visual.scene import Scene
 from visual.scene_file.check import check_scene
 

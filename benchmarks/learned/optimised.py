@@ -38,7 +38,7 @@ SEED = 5
 SIZE_MM = 10.0
 LEAST_JND, MOST_JND = 1.0, 3.0
 LEAST_ROUGHNESS = 0.01
-"""Smoother textures are left out: nobody makes those rougher by 19 % and feels it."""
+"""Smoother textures are left out: a finger does not feel them, even 19 % rougher."""
 RUNS, ORIGINALS = "runs", "originals"
 """Folders of run directories, and of the textures before."""
 SETTINGS = (

@@ -22,7 +22,7 @@ import torch
 from torch import Tensor
 
 import tactile
-from benchmarks.learned.unseen import Reliefs, arguments, kept, milliseconds, sets, spread, unseen
+from benchmarks.learned.unseen_textures import Reliefs, arguments, kept, milliseconds, sets, spread, unseen
 from benchmarks.shared.common import load, machine, save, table
 from retouch.laboratory.training.touch_accuracy import (
     LEAST_ROUGHNESS,
@@ -53,11 +53,11 @@ def main() -> None:
         references = {name: reference(options.references, values) for name, values in reliefs.items()}
         there = {} if options.again else load("touch_net").get("models", {})
         for name, press in models.items():
-            for of, values in reliefs.items():
-                if of in there.get(name, {}):
+            for kind, values in reliefs.items():
+                if kind in there.get(name, {}):
                     continue
-                save_row(name, of, accuracy(press, values, references[of]))
-                print(name, of, flush=True)
+                save_row(name, kind, accuracy(press, values, references[kind]))
+                print(name, kind, flush=True)
     timed = [*map(torch.as_tensor, unseen(TIMED))] * 2
     for name, press in models.items():
         ms = {str(threads): milliseconds(press, partial(_felt, press), timed, threads) for threads in (1, 2)}
@@ -124,15 +124,17 @@ def accuracy(press: Press, reliefs: Reliefs, truth: TextureMeasures) -> dict[str
 def as_text(results: Mapping[str, Any]) -> str:
     """A table for each set of textures."""
     parts = []
-    for of in ("unseen", "optimised"):
+    for kind in ("unseen", "optimised"):
         rows = [
-            [f"**{name}**" if name == f"layer, {STEPS} steps" else name, *_cells(measures[of], measures)]
+            [f"**{name}**" if name == f"layer, {STEPS} steps" else name, *_cells(measures[kind], measures)]
             for name, measures in results["models"].items()
-            if of in measures
+            if kind in measures
         ]
         if rows:
-            count = max(len(measures[of]["contact_area_percent"]) for measures in results["models"].values())
-            head = (f"{of}, {count}", "V, %", "A, %", "cosine of dV/dh", "ms, 1 thread", "ms, 2 threads")
+            count = max(
+                len(measures[kind]["contact_area_percent"]) for measures in results["models"].values()
+            )
+            head = (f"{kind}, {count}", "V, %", "A, %", "cosine of dV/dh", "ms, 1 thread", "ms, 2 threads")
             parts.append(table(head, rows))
     return "\n\n".join(parts)
 

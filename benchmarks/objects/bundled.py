@@ -108,7 +108,7 @@ def as_laid(tile: Tile, layout: Layout, base: Body, points: Array) -> list[Array
     tiles = tiles - size * np.round((tiles - tiles[np.argmin(middle)]) / size)
     affine = np.linalg.lstsq(plane[near], tiles[near], rcond=None)[0]
     on_plate = tile.at(plane @ affine)
-    return [of.reshape(SAMPLES, SAMPLES) for of in (tile.blended(uv, weight), on_plate)]
+    return [heights.reshape(SAMPLES, SAMPLES) for heights in (tile.blended(uv, weight), on_plate)]
 
 
 def parts(name: str, bare: Body, wrapped: Body, felt: MeshFeel, plate: Array) -> dict[str, Any]:
@@ -129,7 +129,7 @@ def parts(name: str, bare: Body, wrapped: Body, felt: MeshFeel, plate: Array) ->
         laid.append(as_laid(tile, layout, base, points))
         unrolled = unroller.unrolled(unroller.flat(*unroller.frame(felt.crops[number].frame.at)))
         flat.append(Cropper(unrolled, fine_mm=0.0).crop(Frame(np.zeros(3), np.eye(3))).heights)
-    on_object, on_plate = (np.stack(of) for of in zip(*laid, strict=True))
+    on_object, on_plate = (np.stack(patches) for patches in zip(*laid, strict=True))
     return {
         "same_places_on_plate_jnd": apart(roughness(on_plate), plate),
         "without_triangles_jnd": apart(roughness(on_object), plate),
@@ -156,7 +156,7 @@ def measured(name: str, plate: Array) -> dict[str, Any]:
         regions=thing.regions,
     )
     seconds = time.process_time() - began
-    with_texture, without = (Mesh(of, None, Path(name)) for of in (wrapped.body, bare))
+    with_texture, without = (Mesh(body, None, Path(name)) for body in (wrapped.body, bare))
     felt = feel_of(with_texture, load_skin("paper"), "layer", PLACES, without)
     found = felt.values["roughness"]
     edges = np.sort(np.stack([wrapped.body.faces, np.roll(wrapped.body.faces, -1, 1)], -1).reshape(-1, 2), 1)

@@ -108,8 +108,8 @@ def main() -> None:
     folder = parser.parse_args().folder
     content = {"machine": machine(), "bodies": load(RESULT).get("bodies", {})}
     if folder is None:
-        with TemporaryDirectory() as made:
-            content["bodies"]["two balls in gravel"] = compared(*two_balls(Path(made)))
+        with TemporaryDirectory() as temporary:
+            content["bodies"]["two balls in gravel"] = compared(*two_balls(Path(temporary)))
     else:
         files = folder / "handle.stl", folder / "handle-united.stl"
         content["bodies"]["handle of Blender"] = compared(*files)

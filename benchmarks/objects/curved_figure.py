@@ -33,7 +33,7 @@ from benchmarks.objects.views import (
     sheet,
 )
 from benchmarks.shared.common import DOCS, IMAGES, load, machine, parser_of, publish, save, table
-from benchmarks.shared.studies import folder_of, rows_in
+from benchmarks.shared.finished_studies import folder_of, rows_in
 from optimize.verification.jod import jod_obstacle
 from relief.ground.arrays import Array
 from relief.solids.body import Body
@@ -121,18 +121,18 @@ def tell(content: dict[str, Any]) -> None:
     rows = []
     for texture, found in content["textures"].items():
         for way in WAYS:
-            of = found[way]
-            curved, flat = (np.array(of[f"{shape}_percent"]) for shape in ("object", "flat"))
+            row = found[way]
+            curved, flat = (np.array(row[f"{shape}_percent"]) for shape in ("object", "flat"))
             changes = [
                 ends(curved[:, :1]),
                 ends(curved[:, 1:]),
                 ends(flat),
                 f"{curved.mean() / flat.mean():.2f}",
             ]
-            eyes = [_eye(of[f"{shape}_jod"]) for shape in ("object", "flat")]
-            felt = f"{of['roughness']:.4f}"
+            eyes = [_eye(row[f"{shape}_jod"]) for shape in ("object", "flat")]
+            felt = f"{row['roughness']:.4f}"
             rows.append(
-                (texture, way, felt, f"{of['plate_percent']:.1f}", *changes, *eyes, round(of["cpu_s"]))
+                (texture, way, felt, f"{row['plate_percent']:.1f}", *changes, *eyes, round(row["cpu_s"]))
             )
     changes = ["where steered, %", "from above, %", "from four sides, %", "flat, all views, %", "ratio"]
     eyes = ["JOD, mean (least)", "flat, JOD"]

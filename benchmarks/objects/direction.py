@@ -176,9 +176,9 @@ def grain_off(base: BaseSurface, laid: Laid, wanted: Array, across: bool) -> tup
 
 
 def difference(laid: Laid) -> float | None:
-    """Root mean square of how far heights of two patches differ where both have a third at least.
+    """Root mean square difference of the heights of two patches, where each has a weight of a third or more.
 
-    It is told in that of two places by chance; None where no two patches meet.
+    The unit is the same difference of two random places; None without two patches that meet.
     """
     layout, tile = laid.layout, laid.covering.tile
     if layout.weight.shape[1] < 2:
@@ -188,13 +188,13 @@ def difference(laid: Laid) -> float | None:
     rows = np.flatnonzero(np.take_along_axis(mean, second[:, None], axis=1)[:, 0] > 1.0 / 3.0)
     if not len(rows):
         return None
-    one, other = (tile.at(layout.uv[rows, of[rows]].mean(axis=1)) for of in (first, second))
+    one, other = (tile.at(layout.uv[rows, slot[rows]].mean(axis=1)) for slot in (first, second))
     return float(np.sqrt(np.mean((one - other) ** 2)) / (np.sqrt(2.0) * tile.heights.std()))
 
 
 def on_and_off_seams(bare: Body, wrapped: Wrapped) -> dict[str, Any]:
     """Roughness of places with a seam near them against those without, in just-noticeable differences."""
-    meshes = (Mesh(of, None, Path("part")) for of in (wrapped.body, bare))
+    meshes = (Mesh(body, None, Path("part")) for body in (wrapped.body, bare))
     nothing = {"seam_jnd": None, "seam_error_jnd": None, "places": [0, 0]}
     try:
         felt = feel_of(next(meshes), load_skin("paper"), "layer", PLACES, next(meshes))
@@ -209,7 +209,7 @@ def on_and_off_seams(bare: Body, wrapped: Wrapped) -> dict[str, Any]:
     counts = [int(on.sum()), int((~on).sum())]
     if min(counts) < 3:
         return nothing | {"places": counts}
-    errors = [rough[of].std(ddof=1) / np.sqrt(of.sum()) for of in (on, ~on)]
+    errors = [rough[part].std(ddof=1) / np.sqrt(part.sum()) for part in (on, ~on)]
     apart = float(rough[on].mean() - rough[~on].mean())
     return {"seam_jnd": apart, "seam_error_jnd": float(np.hypot(*errors)), "places": counts}
 

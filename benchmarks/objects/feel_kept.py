@@ -55,10 +55,10 @@ STAGES = {
 NEAR_MM = 1.5
 """Radius around the middle in which the tile is laid as on the object, mm."""
 HIGH_MM = 0.05
-"""Least height of the tile, mm, at which the share of it that is left is told."""
+"""Least height of the tile, mm, at which the share of the height that is left is reported."""
 OTHERS = "Places that `retouch evaluate` leaves out, as the texture ends or a sharp edge is near:"
 FEWEST = 4
-"""Fewest places of which a mean is told."""
+"""Fewest contact locations whose mean is reported."""
 
 
 @dataclass(frozen=True)
@@ -88,15 +88,15 @@ def laid(bare: Body, tile: Tile, regions: Regions, faces: int | None) -> Laid:
 class Stages:
     """Height maps of an object in a tile at places, with one cause after another."""
 
-    def __init__(self, of: Laid, name: str) -> None:
-        self.of = of
-        base = smooth_object(of.bare, name)
-        fine = of.surface.fine
-        self.as_felt = Unroller(of.wrapped.body, base)
-        self.before = Unroller(of.wrapped.original, base)
-        away = of.wrapped.body.vertices - of.wrapped.original.vertices
-        self.moved = np.einsum("nd,nd->n", away, of.surface.points.normals)
-        heights = of.surface.heights(of.tile, of.layout, np.ones(len(fine.body.vertices), bool))
+    def __init__(self, part: Laid, name: str) -> None:
+        self.part = part
+        base = smooth_object(part.bare, name)
+        fine = part.surface.fine
+        self.as_felt = Unroller(part.wrapped.body, base)
+        self.before = Unroller(part.wrapped.original, base)
+        away = part.wrapped.body.vertices - part.wrapped.original.vertices
+        self.moved = np.einsum("nd,nd->n", away, part.surface.points.normals)
+        heights = part.surface.heights(part.tile, part.layout, np.ones(len(fine.body.vertices), bool))
         share = np.divide(self.moved, heights, out=np.ones_like(heights), where=heights > HIGH_MM)
         self.kept = np.clip(share, 0.0, 1.0)
         keys = fine.body.faces[:, 0] * len(share) + fine.body.faces[:, 1]
@@ -112,13 +112,13 @@ class Stages:
         number = self._order[np.searchsorted(self._keys, keys)]
         plane = Body(np.column_stack([flat, np.zeros(len(flat))]), faces)
         face, share = feet(np.column_stack([lattice(), np.zeros(SAMPLES**2)]), plane)
-        fine, of = self.of.surface.fine, self.of
+        fine, part = self.part.surface.fine, self.part
         parent = fine.parent[number[face]]
         within = np.einsum("nc,nck->nk", share, fine.corners[number[face]].astype(float))
-        uv, weight = of.layout.at(parent, within)
+        uv, weight = part.layout.at(parent, within)
         leading = uv[np.arange(len(uv)), np.argmax(weight, axis=1)]
         rigid, affine = self._in_the_middle(parent, uv, weight)
-        tile = of.tile
+        tile = part.tile
         blended = tile.blended(uv, weight)
         kept = np.einsum("nc,nc->n", share, self.kept[used[faces]][face])
         over = Cropper(Body(np.column_stack([flat, self.moved[used]]), faces)).crop(
@@ -144,7 +144,7 @@ class Stages:
     def _in_the_middle(self, parent: Index, uv: Array, weight: Array) -> tuple[Array, Array]:
         """Origin and axes (3, 2) of the tile around the middle without and with its stretch there."""
         rows, slot = np.arange(len(uv)), np.argmax(weight, axis=1)
-        patch = self.of.layout.patch[parent, slot]
+        patch = self.part.layout.patch[parent, slot]
         middle = np.linalg.norm(lattice(), axis=1)
         near = (middle < NEAR_MM) & (patch == patch[np.argmin(middle)])
         plane = np.column_stack([np.ones(len(uv)), lattice()])
@@ -165,8 +165,8 @@ def measured(name: str, texture: str, places: int) -> dict[str, Any]:
     name, _, faces = name.partition(":")
     thing = OBJECTS.get(name)
     bare = thing.make() if thing else read_mesh(PARTS / f"{name}.3mf").body
-    of = laid(bare, tile_of(texture), thing.regions if thing else {}, int(faces) if faces else None)
-    stages = Stages(of, name)
+    part = laid(bare, tile_of(texture), thing.regions if thing else {}, int(faces) if faces else None)
+    stages = Stages(part, name)
     points = surface_points(stages.as_felt.object)
     maps: dict[str, list[Array]] = {}
     rows: list[dict[str, Any]] = []
@@ -185,7 +185,7 @@ def measured(name: str, texture: str, places: int) -> dict[str, Any]:
     for key, same in maps.items():
         for row, value in zip(rows, roughness(np.stack(same)), strict=True):
             row[key] = float(value)
-    return {"faces": len(of.wrapped.body.faces), "edge_mm": of.wrapped.edge_mm, "places": rows}
+    return {"faces": len(part.wrapped.body.faces), "edge_mm": part.wrapped.edge_mm, "places": rows}
 
 
 def causes(rows: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""How well `retouch evaluate` tells a texture from the shape under it without the object before its texture.
+"""How well `retouch evaluate` separates a texture from its object, without the object before its texture.
 
 python -m benchmarks.objects.own_shapes [--texture TILE] [NAME ...]
 
@@ -52,7 +52,9 @@ def smooth_bodies() -> dict[str, Body]:
     ball = trimesh.creation.icosphere(subdivisions=7, radius=15.0)
     ring = trimesh.creation.torus(20.0, 6.0, major_sections=600, minor_sections=200)
     round_things = {"ball, 30 mm": ball, "torus, 52 mm, tube 12 mm": ring}
-    bodies = {name: Body(np.array(of.vertices), np.array(of.faces)) for name, of in round_things.items()}
+    bodies = {
+        name: Body(np.array(body.vertices), np.array(body.faces)) for name, body in round_things.items()
+    }
     bodies["cylinder"] = OBJECTS["cylinder"].make()
     return bodies | {f"box, edges of {radius} mm": rounded_box(radius) for radius in (2, 4, 6)}
 
@@ -73,9 +75,9 @@ def bare(body: Body) -> dict[str, Any]:
 def compared(name: str, texture: str) -> dict[str, Any]:
     """Roughness of a tile at places of an object: over the object, over its own shape, as pressed."""
     thing = OBJECTS[name]
-    made = thing.make()
-    body = wrap(made, [Covering(tile_of(texture))], Settings(faces=FACES), regions=thing.regions).body
-    with_texture, without = (Mesh(of, None, Path(name)) for of in (body, made))
+    raw = thing.make()
+    body = wrap(raw, [Covering(tile_of(texture))], Settings(faces=FACES), regions=thing.regions).body
+    with_texture, without = (Mesh(one, None, Path(name)) for one in (body, raw))
     felt = feel_of(with_texture, load_skin("paper"), "layer", PLACES, without)
     points = surface_points(body)
     numbers = cKDTree(points.at).query([crop.frame.at for crop in felt.crops])[1]
@@ -83,11 +85,11 @@ def compared(name: str, texture: str) -> dict[str, Any]:
     crops = [cropper.crop(frame) for frame in frames(points, numbers)]
     alone = textures_alone(crops, cropper.around)
     patches = np.stack([alone.get(number, crop.heights) for number, crop in enumerate(crops)])
-    known = np.array([not crop.on_edge for crop in crops])
-    if not known.any():
+    inner = np.array([not crop.on_edge for crop in crops])
+    if not inner.any():
         return {"places": 0}
-    over = felt.values["roughness"][known]
-    own, pressed = roughness(patches[known]), roughness(np.stack([crop.heights for crop in crops])[known])
+    over = felt.values["roughness"][inner]
+    own, pressed = roughness(patches[inner]), roughness(np.stack([crop.heights for crop in crops])[inner])
     error = _jnd(own, over)
     return {
         "object": float(over.mean()),
@@ -104,7 +106,7 @@ def _jnd(values: Array, reference: Array) -> Array:
 
 
 def tables(content: dict[str, Any]) -> str:
-    """Both tables of the page."""
+    """The two tables of the page."""
     heads = ["object", "V over the object", "V over its own shape", "off, JND", "spread, JND"]
     heads += ["as pressed, JND", "places"]
     rows = [

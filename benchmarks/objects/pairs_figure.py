@@ -54,8 +54,8 @@ def main() -> None:
     for name in sys.argv[1:] or DRAWINGS:
         drawing = DRAWINGS[name]
         looks = []
-        for of in drawing.titles:
-            case = CASES[of]
+        for shape in drawing.titles:
+            case = CASES[shape]
             body, (bare, _) = wrapped(case.bare, case.coverings).body, object_of(case.bare)
             looks.append(pictures(body, bare, {"": drawing.view}, {"": drawing.sun}, drawing.size))
         save(name, list(drawing.titles.values()), np.split(sheet(looks, 0), len(looks)))

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from benchmarks.objects.bundled import tile_of
 from benchmarks.objects.views import Pictures, change_percent, pictures
 from benchmarks.shared.common import kept, load, parser_of, table
-from benchmarks.shared.studies import Row, folder_of, rows_in
+from benchmarks.shared.finished_studies import Row, folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
 from optimize.settings.skins import load_skin
@@ -222,7 +222,7 @@ def change_of(pair: str) -> dict[str, Any]:
 
 
 def tile_row(row: Row) -> dict[str, Any]:
-    """What the run of a tile says, by finite elements."""
+    """Numbers of the run of a tile, by finite elements."""
     return {
         "texture": load_run(folder_of(RUNS, row) / SETTINGS).texture.stem,
         "stop": row["reason"],
@@ -257,8 +257,8 @@ def show(content: Mapping[str, Any]) -> None:
     print(table(("tile", *keys), [(name, *(row[key] for key in keys)) for name, row in of_tiles.items()]))
     rows = []
     for name, found in content["objects"].items():
-        for group, of in found["groups"].items():
-            felt_there = [of[key] for key in ("target", "roughness", "off_jnd", "spread_percent", "places")]
+        for group, row in found["groups"].items():
+            felt_there = [row[key] for key in ("target", "roughness", "off_jnd", "spread_percent", "places")]
             rows.append((name, group, *felt_there, found["edge_mm"]))
     print(table(("object", "where", "target", "V", "JND off", "spread %", "places", "edge mm"), rows))
     for name, pair in content["pairs"].items():

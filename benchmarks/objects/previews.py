@@ -1,4 +1,4 @@
-"""Previews of wrapping beside the wrapping that they tell of: time, memory, triangles and bytes.
+"""Previews of wrapping beside the wrapping itself: time, memory, triangles and bytes.
 
 python -m benchmarks.objects.previews      # about four minutes; on a quiet machine
 """
@@ -42,13 +42,13 @@ def measured(name: str) -> dict[str, Any]:
     """The preview of gravel on an object, and the object itself."""
     with tempfile.TemporaryDirectory() as folder:
         page, out = Path(folder) / "page.html", Path(folder) / "out.3mf"
-        told, preview = _run(name, "--preview", str(page))
-        made, wrap = _run(name, "-o", str(out))
-        return {"told": told, "made": made, "preview": preview, "wrap": wrap, "page": page.stat().st_size}
+        plan, preview = _run(name, "--preview", str(page))
+        body, wrap = _run(name, "-o", str(out))
+        return {"told": plan, "made": body, "preview": preview, "wrap": wrap, "page": page.stat().st_size}
 
 
 def _run(name: str, *options: str) -> tuple[dict[str, Any], dict[str, float]]:
-    """What `retouch wrap --json` tells, and what the whole command takes."""
+    """Report of `retouch wrap --json`, and time and memory of the whole command."""
     command = (sys.executable, "-m", "retouch", "wrap", "gravel-tile", name, *options, "--json")
     begun = time.perf_counter()
     child = subprocess.Popen(command, stdout=subprocess.PIPE, cwd=ROOT)
@@ -66,14 +66,14 @@ def as_text(rows: dict[str, Any]) -> str:
     """The table of the page."""
     lines = []
     for name, row in rows.items():
-        told, made, preview, wrap = (row[key] for key in ("told", "made", "preview", "wrap"))
+        plan, body, preview, wrap = (row[key] for key in ("told", "made", "preview", "wrap"))
         lines.append(
             (
-                *(name, f"{told['shown_faces']:,}", f"{row['page'] / 1e6:.1f}"),
+                *(name, f"{plan['shown_faces']:,}", f"{row['page'] / 1e6:.1f}"),
                 *(f"{preview['cpu_s']:.1f}", f"{preview['s']:.1f}", f"{preview['mb']:.0f}"),
-                *(f"{told['faces']:,}", f"{made['faces']:,}"),
-                *(f"{each['bytes'] / 1e6:.1f}" for each in (told, made)),
-                *(f"{told['seconds']:.0f}", f"{wrap['s']:.0f}", f"{wrap['cpu_s']:.0f}"),
+                *(f"{plan['faces']:,}", f"{body['faces']:,}"),
+                *(f"{each['bytes'] / 1e6:.1f}" for each in (plan, body)),
+                *(f"{plan['seconds']:.0f}", f"{wrap['s']:.0f}", f"{wrap['cpu_s']:.0f}"),
             )
         )
     return table(HEAD, lines)

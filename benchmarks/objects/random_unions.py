@@ -110,7 +110,7 @@ def _pierced(corners: Array, one: Index, other: Index) -> int:
 
 
 def outcome(seed: int, tile: Tile) -> dict[str, Any]:
-    """What becomes of a union."""
+    """Outcome of a union."""
     body, start = union(seed), time.process_time()
     if body is None:
         return {"outcome": "nothing"}

@@ -103,12 +103,12 @@ def _line(name: str, row: dict[str, Any]) -> tuple[str, ...]:
     radii = (f"{row[key]:.1f}" if row[key] is not None else "straight" for key in HEAD[1:3])
     if len(values["original"]) < 2:
         return (name, *radii, str(len(values["original"])), "-", "-")
-    told = (difference(values[key], values["original"]) for key in ("plate", "object"))
+    differences = (difference(values[key], values["original"]) for key in ("plate", "object"))
     return (
         name,
         *radii,
         str(len(values["original"])),
-        *(f"{off:+.2f} ± {error:.2f}" for off, error in told),
+        *(f"{off:+.2f} ± {error:.2f}" for off, error in differences),
     )
 
 

@@ -19,7 +19,7 @@ from relief.ground.srgb import srgb
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
 from visual.backend.variants import choose_variant
-from visual.noise import BATCHES, Batches
+from visual.picture_noise import BATCHES, Batches
 
 VIEWS = {
     "above": (0.0, 89.9),
@@ -43,7 +43,7 @@ SUN_SAMPLES, SKY_SAMPLES = 4, 16
 """Samples of a pixel in each batch. Sun and sky are rendered apart and added: a path that chose between them
 would be far noisier. One picture of the sky serves all lights."""
 REFLECTANCE = 0.6
-"""Of the matte material."""
+"""Reflectance of the matte material."""
 
 
 @dataclass(frozen=True)

@@ -8,27 +8,35 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from benchmarks.paper import filters, gallery, models, page, pairs, predictions, ranges
-from benchmarks.paper.rows import extent
-from benchmarks.shared.charts import style
+from benchmarks.paper import (
+    evidence_page,
+    filters,
+    gallery,
+    model_tables,
+    predictions,
+    ranges,
+    receptor_pairs,
+)
+from benchmarks.paper.study_rows import extent
+from benchmarks.shared.chart_style import style
 from benchmarks.shared.common import load, machine, save
 from relief.ground.errors import InputError
 
 FIGURES: dict[str, tuple[Callable[[], dict[str, Any]], str | None]] = {
-    "pairs": (pairs.figure, None),
+    "pairs": (receptor_pairs.figure, None),
     "filters": (filters.figure, None),
     "gallery": (gallery.figure, "figure15"),
     "profiles": (gallery.profiles, "figure15"),
     "steps": (gallery.steps, "figure11"),
     "energies": (gallery.energies, "figure3"),
-    "looks": (models.looks, "figure10"),
-    "contact": (models.contact, "figure17"),
+    "looks": (model_tables.looks, "figure10"),
+    "contact": (model_tables.contact, "figure17"),
     "cold": (predictions.by_cold, "figure17"),
     "eye": (predictions.by_eye, "figure22"),
     "touch": (predictions.by_touch, "figure22"),
     "views": (ranges.views, "figure19"),
     "range": (ranges.reach, "range"),
-    "surrogate": (models.surrogate, "exact-vs-surrogate"),
+    "surrogate": (model_tables.surrogate, "exact-vs-surrogate"),
 }
 """Figures by name, and the study that each is made from."""
 
@@ -54,7 +62,7 @@ def main() -> None:
         )
         print(name, json.dumps(found, indent=1))
         save("paper", load("paper") | {"machine": machine(), name: found})
-    page.write()
+    evidence_page.write()
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ from tactile.measures import measure_touch
 from tactile.quantities import CONTACT_AREA, ROUGHNESS
 
 JND = 4
-"""Of the paper's figure."""
+"""Change of feel in the paper's figure, just-noticeable differences."""
 WAVELENGTH_MM, WIDTH_OCTAVES = 2.5, 0.25
 """Middle of the band, and standard deviation of its gain over the logarithm of the wavelength."""
 LARGEST_GAIN = 60.0

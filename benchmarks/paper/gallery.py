@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib import pyplot
 from scipy.stats import spearmanr
 
-from benchmarks.paper.rows import rows_of
+from benchmarks.paper.study_rows import rows_of
 from benchmarks.paper.textures import image
-from benchmarks.shared.charts import FAINT, INK, frame
+from benchmarks.shared.chart_style import FAINT, INK, frame
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
 from optimize.verification.picture_metrics import mean_change
@@ -24,7 +24,7 @@ from visual.scene import load_scene
 
 OPTIMISED, SCALED = "gauss-newton", "scaling"
 AZIMUTH_DEG = 70
-"""Of the sun of the gallery: 60 degrees from the nearest of the suns that were optimised for."""
+"""Azimuth of the sun of the gallery, degrees: 60 from the nearest sun that was optimised for."""
 SAMPLES = 64
 TOLERANCE_PERCENT = 5.0
 """Error of the verified roughness within which a plate of figure 15 counts as met."""

@@ -11,7 +11,7 @@ from statistics import fmean, median
 from typing import Any
 
 import tactile
-from benchmarks.paper.rows import rows_of
+from benchmarks.paper.study_rows import rows_of
 from retouch.laboratory.stimulus_sets.prediction import (
     cold_jnd,
     far_discrepancy,
@@ -22,12 +22,12 @@ from retouch.laboratory.stimulus_sets.prediction import (
 PEOPLE = 10
 """Participants of the paper's sorting experiment."""
 JOD_LIMIT = 9.0
-"""JOD below which plates would be told apart: one less than the 10 of identical pictures."""
+"""JOD below which plates would be distinguished: one less than the 10 of identical pictures."""
 OPTIMISED, SCALED = "gauss-newton", "scaling"
 
 
 def by_eye() -> dict[str, Any]:
-    """Figure 22: the pictures' change of optimised and scaled plates, and which would be told apart."""
+    """Figure 22: picture changes of optimised and scaled plates, and which pairs would be distinguished."""
     rows = rows_of("figure22")
     found: dict[str, Any] = {"plates": len(rows)}
     for method in (OPTIMISED, SCALED):

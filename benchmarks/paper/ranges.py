@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.paper.rows import rows_of
+from benchmarks.paper.study_rows import rows_of
 from mitsuba_scenes import find_texture
 from optimize.verification.picture_metrics import mean_change
 from relief.ground.arrays import Array

@@ -93,8 +93,8 @@ def drawn(kind: Kind, rng: np.random.Generator) -> tuple[list[PairAnswers], Arra
         whole, rest = divmod(kind.trials, len(pairs))
         xs = np.concatenate([np.tile(pairs, whole), rng.permutation(pairs)[:rest]])
         lapses = kind.lapses if kind.lapses is not None else min(0.2, rng.exponential(0.03))
-        told = 0.5 * lapses + (1.0 - lapses) * ndtr(xs / math.exp(noise) - preference)
-        people.append(PairAnswers(xs, rng.random(len(xs)) < told))
+        shares = 0.5 * lapses + (1.0 - lapses) * ndtr(xs / math.exp(noise) - preference)
+        people.append(PairAnswers(xs, rng.random(len(xs)) < shares))
     return people, noises, preferences
 
 

@@ -119,13 +119,13 @@ def experiment(number: int, felt: Felt, plates: dict[str, SetPlate]) -> dict[str
     stiffness = math.exp(rng.uniform(*np.log(STIFFNESS_RANGE)))
     depth = rng.uniform(*DEPTH_RANGE)
     values = interpolated(felt)
-    question = told(plates, values(stiffness, depth), number, rng)
+    question = simulated_answers(plates, values(stiffness, depth), number, rng)
     began = time.process_time()
     fitted, _ = fitted_skin(fitted_logs(question, felt), Skin())
     cpu_s = time.process_time() - began
     held = held_out(question, felt, plates)
     name = list(NAMED)[number % len(NAMED)]
-    best = fingers(told(plates, values(*NAMED[name]), number, rng), plates)
+    best = fingers(simulated_answers(plates, values(*NAMED[name]), number, rng), plates)
     return {
         "truth": {"young_modulus_mpa": 0.5 * stiffness, "depth_mm": 0.75 * depth},
         "fitted": [one.as_json() for one in fitted],
@@ -137,7 +137,7 @@ def experiment(number: int, felt: Felt, plates: dict[str, SetPlate]) -> dict[str
     }
 
 
-def told(
+def simulated_answers(
     plates: dict[str, SetPlate], values: dict[str, float], seed: int, rng: np.random.Generator
 ) -> Question:
     """Answers of eight people with one finger to a plan of 120 pairs each."""

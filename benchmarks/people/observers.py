@@ -26,8 +26,8 @@ class Observer:
     """A person.
 
     Attributes:
-        weber: fraction of V at which 84 of 100 pairs are told right.
-        cold_weber: the same of contact areas.
+        weber: fraction of V at which 84 of 100 pairs are ranked correctly.
+        cold_weber: the same fraction of contact areas.
         lapses: share of answers that are guesses.
         preference: towards the first plate, JND.
         value: what the finger feels of a plate, of which the logarithm counts.
@@ -44,7 +44,7 @@ class Observer:
     exponent: float = 0.8
 
     def second(self, difference: float, weber: float, rng: np.random.Generator) -> bool:
-        """Whether the second of two plates is told above the first, which differ by the logarithm."""
+        """Whether the second of two plates, which differ by the logarithm, is ranked above the first."""
         if rng.random() < self.lapses:
             return bool(rng.random() < 0.5)
         noise = math.log1p(weber)
@@ -72,13 +72,13 @@ def answered(
     """The table of a question, answered by observers in the place of the plan's people."""
     rows = list(plan.rows(question))
     people = dict(zip(plan.trials[question], observers, strict=True))
-    told = list(_sorted(rows[1:], plates, people, rng)) if question == SORTS else []
+    answers = list(_sorted(rows[1:], plates, people, rng)) if question == SORTS else []
     if question != SORTS:
         for row in rows[1:]:
             of_row = [plates[label] for label in row[2:-1]]
-            told.append([*row[:-1], _answer(question, people[row[0]], of_row, rng)])
+            answers.append([*row[:-1], _answer(question, people[row[0]], of_row, rng)])
     text = io.StringIO()
-    csv.writer(text).writerows([rows[0], *told])
+    csv.writer(text).writerows([rows[0], *answers])
     return text.getvalue().encode()
 
 

@@ -150,7 +150,7 @@ def in_blender(python: str, folder: Path, reliefs: Mapping[str, HeightMap]) -> d
             "squares": 2 * cols,
         },
     }
-    script = Path(__file__).with_name("in_blender.py")
+    script = Path(__file__).with_name("read_in_blender.py")
     done = subprocess.run(
         [python, str(script)],
         input=json.dumps(task),
@@ -160,15 +160,15 @@ def in_blender(python: str, folder: Path, reliefs: Mapping[str, HeightMap]) -> d
         check=True,
     )
     line = next(line for line in done.stdout.splitlines() if line.startswith("RESULT"))
-    told = json.loads(line.removeprefix("RESULT"))
-    points = 1000.0 * np.array(told["displaced"])
+    output = json.loads(line.removeprefix("RESULT"))
+    points = 1000.0 * np.array(output["displaced"])
     inside = (np.abs(points[:, :2]) < RIM * 0.5 * np.array([width, depth])).all(axis=1)
     x, y, z = points[inside].T
     at = [(0.5 - y / depth) * rows - 0.5, (x / width + 0.5) * cols - 0.5]
     wanted = map_coordinates(read.heights, at, order=1, mode="nearest")
     size = np.ptp(joined(parts).vertices, axis=0)
     return {
-        "version": told["version"],
+        "version": output["version"],
         "files": {
             Path(path).name: {
                 "objects": each["objects"],
@@ -177,7 +177,7 @@ def in_blender(python: str, folder: Path, reliefs: Mapping[str, HeightMap]) -> d
                     np.abs(np.array(each["size"]) * (1000.0 if path.endswith(".glb") else 1.0) - size).max()
                 ),
             }
-            for path, each in told["files"].items()
+            for path, each in output["files"].items()
         },
         "displacement": {
             "vertices": len(z),

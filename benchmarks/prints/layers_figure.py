@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.prints.prusa import PRINTER, Slicer, plate_heights
-from benchmarks.shared.charts import pyplot, style, write
+from benchmarks.shared.chart_style import pyplot, style, write
 from benchmarks.shared.common import IMAGES, folder_named
 from mitsuba_scenes import find_texture
 from relief.heightmap import load_height_map

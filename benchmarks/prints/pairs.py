@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.charts import FAINT, INK, frame, pyplot, style, write
+from benchmarks.shared.chart_style import FAINT, INK, frame, pyplot, style, write
 from benchmarks.shared.common import IMAGES, ROOT, folder_named, load, save, table
-from benchmarks.shared.studies import folder_of, rows_in
+from benchmarks.shared.finished_studies import folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
 from relief.ground.arrays import Array
@@ -75,14 +75,14 @@ def names() -> list[str]:
     return [case_name(labels) for labels in rows]
 
 
-def measured(free: Path, known: Path) -> dict[str, Any]:
+def measured(free: Path, aware: Path) -> dict[str, Any]:
     """For each pair the JND between the two reliefs, and the change of their pictures in % of the mean.
 
     Args:
         free: run directory of the run without a printer.
-        known: of the run that knows its printer.
+        aware: run directory of the run with a printer.
     """
-    settings = load_run(known / SETTINGS)
+    settings = load_run(aware / SETTINGS)
     printer = settings.print.described
     assert printer is not None
     screen = load_scene(settings.scene, texture=settings.texture, size_mm=SIZE_MM)
@@ -94,7 +94,7 @@ def measured(free: Path, known: Path) -> dict[str, Any]:
     pairs = {
         "screen": (screen, screen.heights, result),
         "naive": (prints, prints.heights, naive),
-        "print": (prints, prints.heights, load_heights(known / RUN_HEIGHTS)),
+        "print": (prints, prints.heights, load_heights(aware / RUN_HEIGHTS)),
     }
     return {kind: {"jnd": felt(*pair[1:]), **seen(*pair)} for kind, pair in pairs.items()}
 
@@ -109,7 +109,7 @@ def felt(before: Array, after: Array) -> float:
 
 def seen(scene: Scene, before: Array, after: Array) -> dict[str, float]:
     """Mean and root mean square change of the pictures on each film, in % of the mean picture before."""
-    told = {}
+    changed = {}
     for name, (pixels, samples) in FILMS.items():
         # The same random numbers before and after; two of them, so that noise cancels in the square.
         pictures = [
@@ -118,10 +118,10 @@ def seen(scene: Scene, before: Array, after: Array) -> dict[str, float]:
         ]
         changes = [after - before for before, after in zip(*pictures, strict=True)]
         mean = float(np.mean(pictures[0]))
-        told[f"{name}_change_percent"] = 100.0 * float(np.abs(np.mean(changes, axis=0)).mean()) / mean
+        changed[f"{name}_change_percent"] = 100.0 * float(np.abs(np.mean(changes, axis=0)).mean()) / mean
         square = max(0.0, float((changes[0] * changes[1]).mean()))
-        told[f"{name}_change_rms_percent"] = 100.0 * square**0.5 / mean
-    return told
+        changed[f"{name}_change_rms_percent"] = 100.0 * square**0.5 / mean
+    return changed
 
 
 def report() -> str:

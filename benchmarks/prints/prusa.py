@@ -63,7 +63,7 @@ class Slicer:
         self._profile.write_text(text)
 
     def info(self, file: Path) -> dict[str, Any]:
-        """What it holds of a file, over all objects: facets, volume, box, and how much it had to repair."""
+        """PrusaSlicer's numbers of a file over all objects: facets, volume, box and repairs."""
         text = self._run("--info", str(file))
         found: dict[str, list[str]] = {}
         for key, value in re.findall(r"^(\w+) = +(\S+)$", text, re.MULTILINE):
@@ -114,7 +114,7 @@ class Slicer:
 
 
 def _warnings(text: str) -> list[str]:
-    """Lines of the slicer's talk that tell of something wrong."""
+    """Lines of the slicer's output that report a fault."""
     return [line for line in text.splitlines() if re.search(r"warn|error|repair|empty", line, re.IGNORECASE)]
 
 

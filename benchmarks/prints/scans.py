@@ -105,12 +105,12 @@ def simulated(kind: Kind, seed: int) -> tuple[Registration, dict[str, float]]:
         tilt_x=random.uniform(-0.05, 0.05),
         tilt_y=random.uniform(-0.05, 0.05),
     )
-    made, variance = design, pose.variance_mm2
+    printed, variance = design, pose.variance_mm2
     if kind.printer:
-        made = design.printed(find_printer(kind.printer))
+        printed = design.printed(find_printer(kind.printer))
         # A pixel takes the middle of what lies over it, and is flat: twice the variance of a pixel.
-        variance += made.pitch_mm**2 / 6.0
-    scan = scanned(made, pose, kind.scanner, random)
+        variance += printed.pitch_mm**2 / 6.0
+    scan = scanned(printed, pose, kind.scanner, random)
     truth = {
         "turned_degrees": float(np.degrees(pose.turn)),
         "shift_x_mm": pose.shift_x_mm,
@@ -129,7 +129,7 @@ def row(kind: Kind, seed: int) -> dict[str, Any]:
         found, truth = simulated(kind, seed)
     except InputError as refusal:
         return {"seed": seed, "refused": str(refusal)}
-    told: dict[str, Any] = {"seed": seed}
+    estimates: dict[str, Any] = {"seed": seed}
     for name in NUMBERS:
         interval: Interval = getattr(found, name)
         error = interval.value - truth[name]
@@ -138,8 +138,8 @@ def row(kind: Kind, seed: int) -> dict[str, Any]:
             turns = round(error / 360.0) * 360.0
             interval = Interval(*(end - turns for end in (interval.value, interval.low, interval.high)))
             error -= turns
-        told[name] = [interval.holds(truth[name]), 0.5 * (interval.high - interval.low), error]
-    return told | {"cpu_s": time.process_time() - began}
+        estimates[name] = [interval.holds(truth[name]), 0.5 * (interval.high - interval.low), error]
+    return estimates | {"cpu_s": time.process_time() - began}
 
 
 def coverage(count: int, kinds: list[str], seconds: float) -> None:
@@ -163,13 +163,13 @@ PRINTERS = {
     "features from 300 um on": Printer("own", 50.0, 50.0, 300.0, keep_features=True),
 }
 """Printers that are measured, by the name of their row."""
-TOLD = ("pixel_um", "layer_um", "min_feature_um", "max_slope_degrees", "scale", "height_scale")
+MEASURED = ("pixel_um", "layer_um", "min_feature_um", "max_slope_degrees", "scale", "height_scale")
 SHRUNK = Pose(turn=0.05, log_scale=float(np.log(0.995)), shift_x_mm=0.2, height_scale=0.99, tilt_x=0.01)
 
 
 def printers() -> dict[str, Any]:
-    """What the coupon tells of each printer, beside the truth, and the scan of its print of gravel."""
-    told = {}
+    """Numbers of each printer from its coupon, beside the truth, and the scan of its print of gravel."""
+    rows = {}
     gravel = Relief.read(find_texture("gravel"))
     for name, printer in PRINTERS.items():
         scale = scale_for(printer)
@@ -177,13 +177,13 @@ def printers() -> dict[str, Any]:
         scan = scanned(coupon(scale).printed(printer), SHRUNK, scanner, random)
         numbers = read_coupon(scan, scale).numbers()
         scan = scanned(gravel.printed(printer), SHRUNK, Scanner(0.04, noise_mm=0.003), random)
-        told[name] = {
+        rows[name] = {
             "truth": _truth(printer),
             "measured": {key: value for key, value in numbers.items() if key != "smallest_dot_um"},
             "gravel": _of_gravel(print_scanned(register(scan, gravel)), gravel),
         }
         print(name, flush=True)
-    return told
+    return rows
 
 
 def _truth(printer: Printer) -> dict[str, float | None]:
@@ -228,16 +228,16 @@ SLICED_PIXELS = 512
 
 
 def printers_table() -> str:
-    """Numbers of printers as their coupons tell them, beside the truth."""
+    """Numbers of printers by their coupons, beside the truth."""
     rows, held = [], []
     for name, each in load("scans").get("printers", {}).items():
         cells: list[Any] = [name]
-        for key in TOLD:
-            truth, told = each["truth"][key], each["measured"]
-            if key not in told:
+        for key in MEASURED:
+            truth, measured = each["truth"][key], each["measured"]
+            if key not in measured:
                 cells.append("not seen")
                 continue
-            value, low, high = (told[f"{key}{end}"] for end in ("", "_low", "_high"))
+            value, low, high = (measured[f"{key}{end}"] for end in ("", "_low", "_high"))
             cells.append(f"{value:.4g} ({low:.4g} to {high:.4g})" + ("" if truth is None else f"; {truth:g}"))
             if truth is not None:
                 held.append(low <= truth <= high)
@@ -250,9 +250,9 @@ def printers_table() -> str:
 def gravel_table() -> str:
     """Gravel as its prints are scanned."""
     content = load("scans")
-    told = {name: each["gravel"] for name, each in content.get("printers", {}).items()}
+    gravel = {name: each["gravel"] for name, each in content.get("printers", {}).items()}
     if sliced := content.get("slicer"):
-        told[f"{sliced['version']}, layers as a scan"] = sliced
+        gravel[f"{sliced['version']}, layers as a scan"] = sliced
     rows = [
         (
             name,
@@ -261,7 +261,7 @@ def gravel_table() -> str:
             f"{each['height_scale']:.3f}",
             f"{each['jnd_from_design']:+.2f}",
         )
-        for name, each in told.items()
+        for name, each in gravel.items()
     ]
     return table(("print of gravel", "blur, um", "scale", "height", "JND from the design"), rows) + "\n"
 
@@ -282,13 +282,13 @@ def coverage_table() -> str:
     head += ["x, um", "scale, %", "height, %", "blur, um", "CPU s"]
     rows = []
     for name, each in load("scans").get("coverage", {}).items():
-        told = [one for one in each if "refused" not in one]
+        completed = [one for one in each if "refused" not in one]
         cells: list[Any] = [name, len(each)]
-        cells += [f"{100.0 * np.mean([one[number][0] for one in told]):.1f}" for number in NUMBERS]
-        wide = {number: float(np.median([one[number][1] for one in told])) for number in NUMBERS}
+        cells += [f"{100.0 * np.mean([one[number][0] for one in completed]):.1f}" for number in NUMBERS]
+        wide = {number: float(np.median([one[number][1] for one in completed])) for number in NUMBERS}
         units = {"turned_degrees": 1.0, "shift_x_mm": 1e3, "scale": 1e2, "height_scale": 1e2, "blur_mm": 1e3}
         cells += [f"{factor * wide[number]:.2g}" for number, factor in units.items()]
-        rows.append([*cells, f"{np.mean([one['cpu_s'] for one in told]):.1f}"])
+        rows.append([*cells, f"{np.mean([one['cpu_s'] for one in completed]):.1f}"])
     return table(head, rows) + "\n"
 
 
@@ -303,8 +303,8 @@ def main() -> None:
         coverage(arguments.count, arguments.kinds, arguments.seconds)
         print(coverage_table())
     elif arguments.what in ("printers", "slicer"):
-        told = printers() if arguments.what == "printers" else slicer()
-        save("scans", load("scans") | {arguments.what: told})
+        results = printers() if arguments.what == "printers" else slicer()
+        save("scans", load("scans") | {arguments.what: results})
         print(printers_table(), gravel_table(), sep="\n")
     else:
         put(PAGE, "printers", "benchmarks.prints.scans report", printers_table())

@@ -10,7 +10,7 @@ from typing import Any
 
 from matplotlib import pyplot
 
-from benchmarks.shared.charts import FAINT, INK, frame, style, write
+from benchmarks.shared.chart_style import FAINT, INK, frame, style, write
 from benchmarks.shared.common import IMAGES, load, table
 
 PATH = IMAGES / "adam.png"

@@ -17,7 +17,7 @@ from optimize.verification.picture_change import change
 from optimize.verification.picture_metrics import pixel_weights
 from relief.ground.limits import PATCH_SIDE_MM
 from relief.heightmap import load_heights
-from visual.noise import Batches
+from visual.picture_noise import Batches
 from visual.scene import Scene, load_scene
 
 REFERENCE_SAMPLES = 2048

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from benchmarks.shared.common import table
-from benchmarks.shared.studies import Row, committed
+from benchmarks.shared.finished_studies import Row, committed
 
 CHANGES = ("change_percent", "change_rms_percent")
 
@@ -34,7 +34,7 @@ def of_each(name: str, axes: Mapping[str, str]) -> str:
         "change_rms_percent": "rms, %",
         "change_percent_of_white": "% of white",
         "max_mm": "highest, mm",
-        "cpu_s": "processor, s",
+        "cpu_s": "CPU seconds",
     }
     rows = rows_of(name)
     return table(
@@ -58,7 +58,7 @@ def by_models() -> str:
         ]
         for model in models
     ]
-    head = ("steered by", "steps, all", "processor, s", "off target, %", "pictures mean, %", "rms, %")
+    head = ("steered by", "steps, all", "CPU seconds", "off target, %", "pictures mean, %", "rms, %")
     of_case = [
         [
             name,

@@ -12,8 +12,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from benchmarks.runs.demo import rows_of
 from benchmarks.shared.common import IMAGES, folder_named
+from benchmarks.shared.finished_studies import Row, folder_of
 from benchmarks.shared.scenes import picture
-from benchmarks.shared.studies import Row, folder_of
 from optimize.run_directory.finished_run import FinishedRun
 from optimize.verification.picture_metrics import mean_change
 from relief.ground.arrays import Array

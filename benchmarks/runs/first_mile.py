@@ -188,7 +188,7 @@ def travel(name: str, make: Callable[[Path], Path]) -> dict[str, Any]:
     result = read_verification(WORK / run)
     assert result is not None
     touch, look = result.touch, result.look
-    verified, target = (of["roughness"] or math.nan for of in (touch.verified, touch.target))
+    verified, target = (values["roughness"] or math.nan for values in (touch.verified, touch.target))
     return row | {
         "outcome": result.stop.message,
         "steps": result.stop.steps,

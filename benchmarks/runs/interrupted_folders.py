@@ -141,9 +141,9 @@ def uninterrupted(command: Command, folder: Path, texture: Array, page: int) -> 
         place = Path(temporary)
         prepare(place, texture)
         began, process = time.perf_counter(), command.started(place)
-        _, told = process.communicate(timeout=LONGEST_S)
+        _, messages = process.communicate(timeout=LONGEST_S)
         if process.returncode:
-            raise RuntimeError(f"{command.name}: {told}")
+            raise RuntimeError(f"{command.name}: {messages}")
         seconds, files = time.perf_counter() - began, list(_files(place / OUT))
         size = sum(-(-path.stat().st_size // page) * page for path in files)
         names = frozenset(path.relative_to(place).as_posix() for path in files)
@@ -177,17 +177,17 @@ def after_a_kill(
         with suppress(psutil.NoSuchProcess):
             workers = process.children(recursive=True)
             process.send_signal(signal.SIGTERM if politely else signal.SIGKILL)
-        _, told = process.communicate(timeout=LONGEST_S)
+        _, messages = process.communicate(timeout=LONGEST_S)
         row = {"share": share, "signal": "SIGTERM" if politely else "SIGKILL", "status": process.returncode}
         damaged, written = sorted(_damaged(place)), len(list(_files(place / OUT)))
         save_heights_exr(place / "waves.exr", textures[1], 10.0)
         row |= _repeated(command, place, wholes[1])
         _, left = psutil.wait_procs(workers, WORKERS_S)
         as_promised = process.returncode in (0, INTERRUPTED if politely else -signal.SIGKILL)
-        lines = [line for line in told.splitlines() if line.startswith(("retouch:", "Traceback"))]
+        lines = [line for line in messages.splitlines() if line.startswith(("retouch:", "Traceback"))]
         as_promised = as_promised and len(lines) == (process.returncode == INTERRUPTED)
         ended = {"as_promised": as_promised, "damaged": damaged, "workers_left": len(left)}
-        return row | ended | ({} if as_promised else {"written": written, "told": told.strip()})
+        return row | ended | ({} if as_promised else {"written": written, "told": messages.strip()})
 
 
 def after_a_full_disk(
@@ -201,8 +201,8 @@ def after_a_full_disk(
         subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", place / OUT], check=True)
         stack.callback(subprocess.run, ("umount", str(place / OUT)), check=True)
         process = command.started(place)
-        _, told = process.communicate(timeout=LONGEST_S)
-        lines = told.strip().splitlines()
+        _, messages = process.communicate(timeout=LONGEST_S)
+        lines = messages.strip().splitlines()
         as_promised = process.returncode == 2 and "No space left on device" in lines[-1]
         row = {"bytes": size, "status": process.returncode, "told": lines, "as_promised": as_promised}
         row |= {"damaged": sorted(_damaged(place)), "workers_left": 0}
@@ -213,9 +213,9 @@ def after_a_full_disk(
 def _repeated(command: Command, place: Path, whole: Whole) -> dict[str, Any]:
     """What the same command ends with, and the distance of its results from those wanted, mm."""
     process = command.started(place)
-    _, told = process.communicate(timeout=LONGEST_S)
+    _, messages = process.communicate(timeout=LONGEST_S)
     if process.returncode:
-        return {"completed": False, "same": False, "distance_mm": None, "last": told.strip()}
+        return {"completed": False, "same": False, "distance_mm": None, "last": messages.strip()}
     results = _results(command, place)
     missing = sorted(whole.files - {path.relative_to(place).as_posix() for path in _files(place / OUT)})
     partial = sorted(path.name for path in (place / OUT).rglob("*.partial*"))

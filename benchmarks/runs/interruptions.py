@@ -204,9 +204,9 @@ def after_a_full_disk(folder: Path, size: int, heights: NDArray[np.float64]) -> 
         stack.callback(subprocess.run, ["umount", place], check=True)
         out = Path(place) / "out"
         process = started(folder, out)
-        _, told = process.communicate(timeout=LONGEST_S)
+        _, messages = process.communicate(timeout=LONGEST_S)
         subprocess.run(["mount", "-o", "remount,size=1g", place], check=True)
-        row = {"bytes": size, "status": process.returncode, "told": told.replace(str(place), "").strip()}
+        row = {"bytes": size, "status": process.returncode, "told": messages.replace(str(place), "").strip()}
         return row | ended(folder, out, heights)
 
 
@@ -215,13 +215,13 @@ def ended(folder: Path, out: Path, heights: NDArray[np.float64]) -> dict[str, An
     attempts: dict[str, Sequence[Any]] = {"resume": (), "optimize": (), "optimize --force": ("--force",)}
     for name, options in attempts.items():
         process = started(folder, out, *options, verb=name.split()[0])
-        _, told = process.communicate(timeout=LONGEST_S)
+        _, messages = process.communicate(timeout=LONGEST_S)
         if process.returncode in (0, 3):
             distance = float(np.abs(load_checkpoint(out).best.heights - heights).max())
             return {"ended_by": name, "distance_mm": distance, "same": distance <= SAME_MM}
-        if process.returncode != 2 or len(told.splitlines()) != 1:
+        if process.returncode != 2 or len(messages.splitlines()) != 1:
             break
-    return {"ended_by": None, "distance_mm": None, "same": False, "last": told.strip()}
+    return {"ended_by": None, "distance_mm": None, "same": False, "last": messages.strip()}
 
 
 def summary(rows: dict[str, dict[str, Any]]) -> str:

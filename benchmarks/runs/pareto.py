@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 
-from benchmarks.shared.charts import FAINT, INK, frame, style, write
+from benchmarks.shared.chart_style import FAINT, INK, frame, style, write
 from benchmarks.shared.common import DOCS, IMAGES, load, machine, publish, save, study_given, table
-from benchmarks.shared.studies import Row, folder_of, rows_in
+from benchmarks.shared.finished_studies import Row, folder_of, rows_in
 from optimize.run_directory.history import HISTORY
 from optimize.run_directory.key import RESULT
 
@@ -90,7 +90,7 @@ def measured(study: Path, row: Row) -> dict[str, Any]:
 
 
 def curve(result: Mapping[str, Any], history: list[dict[str, Any]]) -> list[tuple[float, float, float]]:
-    """Of each step: CPU seconds of a run that ends there, distance to the target and picture change, both %.
+    """CPU seconds of a run that ends at each step, distance to the target and picture change, both %.
 
     Seconds are those of the descent up to the step, and of the verification and the final pictures.
     """

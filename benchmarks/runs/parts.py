@@ -34,7 +34,7 @@ from benchmarks.runs.rules import median_cpu
 from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
 from benchmarks.sight import gradients
 from benchmarks.touch.half_space import TOLERANCE, tamaas_pressure
-from benchmarks.touch.pressing import MEAN, SKIN
+from benchmarks.touch.relief_pressing import MEAN, SKIN
 from optimize.descent.gauss_newton import method as gauss_newton
 from optimize.descent.gauss_newton import step_look
 from optimize.runs.preparation import Prepared, prepare
@@ -285,8 +285,8 @@ def look(rates: dict[str, float]) -> Iterator[dict[str, Any]]:
             return [view.evaluate(problem.heights) for view in views]
 
         # An entry of a Jacobian is a number and the place of its column.
-        entries = sum(jacobian.nnz for of in pictures() for jacobian in of.jacobians)
-        values = problem.heights.size + 1.5 * entries + sum(of.pictures.size for of in pictures())
+        entries = sum(jacobian.nnz for shown in pictures() for jacobian in shown.jacobians)
+        values = problem.heights.size + 1.5 * entries + sum(shown.pictures.size for shown in pictures())
         part = Part(f"pictures with Jacobians, {name}", torch.float64, pictures, None, values)
         yield measured(part, rates)
     yield measured(_linear_solve(), rates)

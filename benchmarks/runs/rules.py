@@ -34,8 +34,8 @@ RULES: Mapping[str, Mapping[str, Any]] = {
     "random rays": {},
     "view from straight above": {"top_view": (False,)},
 }
-"""Rules of `visual.needs`, each with what a scene is told to need instead. Random rays, sent off the plate to
-meet a light by chance, are asked of the integrator."""
+"""Rule of `visual.needs` -> needs that replace those of the rule. Random rays, sent off the plate to meet a
+light by chance, are a setting of the integrator."""
 
 
 def rules() -> list[dict[str, Any]]:

@@ -83,8 +83,8 @@ def ended(checkout: Path, verb: str, seconds: float, by: signal.Signals) -> dict
         time.sleep(seconds)
         process.send_signal(by)
         began = time.perf_counter()
-        _, told = process.communicate(timeout=LONGEST_S)
-    lines, status = told.splitlines(), process.returncode
+        _, messages = process.communicate(timeout=LONGEST_S)
+    lines, status = messages.splitlines(), process.returncode
     if status == INTERRUPTED and len([line for line in lines if "nterrupted" in line]) == 1:
         end = "interrupted"
     elif status in (0, 3):
@@ -93,7 +93,7 @@ def ended(checkout: Path, verb: str, seconds: float, by: signal.Signals) -> dict
         end = "before its start"
     else:
         end = "wrongly"
-    good = end in ("interrupted", "at its end") and "Traceback" not in told
+    good = end in ("interrupted", "at its end") and "Traceback" not in messages
     row = {"verb": verb, "by": by.name, "seconds": round(seconds, 2), "status": status, "end": end}
     row |= {"lines": len(lines), "after_s": round(time.perf_counter() - began, 2)}
     return row if good else row | {"told": lines[-3:]}

@@ -198,7 +198,7 @@ def beside_aims(before: Mapping[str, Row], now: Mapping[str, Row]) -> str:
         if not names:
             continue
         first, then = (
-            np.array([[of[name][key] for key in _COMPARED] for name in names]) for of in (before, now)
+            np.array([[cases[name][key] for key in _COMPARED] for name in names]) for cases in (before, now)
         )
         seconds = first[:, 0].sum(), then[:, 0].sum()
         off = first[:, 1].max(), then[:, 1].max()

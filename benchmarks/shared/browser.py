@@ -29,7 +29,7 @@ FLAGS = (
     *("--disable-component-update", "--disable-sync", "--disable-extensions", "--force-color-profile=srgb"),
 )
 SOFTWARE_WEBGL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-"""Flags with which the processor draws what pages ask of a graphics card."""
+"""Flags of Chromium by which the CPU draws what pages ask of a graphics card."""
 PATIENCE_S = 300.0
 """Longest wait for an answer of the browser or of the app, s; far beyond that of a busy machine."""
 COMPLAINTS = ("Log.entryAdded", "Runtime.exceptionThrown", "Runtime.consoleAPICalled")
@@ -65,7 +65,7 @@ class Browser:
     """A browser with one page; a context manager that ends the process.
 
     Args:
-        webgl: whether pages may draw in three dimensions, by the processor.
+        webgl: whether pages may draw in three dimensions, on the CPU.
 
     Raises:
         RuntimeError: there is no such program, or the browser gives no answer.
@@ -136,9 +136,9 @@ class Browser:
         self.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done, 50)))")
         seen = Page()
         for event in self._events:
-            told = event["params"]
+            parameters = event["params"]
             if event["method"] == "Network.requestWillBeSent":
-                asked = told["request"]["url"]
+                asked = parameters["request"]["url"]
                 if asked != address and not asked.startswith("data:"):
                     seen.asked.append(asked)
         seen.complaints = self.complaints()

@@ -1,4 +1,4 @@
-"""What the benchmarks share: folders, arguments, results as JSON, tables, places on pages, the machine."""
+"""Shared parts of the benchmarks: folders, arguments, results as JSON, tables, pages, the machine."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def folder_named(description: str | None, name: str) -> Path:
 
 
 def machine() -> dict[str, Any]:
-    """Processor, cores in use and versions, for beside the numbers."""
+    """Processor, cores in use and versions, which are saved with the numbers."""
     cpu = next(
         (line.split(":", 1)[1].strip() for line in _lines("/proc/cpuinfo") if line.startswith("model name")),
         platform.processor(),
@@ -75,7 +75,7 @@ def save(name: str, content: Mapping[str, Any]) -> Path:
 
 
 def load(name: str) -> dict[str, Any]:
-    """What an earlier run of the benchmark saved; empty if there is none."""
+    """Results that an earlier run of the benchmark saved; empty without an earlier run."""
     path = RESULTS / f"{name}.json"
     if not path.is_file():
         return {}

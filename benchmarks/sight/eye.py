@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from statistics import fmean, geometric_mean, median
 
 from benchmarks.shared.common import DOCS, publish, study_given, table
-from benchmarks.shared.studies import FILE, STUDIES, Row, committed
+from benchmarks.shared.finished_studies import FILE, STUDIES, Row, committed
 
 STUDY, COMMAND = "eye", "benchmarks.sight.eye"
 CHOSEN_ON = ("gravel", "pebbles", "leather", "weave", "bark", "knit")
@@ -59,15 +59,15 @@ def lines(rows: Sequence[Row]) -> list[tuple[object, ...]]:
     """Lines of the table: all targets, and those that Adam has as well, by the two groups of textures."""
     before = {_case(row): row for row in rows if _kept(row) == PIXELS}
     by_adam = {_case(row) for row in rows if _kept(row) == ADAM}
-    told = []
+    summary = []
     for chosen, group in ((True, "chosen on"), (False, "judged by")):
         of_group = [row for row in rows if (row["texture"] in CHOSEN_ON) == chosen]
         for cases, name in ((set(before), group), (by_adam, f"{group}, -2 and +2")):
             for kept in (PIXELS, BROAD, ADAM):
                 some = [row for row in of_group if _kept(row) == kept and _case(row) in cases]
                 if some and (kept != ADAM or cases is by_adam):
-                    told.append(_line(name, some, before))
-    return told
+                    summary.append(_line(name, some, before))
+    return summary
 
 
 def main() -> None:

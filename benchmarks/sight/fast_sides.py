@@ -66,7 +66,9 @@ def _compared(name: str, texture: str) -> dict[str, Any]:
         gradient = _gradient(shown, adjoint)
         lengths = np.linalg.norm(gradient), np.linalg.norm(reference)
         row[look] = {
-            "error_percent": _error(np.concatenate([of.pictures for of in shown]), rendered, weights > 0.0),
+            "error_percent": _error(
+                np.concatenate([seen.pictures for seen in shown]), rendered, weights > 0.0
+            ),
             "cosine": float(gradient @ reference / (lengths[0] * lengths[1])),
             "ratio": float(lengths[0] / lengths[1]),
             "cpu_s": seconds,
@@ -87,8 +89,8 @@ def _gradient(shown: Sequence[Pictures], adjoint: Array) -> Array:
 def _error(ours: Array, theirs: Array, shown: NDArray[np.bool_]) -> float:
     """Mean over the pictures, % of the mean of each."""
     each = [
-        np.sqrt(np.mean((one - other)[of] ** 2)) / other[of].mean()
-        for one, other, of in zip(ours, theirs, shown, strict=True)
+        np.sqrt(np.mean((one - other)[mask] ** 2)) / other[mask].mean()
+        for one, other, mask in zip(ours, theirs, shown, strict=True)
     ]
     return float(100.0 * np.mean(each))
 

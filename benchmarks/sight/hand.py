@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from statistics import median
 
 from benchmarks.shared.common import DOCS, publish, study_given, table
-from benchmarks.shared.studies import FILE, STUDIES, Row, committed
+from benchmarks.shared.finished_studies import FILE, STUDIES, Row, committed
 
 STUDY, COMMAND = "in-hand", "benchmarks.sight.hand"
 STUDIO = "studio"
@@ -79,7 +79,7 @@ def cases(rows: Sequence[Row]) -> list[tuple[object, ...]]:
 def front(rows: Sequence[Row]) -> list[tuple[object, ...]]:
     """A line for each change of feel and each way: medians over the textures that have all of them."""
     textures = {row["texture"] for row in rows if abs(row["touch.jnd"]) == 4}
-    told: list[tuple[object, ...]] = []
+    summary: list[tuple[object, ...]] = []
     for jnd in sorted({row["touch.jnd"] for row in rows}):
         for way in WAYS:
             some = [
@@ -90,8 +90,8 @@ def front(rows: Sequence[Row]) -> list[tuple[object, ...]]:
             if len(some) == len(textures) > 0:
                 keys = ("change_percent", "change_hand_percent", "jod_hand")
                 medians = (f"{median(row[key] for row in some):.2f}" for key in keys)
-                told.append((f"{jnd:+d}", way, *medians))
-    return told
+                summary.append((f"{jnd:+d}", way, *medians))
+    return summary
 
 
 def main() -> None:

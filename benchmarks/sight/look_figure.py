@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 
-from benchmarks.shared.charts import FAINT, GRID, frame, style, write
+from benchmarks.shared.chart_style import FAINT, GRID, frame, style, write
 from benchmarks.shared.common import IMAGES, load
 
 PICTURE = IMAGES / "look-models.png"

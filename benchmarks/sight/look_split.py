@@ -59,11 +59,13 @@ def _profile(work: Callable[[int], object]) -> dict[str, float]:
     work(1)
     profile.disable()
     stats: dict[Any, Any] = pstats.Stats(profile).stats  # type: ignore[attr-defined]
-    seconds = {name: sum(_cumulative(stats, *of) for of in functions) for name, functions in GROUPS.items()}
+    seconds = {
+        name: sum(_cumulative(stats, *code) for code in functions) for name, functions in GROUPS.items()
+    }
     for inner in INNERMOST:
         for name in GROUPS:
             if name not in INNERMOST:
-                seconds[name] -= sum(_within(stats, of, GROUPS[inner]) for of in GROUPS[name])
+                seconds[name] -= sum(_within(stats, code, GROUPS[inner]) for code in GROUPS[name])
     return seconds | {"all": max(entry[3] for entry in stats.values())}
 
 
@@ -75,7 +77,7 @@ def _within(stats: dict[Any, Any], outer: tuple[str, str], inner: tuple[tuple[st
     """Seconds of inner functions below an outer one, through at most one function between."""
     spent = 0.0
     for key, entry in stats.items():
-        if not any(_is(key, *of) for of in inner):
+        if not any(_is(key, *code) for code in inner):
             continue
         for caller, called in entry[4].items():
             if _is(caller, *outer):

@@ -1,4 +1,4 @@
-"""How fast and how exact the lamp that moves is in pages, drawn by the processor on 256 x 256 pixels.
+"""Speed and error of the moving lamp in pages, drawn by the CPU on 256 x 256 pixels.
 
 python -m benchmarks.sight.plate_viewer      # two minutes; needs Chromium
 

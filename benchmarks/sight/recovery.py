@@ -24,7 +24,7 @@ import torch
 from matplotlib import pyplot
 from scipy.ndimage import gaussian_filter, zoom
 
-from benchmarks.shared.charts import frame, style, write
+from benchmarks.shared.chart_style import frame, style, write
 from benchmarks.shared.common import IMAGES, again_given, load, machine, save, table
 from optimize.descent.gauss_newton.laplacian import laplacian
 from relief.ground.arrays import Array

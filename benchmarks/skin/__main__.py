@@ -12,10 +12,10 @@ from typing import Any
 from benchmarks.shared.common import again_given, load, machine, save, table
 from benchmarks.skin import finger_study
 from benchmarks.skin.chart import draw
+from benchmarks.skin.experiment_plates import natural, series
 from benchmarks.skin.facts import FACTS, VALUES, Outcome, in_range, peak
-from benchmarks.skin.pressing import pressed
-from benchmarks.skin.skins import layered, plain
-from benchmarks.skin.stimuli import natural, series
+from benchmarks.skin.plate_pressing import pressed
+from benchmarks.skin.study_skins import layered, plain
 from relief.ground.progress import say
 
 SHOWN = ("F/E 20", "F/E 10", "F/E 4", "F/E 2", "0.7 mm of 2 over 0.4 MPa")

@@ -34,7 +34,7 @@ from relief.ground.progress import say
 from tactile.skin import Skin
 
 SHARES = (0.025, 0.16, 0.5, 0.84, 0.975)
-"""Quantiles that are told."""
+"""Quantiles that are reported."""
 MEASURED = {"radius_mm": 9.0, "thickness_mm": 4.0, "layer_mm": 0.6, "layer_mpa": 0.13, "base_mpa": 0.025}
 """The finger `measured`: the posterior's middle in round numbers."""
 SPHERE_MM = 4.0
@@ -53,7 +53,7 @@ SETS = {"both": ("grooves", "sphere"), "grooves": ("grooves",), "sphere": ("sphe
 """Sources that fit, by name."""
 
 
-def solved_fingers(known: dict[str, str], keep: Callable[[], object]) -> Emulator:
+def solved_fingers(depths: dict[str, str], keep: Callable[[], object]) -> Emulator:
     """The emulator by fingers that are solved where `known` has none; `keep` is called now and then.
 
     Args:
@@ -62,14 +62,14 @@ def solved_fingers(known: dict[str, str], keep: Callable[[], object]) -> Emulato
     """
     every = node_values()
     for number, values in enumerate(every):
-        if node_key(values) in known:
+        if node_key(values) in depths:
             continue
-        known[node_key(values)] = " ".join(f"{depth:.5g}" for depth in solved(values))
+        depths[node_key(values)] = " ".join(f"{depth:.5g}" for depth in solved(values))
         if number % KEPT == KEPT - 1:
             say(f"finger {number + 1} of {len(every)}")
             keep()
     keep()
-    return Emulator.of({name: np.array(line.split(), dtype=float) for name, line in known.items()})
+    return Emulator.of({name: np.array(line.split(), dtype=float) for name, line in depths.items()})
 
 
 def named() -> dict[str, dict[str, float]]:
@@ -107,8 +107,8 @@ def calibration(emulator: Emulator) -> dict[str, Any]:
         "prior": {name: list(range_) for name, range_ in PRIOR.items()},
         "draws": 2**DRAWS_LOG2,
         "emulator, error of logarithms": worst(emulator, posterior.sample(both, MANY, seed=3)),
-        "posterior": {name: told(posterior, sources) for name, sources in SETS.items()},
-        "stiffening": told(stiffer, both)
+        "posterior": {name: described(posterior, sources) for name, sources in SETS.items()},
+        "stiffening": described(stiffer, both)
         | {
             "log Bayes factor": stiffer.evidence(both) - posterior.evidence(both),
             "base at 1 N, MPa": quantile(base_at(stiffer.draws, 1.0), stiffer.weights(both), SHARES),
@@ -136,7 +136,7 @@ def _rounded(draws: list[dict[str, float]]) -> list[dict[str, float]]:
     return [{name: float(f"{values[name]:.4g}") for name in NAMES} for values in draws]
 
 
-def told(posterior: Posterior, sources: tuple[str, ...]) -> dict[str, Any]:
+def described(posterior: Posterior, sources: tuple[str, ...]) -> dict[str, Any]:
     """Quantiles of a posterior by some sources, its best draw, and what it predicts of every source."""
     weights, best = posterior.weights(sources), posterior.best(sources)
     quantities = dict(posterior.draws)

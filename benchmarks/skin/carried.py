@@ -10,8 +10,8 @@ import numpy as np
 
 from benchmarks.shared.checkouts import DEMO_RUNS, process
 from benchmarks.shared.common import ROOT
+from benchmarks.skin.experiment_plates import ROUND_SAMPLES
 from benchmarks.skin.round_pressing import RoundFinger
-from benchmarks.skin.stimuli import ROUND_SAMPLES
 from mitsuba_scenes import find_texture
 from relief.ground.arrays import Array
 from relief.ground.progress import say
@@ -63,14 +63,14 @@ def at_places(tile: Array, along: int) -> Array:
 def felt_by(skin: Skin, pairs: Mapping[str, tuple[Array, Array]], along: int) -> dict[str, list[float]]:
     """JND between before and after at each place, by the tile's name, to a round finger."""
     finger = RoundFinger(skin)
-    known: dict[bytes, list[float]] = {}
+    roughness: dict[bytes, list[float]] = {}
     found = {}
     for name, pair in pairs.items():
         felt = []
         for tile in pair:
             # Two runs share their tile before.
-            if tile.tobytes() not in known:
-                known[tile.tobytes()] = finger.felt(at_places(tile, along))[0]["V"]
-            felt.append(known[tile.tobytes()])
+            if tile.tobytes() not in roughness:
+                roughness[tile.tobytes()] = finger.felt(at_places(tile, along))[0]["V"]
+            felt.append(roughness[tile.tobytes()])
         found[name] = [jnd_apart(after, before) for before, after in zip(*felt, strict=True)]
     return found

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from benchmarks.shared.charts import FAINT, frame, pyplot, style, write
+from benchmarks.shared.chart_style import FAINT, frame, pyplot, style, write
 from benchmarks.shared.common import IMAGES
+from benchmarks.skin.experiment_plates import series
 from benchmarks.skin.facts import PEAK_MM
-from benchmarks.skin.stimuli import series
 
 PICTURE = IMAGES / "skin-facts.png"
 PANELS = {

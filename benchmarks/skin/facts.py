@@ -13,9 +13,9 @@ from itertools import pairwise
 from statistics import median
 from typing import Any
 
+from benchmarks.skin.experiment_plates import series
 from benchmarks.skin.round_stimuli import FAR_MM, JUDGED
 from benchmarks.skin.sources import HUMAN_SA1, MACAQUE_SA1, Recorded
-from benchmarks.skin.stimuli import series
 
 PEAK_MM = (2.0, 3.0)
 """Range of the spacing at which dots are roughest."""
@@ -41,10 +41,10 @@ Measured = dict[str, Any]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a skin gives for a fact.
+    """Outcome of a fact for a skin.
 
     Attributes:
-        told: the numbers, short.
+        told: the numbers, as short text.
         right: whether they agree with the fact.
     """
 
@@ -60,7 +60,7 @@ class Fact:
         name: short, for tables.
         says: what people do.
         source: who found it.
-        of: the outcome of a skin by what it feels (`benchmarks.skin.pressing.pressed`).
+        of: the outcome of a skin by what it feels (`benchmarks.skin.plate_pressing.pressed`).
         fit: whether the fact chose a layered skin.
     """
 
@@ -84,47 +84,47 @@ def peak(values: Sequence[float], felt: Sequence[float]) -> float:
 
 
 def _peak(name: str) -> Callable[[Measured], Outcome]:
-    def of(felt: Measured) -> Outcome:
+    def outcome(felt: Measured) -> Outcome:
         at = peak(VALUES["spacing"], felt[name])
         return Outcome(f"{at:.2f} mm", PEAK_MM[0] <= at <= PEAK_MM[1])
 
-    return of
+    return outcome
 
 
 def _inverted_u(name: str) -> Callable[[Measured], Outcome]:
-    def of(felt: Measured) -> Outcome:
+    def outcome(felt: Measured) -> Outcome:
         curve = felt[name]
         ends = [end / max(curve) for end in (curve[0], curve[-1])]
-        told = f"{ends[0]:.2f}, 1, {ends[1]:.2f}; top {peak(VALUES[name], curve):.1f} mm"
-        return Outcome(told, max(ends) <= FALLEN)
+        numbers = f"{ends[0]:.2f}, 1, {ends[1]:.2f}; top {peak(VALUES[name], curve):.1f} mm"
+        return Outcome(numbers, max(ends) <= FALLEN)
 
-    return of
+    return outcome
 
 
 def _falls(name: str) -> Callable[[Measured], Outcome]:
-    def of(felt: Measured) -> Outcome:
+    def outcome(felt: Measured) -> Outcome:
         ratio = felt[name][0] / felt[name][-1]
         return Outcome(f"{ratio:.2f}", ratio >= STEP)
 
-    return of
+    return outcome
 
 
 def _rises(name: str) -> Callable[[Measured], Outcome]:
-    def of(felt: Measured) -> Outcome:
+    def outcome(felt: Measured) -> Outcome:
         curve = felt[name]
         steps = [after / before for before, after in pairwise(curve)]
         return Outcome(f"{curve[-1] / curve[0]:.2f}", min(steps) >= STEP)
 
-    return of
+    return outcome
 
 
 def _natural(felt: Measured) -> Outcome:
     low, high = NATURAL_ROUGHNESS
     middles = [factor * median(felt["natural"]) for factor in READINGS]
-    told = " or ".join(
+    numbers = " or ".join(
         f"{middle:.3f} ({_within(felt, factor)})" for middle, factor in zip(middles, READINGS, strict=True)
     )
-    return Outcome(told, any(low <= middle <= high for middle in middles))
+    return Outcome(numbers, any(low <= middle <= high for middle in middles))
 
 
 def in_range(felt: Measured) -> int:
@@ -223,11 +223,11 @@ def off_recorded(
 
 
 def _recorded(recorded: Recorded, name: str, spacings: Sequence[float]) -> Callable[[Measured], Outcome]:
-    def of(felt: Measured) -> Outcome:
+    def outcome(felt: Measured) -> Outcome:
         off, at = off_recorded(recorded, spacings, felt[name])
         return Outcome(f"rms {off:.2f}, top {at:.1f} mm", off <= CURVE)
 
-    return of
+    return outcome
 
 
 def _judged(felt: Measured) -> Outcome:
@@ -237,8 +237,8 @@ def _judged(felt: Measured) -> Outcome:
 
 def _never_falls(felt: Measured) -> Outcome:
     curve = felt["spacing, high, exploring"]
-    told = f"top {peak(FAR_MM, curve):.1f} mm, then {curve[-1] / max(curve):.2f}"
-    return Outcome(told, min(after / before for before, after in pairwise(curve)) >= STEP)
+    numbers = f"top {peak(FAR_MM, curve):.1f} mm, then {curve[-1] / max(curve):.2f}"
+    return Outcome(numbers, min(after / before for before, after in pairwise(curve)) >= STEP)
 
 
 ADDED = (

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from benchmarks.shared.charts import FAINT, INK, frame, pyplot, style, write
+from benchmarks.shared.chart_style import FAINT, INK, frame, pyplot, style, write
 from benchmarks.shared.common import IMAGES
 from benchmarks.skin.facts import PEAK_MM, VALUES
 from benchmarks.skin.sources import GROOVES, HUMAN_SA1, SPHERE, Mechanical

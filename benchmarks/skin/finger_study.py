@@ -11,10 +11,11 @@ from typing import Any
 from benchmarks.shared.common import load, machine, save, table
 from benchmarks.skin.calibration import DRAWS, SHARES, SPHERE_MM, calibration, solved_fingers
 from benchmarks.skin.carried import ALL, FEW, felt_by, tiles
+from benchmarks.skin.experiment_plates import APART_MM, DOT_MM, HIGH_MM
 from benchmarks.skin.facts import AGAINST, FINGER_FACTS, VALUES, Fact, peak
 from benchmarks.skin.finger_chart import draw
+from benchmarks.skin.plate_pressing import EXPLORING_N
 from benchmarks.skin.posterior import direct, finger, residuals
-from benchmarks.skin.pressing import EXPLORING_N
 from benchmarks.skin.quarter import groove_depths
 from benchmarks.skin.round_pressing import (
     EXPLORED,
@@ -27,7 +28,6 @@ from benchmarks.skin.round_pressing import (
 )
 from benchmarks.skin.round_stimuli import dot_plates
 from benchmarks.skin.sources import GROOVE_FORCE_N, GROOVES, MECHANICAL
-from benchmarks.skin.stimuli import APART_MM, DOT_MM, HIGH_MM
 from optimize.settings.skins import load_skin
 from relief.ground.progress import say
 from tactile.skin import Skin
@@ -54,9 +54,9 @@ def main(again: bool) -> None:
     def keep() -> None:
         save(NAME, results | {"machine": machine()})
 
-    known = results.setdefault("solved", {})
+    depths = results.setdefault("solved", {})
     if "calibration" not in results:
-        results["calibration"] = calibration(solved_fingers(known, keep))
+        results["calibration"] = calibration(solved_fingers(depths, keep))
         keep()
     felt = results.setdefault("felt", {})
     for name, make in fingers(results["calibration"]["sample"]).items():

@@ -15,9 +15,9 @@ import torch
 from torch import Tensor
 
 import tactile
-from benchmarks.skin.pressing import EXPLORING_N
+from benchmarks.skin.experiment_plates import APART_MM, DOT_MM, HIGH_MM, ROUND_SAMPLES, SAMPLES
+from benchmarks.skin.plate_pressing import EXPLORING_N
 from benchmarks.skin.round_stimuli import dot_plates, natural_plates, round_series
-from benchmarks.skin.stimuli import APART_MM, DOT_MM, HIGH_MM, ROUND_SAMPLES, SAMPLES
 from relief.ground.arrays import Array
 from relief.ground.limits import PATCH_SIDE_MM
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
@@ -92,7 +92,7 @@ class RoundFinger:
 
 
 def pressed_round(skin: Skin, names: Iterable[str], ways: Sequence[str] = WAYS[:1]) -> dict[str, Any]:
-    """V of series by name and of natural reliefs, as `benchmarks.skin.pressing.pressed` has them.
+    """V of series by name and of natural reliefs, as `benchmarks.skin.plate_pressing.pressed` has them.
 
     Args:
         skin: of shape "round"; its force is that of every series.

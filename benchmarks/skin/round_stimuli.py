@@ -10,8 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
-from benchmarks.skin.sources import HUMAN_SA1, MACAQUE_SA1, judged_roughness
-from benchmarks.skin.stimuli import (
+from benchmarks.skin.experiment_plates import (
     APART_MM,
     DOT_MM,
     HIGH_MM,
@@ -22,6 +21,7 @@ from benchmarks.skin.stimuli import (
     natural,
     series,
 )
+from benchmarks.skin.sources import HUMAN_SA1, MACAQUE_SA1, judged_roughness
 from relief.ground.arrays import Array
 
 NARROW_MM, WIDE_MM = 2.6, 3.3

@@ -17,8 +17,8 @@ import numpy as np
 import torch
 
 from benchmarks.shared.common import again_given, load, machine, median_seconds, save, table
+from benchmarks.skin.experiment_plates import DOT_MM, HIGH_MM, NATURAL, PHASES, dots, natural
 from benchmarks.skin.operators import PITCH_MM, Felt, felt, on_patch, peak
-from benchmarks.skin.stimuli import DOT_MM, HIGH_MM, NATURAL, PHASES, dots, natural
 from benchmarks.touch.round_tetrahedra import round_tetrahedra
 from relief.ground.arrays import Array
 from relief.ground.progress import say
@@ -96,8 +96,8 @@ def bodies(skin: Skin, size: float = SIZE_MM, finest: bool = True) -> dict[str, 
     return found
 
 
-def told(found: Felt) -> dict[str, Any]:
-    """What is felt, as the results have it."""
+def row_of(found: Felt) -> dict[str, Any]:
+    """Touch measures as the results have them."""
     return {
         "roughness": found.roughness.tolist(),
         "area_mm2": found.flat_area_mm2,
@@ -111,7 +111,7 @@ def reliefs() -> dict[str, Any]:
     return {
         name: {
             f"{force:g} N": {
-                body: told(felt(operator, replace(skin, force_n=force), heights))
+                body: row_of(felt(operator, replace(skin, force_n=force), heights))
                 for body, operator in bodies(skin).items()
             }
             for force in FORCES_N
@@ -163,7 +163,7 @@ def meshes() -> dict[str, Any]:
     heights, samples = on_patch(natural(), SIZE_MM), round(SIZE_MM / PITCH_MM)
     return {
         name: {
-            kind: told(felt(round_pad_operator(skin, samples, SIZE_MM, mesh=mesh), skin_at(skin), heights))
+            kind: row_of(felt(round_pad_operator(skin, samples, SIZE_MM, mesh=mesh), skin_at(skin), heights))
             for kind, mesh in MESHES.items()
         }
         for name, skin in FINGERS.items()
@@ -180,7 +180,7 @@ def patches() -> dict[str, Any]:
     return {
         name: {
             f"{size:g} mm": {
-                body: told(felt(operator, skin_at(skin), on_patch(natural(), size)))
+                body: row_of(felt(operator, skin_at(skin), on_patch(natural(), size)))
                 for body, operator in bodies(skin, size, finest=False).items()
             }
             for size in PATCHES_MM
@@ -199,7 +199,7 @@ def tetrahedra() -> dict[str, Any]:
         "corrected": round_pad_operator(skin, samples, SIZE_MM),
         "tetrahedra": round_tetrahedra(skin, samples, SIZE_MM, TETRAHEDRA),
     }
-    return {name: told(felt(operator, skin, heights)) for name, operator in operators.items()}
+    return {name: row_of(felt(operator, skin, heights)) for name, operator in operators.items()}
 
 
 def flat_tetrahedra() -> dict[str, Any]:
@@ -207,7 +207,7 @@ def flat_tetrahedra() -> dict[str, Any]:
     skin = skin_at(FINGERS["0.05 MPa"])
     samples = round(SIZE_MM / TETRAHEDRA_PITCH_MM)
     operator = round_tetrahedra(skin, samples, SIZE_MM, TETRAHEDRA, flat=True)
-    return told(felt(operator, skin, on_patch(natural(), SIZE_MM, TETRAHEDRA_PITCH_MM)))
+    return row_of(felt(operator, skin, on_patch(natural(), SIZE_MM, TETRAHEDRA_PITCH_MM)))
 
 
 def cost() -> dict[str, Any]:
@@ -249,14 +249,14 @@ def tables(results: dict[str, Any]) -> list[str]:
         ),
         table(
             ["finger at 0.6 N", *(f"{body}, mm" for body in ("layer", "corrected", "truth"))],
-            [[name, *(each["peak_mm"] for each in of.values())] for name, of in results["dots"].items()],
+            [[name, *(each["peak_mm"] for each in pads.values())] for name, pads in results["dots"].items()],
         ),
         table(
             ["force of a sphere at depth", "by", *(f"{depth:g} mm" for depth in SPHERE_DEPTHS_MM)],
             [
                 [name, body, *found["force_n"]]
-                for name, of in results["sphere"].items()
-                for body, found in of.items()
+                for name, pads in results["sphere"].items()
+                for body, found in pads.items()
             ],
         ),
         table(["finger at 1 N", "elements", "median", "largest"], _by_mesh(results)),

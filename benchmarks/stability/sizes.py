@@ -75,7 +75,7 @@ def waves(samples: int) -> NDArray[np.float64]:
 
 
 def outcomes(mm: float, repeats: bool) -> dict[str, Any]:
-    """What the commands end with: status, processor's seconds, and the line of a refusal."""
+    """Outcome of the commands: status, CPU seconds, and the line of a refusal."""
     results: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as temporary:
         place = Path(temporary)
@@ -98,7 +98,7 @@ def outcomes(mm: float, repeats: bool) -> dict[str, Any]:
 
 
 def ended(arguments: list[str], place: Path) -> dict[str, Any]:
-    """Status and processor's seconds of a command, and the lines that say why it has ended."""
+    """Status and CPU seconds of a command, and the lines that say why it has ended."""
     spent = resource.getrusage(resource.RUSAGE_CHILDREN)
     command = [sys.executable, "-m", "retouch", *arguments]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
@@ -106,9 +106,9 @@ def ended(arguments: list[str], place: Path) -> dict[str, Any]:
         command, cwd=place, env=environment, capture_output=True, text=True, timeout=LONGEST_S, check=False
     )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    told = [line for line in process.stderr.splitlines() if line.startswith(("retouch:", "Traceback"))]
+    messages = [line for line in process.stderr.splitlines() if line.startswith(("retouch:", "Traceback"))]
     seconds = after.ru_utime + after.ru_stime - spent.ru_utime - spent.ru_stime
-    return {"status": process.returncode, "cpu_s": round(seconds, 1), "told": told}
+    return {"status": process.returncode, "cpu_s": round(seconds, 1), "told": messages}
 
 
 def summary(rows: dict[str, Any]) -> str:

@@ -139,7 +139,7 @@ def main() -> None:
                 row = with_model(name, kept, *work.args) if kept else work()
                 save("stability", {"machine": machine(), "rows": kept_rows() | {key: row}})
                 print(key, row, flush=True)
-    from benchmarks.stability.figure import as_text, draw, write_table
+    from benchmarks.stability.map_figure import as_text, draw, write_table
 
     print(as_text(kept_rows()))
     write_table(kept_rows())
@@ -320,7 +320,7 @@ def pressed(model: TouchModel, case: Case, texture: str, gradient: bool = True) 
 
 
 def deviations(one: Row, other: Row) -> Row:
-    """What one press is off by from another, %; a gradient by the norm of the difference."""
+    """Error of one press from another, %; a gradient by the norm of the difference."""
     off = {name: percent(one[name], other[name]) for name in ("V", "A", "contact")}
     slopes: list[Tensor] = [one["gradient"], other["gradient"]]
     if all(slope is not None for slope in slopes) and slopes[0].shape == slopes[1].shape:

@@ -17,9 +17,9 @@ import numpy as np
 import torch
 
 import tactile
-from benchmarks.shared.charts import FAINT, frame, pyplot, style, write
+from benchmarks.shared.chart_style import FAINT, frame, pyplot, style, write
 from benchmarks.shared.common import IMAGES, load, machine, save, study_given, table
-from benchmarks.shared.studies import Row, folder_of, rows_in
+from benchmarks.shared.finished_studies import Row, folder_of, rows_in
 from optimize.run_directory.finished_run import FinishedRun
 from relief.ground.arrays import Array
 from tactile.jnd import ROUGHNESS_JND

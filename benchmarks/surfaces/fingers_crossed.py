@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.shared.common import DOCS, load, machine, publish, save, study_given, table
-from benchmarks.shared.studies import Row, folder_of, rows_in
+from benchmarks.shared.finished_studies import Row, folder_of, rows_in
 from optimize.run_directory.finished_run import FinishedRun
 from optimize.settings.skins import load_skin
 from relief.ground.arrays import Array
@@ -46,15 +46,15 @@ def main() -> None:
         rows = {}
         for row in rows_in(study):
             say(f"{row['texture']} {row['touch.jnd']:+g}, {row['touch.skin']}")
-            rows[f"{row['texture']} {row['touch.jnd']:+g}, {row['touch.skin']}"] = told(study, row)
+            rows[f"{row['texture']} {row['touch.jnd']:+g}, {row['touch.skin']}"] = measured(study, row)
         save("fingers_crossed", {"rows": rows, "machine": machine()})
     rows = load("fingers_crossed")["rows"]
     publish(PAGE, "steered", COMMAND, steered(rows))
     publish(PAGE, "crossed", COMMAND, crossed(rows))
 
 
-def told(study: Path, row: Row) -> dict[str, Any]:
-    """What a run of the study came to, and how its change feels to every finger, JND at each place."""
+def measured(study: Path, row: Row) -> dict[str, Any]:
+    """Result of a run of the study, and how its change feels to every finger, JND at each place."""
     run = FinishedRun.read(folder_of(study, row))
     all_over = run.verification.touch.places
     assert all_over is not None
@@ -97,9 +97,9 @@ def steered(rows: Mapping[str, Any]) -> str:
         rms = [f"{one['rms_percent']:.2f}" for one in both]
         seconds = [f"{one['cpu_s']:.0f}" for one in both]
         lines.append((f"{row['texture']} {row['jnd']:+g}", *ends, *off, *rms, *seconds))
-    of = {skin: [row for row in rows.values() if row["skin"] == skin] for skin in STEERED}
+    of_skin = {skin: [row for row in rows.values() if row["skin"] == skin] for skin in STEERED}
     medians = [
-        f"{statistics.median(row[key] for row in of[skin]):.{digits}f}"
+        f"{statistics.median(row[key] for row in of_skin[skin]):.{digits}f}"
         for key, digits in (("farthest_jnd", 2), ("rms_percent", 2), ("cpu_s", 0))
         for skin in STEERED
     ]

@@ -11,7 +11,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from benchmarks.shared.common import parser_of, table
-from benchmarks.shared.studies import STUDIES, rows_of
+from benchmarks.shared.finished_studies import STUDIES, rows_of
 from mitsuba_scenes import find_texture
 from relief.preparing.picture_preparation import prepare
 from retouch.laboratory.studies.document import read_document
@@ -20,7 +20,7 @@ DOCUMENT = STUDIES / "plates.json"
 TEXTURES = Path("runs") / "plates" / "textures"
 NAMES = ("gravel", "brick", "grass", "bark", "dots", "knit", "leather", "pebbles", "waves", "weave")
 PLATE_MM, SAMPLES = 25.0, 500
-"""Side of a plate, and samples along it."""
+"""Side of a plate, mm, and samples along the side."""
 
 
 def main() -> None:
@@ -79,7 +79,7 @@ def every() -> str:
         )
     head = (
         *("plate", "JND", "JND between", "mean off", "worst off"),
-        *("pictures mean, %", "rms, %", "steps", "processor, s"),
+        *("pictures mean, %", "rms, %", "steps", "CPU seconds"),
     )
     return table(head, lines)
 

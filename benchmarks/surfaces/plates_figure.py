@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from benchmarks.shared.charts import INK, pyplot, style, write
+from benchmarks.shared.chart_style import INK, pyplot, style, write
 from benchmarks.shared.common import IMAGES, folder_named
-from benchmarks.shared.studies import committed, folder_of
+from benchmarks.shared.finished_studies import committed, folder_of
 from benchmarks.surfaces.plates import NAMES, PLATE_MM, TEXTURES
 from optimize.run_directory.finished_run import read_verification
 from optimize.verification.verification import Places

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.charts import pyplot, style, write
+from benchmarks.shared.chart_style import pyplot, style, write
 from benchmarks.shared.common import IMAGES, folder_named, table
+from benchmarks.shared.finished_studies import Row, committed, folder_of
 from benchmarks.shared.scenes import picture
-from benchmarks.shared.studies import Row, committed, folder_of
 from optimize.run_directory.finished_run import read_verification
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import Run, load_run

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.charts import FAINT, INK, frame, pyplot, style, write
+from benchmarks.shared.chart_style import FAINT, INK, frame, pyplot, style, write
 from benchmarks.shared.common import IMAGES, folder_named, load
+from benchmarks.shared.finished_studies import folder_of, rows_in
 from benchmarks.shared.scenes import picture
-from benchmarks.shared.studies import folder_of, rows_in
 from optimize.run_directory.finished_run import FinishedRun
 from relief.ground.arrays import Array
 from relief.ground.srgb import srgb
@@ -55,10 +55,10 @@ def draw(looks: list[Array], places: dict[str, dict[str, list[float]]], size_mm:
         axis.tick_params(bottom=False)
     chart = axes[2]
     frame(chart)
-    order = np.argsort(np.concatenate([of["centres_mm"] for of in places.values()]))
-    along = np.concatenate([of["centres_mm"] for of in places.values()])[order]
+    order = np.argsort(np.concatenate([part["centres_mm"] for part in places.values()]))
+    along = np.concatenate([part["centres_mm"] for part in places.values()])[order]
     for key, (label, look_of) in LINES.items():
-        values = np.concatenate([of[key] for of in places.values()])[order]
+        values = np.concatenate([part[key] for part in places.values()])[order]
         chart.plot(along, values, label=label, **look_of)
     chart.set(xlabel="middle of the finger, mm from the left end", ylabel="roughness", xlim=(0.0, size_mm))
     chart.legend(frameon=False, loc="upper left")

@@ -15,7 +15,7 @@ import numpy as np
 import torch
 
 from benchmarks.shared.common import DOCS, load, machine, publish, save, study_given, table
-from benchmarks.shared.studies import Row, folder_of, rows_in
+from benchmarks.shared.finished_studies import Row, folder_of, rows_in
 from benchmarks.skin.operators import felt
 from benchmarks.skin.round_truth import TETRAHEDRA, TETRAHEDRA_PITCH_MM, TRUTH
 from benchmarks.touch.round_tetrahedra import round_tetrahedra

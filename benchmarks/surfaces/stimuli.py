@@ -18,7 +18,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from PIL import Image
 
-from benchmarks.shared.charts import style
+from benchmarks.shared.chart_style import style
 from benchmarks.shared.common import DOCS, IMAGES, load, machine, parser_of, save, table
 from relief.ground.files import write_atomically
 from relief.heightmap import load_height_map
@@ -32,7 +32,7 @@ from retouch.pages.colour_maps import hillshade
 PAGE = DOCS / "evidence" / "stimuli.md"
 PICTURE = IMAGES / "stimuli.png"
 HEADING = "## The paper's plates\n"
-"""Of the section that ends the page."""
+"""Heading of the section that ends the page."""
 SHOWN = 3
 """Textures of the picture."""
 DPI, GREYS = (150, 120), 32
@@ -142,7 +142,7 @@ How often the plate of the row should be judged rougher than that of the column,
 
 
 def _fingers(texture: dict[str, Any]) -> str:
-    """Least and most that other fingers tell right."""
+    """Least and largest share of pairs that other fingers rank correctly."""
     each = [finger["neighbours_percent"] for finger in texture["fingers"]]
     return f"{min(each):.0f} to {max(each):.0f}"
 

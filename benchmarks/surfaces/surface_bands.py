@@ -8,7 +8,7 @@ python -m benchmarks.surfaces.surface_bands   # the page's table
 from __future__ import annotations
 
 from benchmarks.shared.common import DOCS, publish, table
-from benchmarks.shared.studies import Row, committed
+from benchmarks.shared.finished_studies import Row, committed
 from optimize.verification.surface_bands import BANDS_MM, threshold_um
 
 PAGE = DOCS / "evidence" / "touch.md"

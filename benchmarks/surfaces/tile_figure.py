@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.shared.charts import pyplot, style, write
+from benchmarks.shared.chart_style import pyplot, style, write
 from benchmarks.shared.common import IMAGES, folder_named
+from benchmarks.shared.finished_studies import Row, folder_of
 from benchmarks.shared.scenes import picture
-from benchmarks.shared.studies import Row, folder_of
-from benchmarks.surfaces.tiles import ALL, ONE, cases
+from benchmarks.surfaces.tile_tables import ALL, ONE, cases
 from optimize.run_directory.finished_run import FinishedRun
 from relief.ground.arrays import Array
 from relief.ground.srgb import srgb

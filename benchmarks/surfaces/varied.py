@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.shared.common import load, machine, parser_of, save, table
-from benchmarks.shared.studies import Row, folder_of, rows_in
+from benchmarks.shared.finished_studies import Row, folder_of, rows_in
 from mitsuba_scenes import find_texture
 from optimize.run_directory.finished_run import read_verification
 from relief.heightmap import load_height_map, save_heights_exr
@@ -70,8 +70,8 @@ def measured(study: Path, row: Row) -> dict[str, Any]:
         for which, side in sides
     }
     off = {
-        which: np.log(np.divide(of["verified"], of["target"])) / np.log(ROUGHNESS_JND)
-        for which, of in places.items()
+        which: np.log(np.divide(felt["verified"], felt["target"])) / np.log(ROUGHNESS_JND)
+        for which, felt in places.items()
     }
     return {
         "stop": row["reason"],

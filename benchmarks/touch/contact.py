@@ -5,8 +5,8 @@ python -m benchmarks.touch.contact many      # one part: meshes, finer, elastic_
                                              # tetrahedra, fingertips, half-space
 python -m benchmarks.touch.contact --again many
 
-Reliefs are 128 x 128 (`benchmarks.touch.reliefs`), V over all offsets, float64. The finest model is the
-reference with a node at every pixel. Builds run in a process and a cache folder of their own.
+Reliefs are 128 x 128 (`benchmarks.touch.pressed_reliefs`), V over all offsets, float64. The finest model is
+the reference with a node at every pixel. Builds run in a process and a cache folder of their own.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ import torch
 
 from benchmarks.shared.common import load, machine, parser_of, save, table
 from benchmarks.touch.half_space import half_space
-from benchmarks.touch.pressing import SKIN, Array, Measured, compared, measure, resampled, stacked
-from benchmarks.touch.reliefs import SIDE, SIZE_MM, many, twelve
+from benchmarks.touch.pressed_reliefs import SIDE, SIZE_MM, many, twelve
+from benchmarks.touch.relief_pressing import SKIN, Array, Measured, compared, measure, resampled, stacked
 from benchmarks.touch.unstructured import fingertips, tetrahedra
 from tactile.elements.finite_elements import finite_element_operator
 from tactile.layer.elastic_layer import elastic_layer_operator

@@ -10,8 +10,8 @@ import torch
 from torch import Tensor
 
 from benchmarks.shared.common import median_seconds
-from benchmarks.touch.pressing import MEAN, REPEATS, SKIN, Array
-from benchmarks.touch.reliefs import SIDE, SIZE_MM, twelve
+from benchmarks.touch.pressed_reliefs import SIDE, SIZE_MM, twelve
+from benchmarks.touch.relief_pressing import MEAN, REPEATS, SKIN, Array
 from tactile.contact import solve_contact
 from tests.physics.half_space import PeriodicHalfSpace
 

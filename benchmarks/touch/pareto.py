@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 
-from benchmarks.shared.charts import GRID, frame, style, write
+from benchmarks.shared.chart_style import GRID, frame, style, write
 from benchmarks.shared.common import IMAGES, load
 
 PICTURE = IMAGES / "touch-models.png"
@@ -66,9 +66,9 @@ def draw(axis: Axes, results: dict[str, Any], key: str) -> None:
         axis.plot(x, y, color=colour, marker=mark, markersize=5, linewidth=1, label=name)
         for row, at in zip(rows, zip(x, y, strict=True), strict=True):
             default = DEFAULTS.get(family) == row[size]
-            told = "truth" if at[1] == FLOOR else "default" if default else ""
+            note = "truth" if at[1] == FLOOR else "default" if default else ""
             axis.annotate(
-                f"{row[size]:,}" + (f", {told}" if told else ""),
+                f"{row[size]:,}" + (f", {note}" if note else ""),
                 at,
                 xytext=(-7, -11) if family in BELOW else (7, 4),
                 ha="right" if family in BELOW else "left",

@@ -1,6 +1,6 @@
 """Tetrahedra of a round pad: the check of its hexahedra by another mesh, other elements and another assembly.
 
-fTetWild meshes a block, and the mesh is curved like the pad of `tactile.structured.round_pad`. Quadratic
+fTetWild meshes a block, and the mesh is curved like the pad of `tactile.structured.pad_hexahedra`. Quadratic
 tetrahedra with straight edges; the bone is bonded, and sides slide as those of the pad do. A layer of another
 modulus ends within tetrahedra, which are integrated by more points for it.
 """

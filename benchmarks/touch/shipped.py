@@ -1,7 +1,7 @@
 """Operators of the named round fingers, as they come with Retouch: python -m benchmarks.touch.shipped.
 
 To be run again where `tactile.elements.round_pad` builds other numbers, which `tests/tactile/test_shipped.py`
-notices. Each finger takes a minute of processor time and 4 MB.
+notices. Each finger takes a CPU minute and 4 MB.
 """
 
 from mitsuba_scenes.fingers import bundled_skins

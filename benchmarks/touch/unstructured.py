@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 import tactile
-from benchmarks.touch.pressing import SKIN, compared, measure, resampled, stacked
-from benchmarks.touch.reliefs import SIZE_MM, bumps, grating, noise, scaled, twelve
+from benchmarks.touch.pressed_reliefs import SIZE_MM, bumps, grating, noise, scaled, twelve
+from benchmarks.touch.relief_pressing import SKIN, compared, measure, resampled, stacked
 from tactile.elements.finite_elements import finite_element_operator
 from tactile.unstructured.meshing import Sizing, tetrahedralise
 from tactile.unstructured.surface import block_surface, fingertip_surface

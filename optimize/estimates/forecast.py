@@ -24,7 +24,7 @@ from relief.patches import Patches
 from relief.places import places
 from tactile.elements import finite_elements, round_pad
 from tactile.layer import elastic_layer
-from tactile.limits import FEM_MESH, model_name
+from tactile.touch_limits import FEM_MESH, model_name
 from visual.looks import AUTO, FAST, FixedSamples, look_model
 
 START_S = 6.0

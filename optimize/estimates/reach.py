@@ -26,7 +26,7 @@ from tactile.model import ModelName
 from tactile.quantities import LIMIT_PERCENT, ROUGHNESS
 from tactile.skin import Skin
 from visual.looks import EXACT, FAST, look_model
-from visual.noise import batched
+from visual.picture_noise import batched
 from visual.scene import Scene
 
 _log = logging.getLogger(__name__)

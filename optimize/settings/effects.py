@@ -14,19 +14,19 @@ UNABLE = {
     "touch.fingers": "{method} steers one finger; {others} a range",
     "print.printer": "{method} makes no whole layers; {others} does",
 }
-"""What a method that does not take a key is unable to do; other keys that it does not take have no effect."""
+"""Key -> fault of a method that does not take the key. Any other key that a method lacks has no effect."""
 NEEDED: Mapping[str, tuple[str, str, Any]] = {
     "touch.fingers_weight": ("touch.fingers", "range", None),
     "verify.resolution": ("verify.model", "fem", None),
     "verify.corrections": ("verify.model", "fem", 0),
 }
-"""For each key, another one, the value of that without which the first has no effect, and the value of the
-first, beside its default, that tells what is so then."""
+"""Key -> (key it depends on, value required there, idle value). With any other value there, the key has no
+effect, and its idle value states just this."""
 LOOK_KEYS: Mapping[str, Callable[[LookModel], bool]] = {
     "look.samples": lambda look: look.sampled,
     "descent.shadow_edges": lambda look: look.shadows,
 }
-"""Keys that have an effect by some looks only, with whether they have by one."""
+"""Key that has an effect by some looks only -> whether the key has an effect by a look."""
 SCALES = frozenset({"relief_mm", "height_scale"})
 """Keys of the scale of a texture: one for pictures, one for files that hold mm."""
 DECIDING = frozenset(
@@ -39,7 +39,7 @@ Value = Callable[[str], Any]
 
 
 def unable(value: Value, defaults: Mapping[str, Any]) -> str | None:
-    """What a run asks of its method that the method is unable to do, in one line; None if there is nothing.
+    """The fault, in one line, of a run that asks more than its method can do; None without a fault.
 
     Args:
         value: of each key in the run.
@@ -53,12 +53,12 @@ def unable(value: Value, defaults: Mapping[str, Any]) -> str | None:
 
 
 def without_effect(value: Value, defaults: Mapping[str, Any], texture: Path) -> dict[str, str]:
-    """Keys that are set at other than their defaults and change nothing in a run, each with why.
+    """Keys that differ from their defaults and change nothing in a run, each with the reason.
 
     Args:
         value: of each key in the run.
         defaults: by key.
-        texture: of the run; a file that is missing is left to who reads it.
+        texture: of the run. A missing file is no fault here; reading the texture raises its error.
     """
     own = {key for key in defaults if value(key) != defaults[key]}
     method, reasons = value("descent.method"), dict[str, str]()
@@ -72,7 +72,7 @@ def without_effect(value: Value, defaults: Mapping[str, Any], texture: Path) -> 
         reasons.setdefault(
             "verify.resolution", "has no effect on a round finger, whose elements have one mesh"
         )
-    # The look that "auto" takes is not known before the scene is.
+    # Which look "auto" takes depends on the scene, which is not loaded yet.
     look = LOOKS.get(value("look.model"))
     for key, applies in LOOK_KEYS.items():
         if key in own and look is not None and not applies(look):

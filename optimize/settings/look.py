@@ -6,7 +6,7 @@ from pydantic import Field
 
 from optimize.settings.toml_files import NotNegative, Section, one_of
 from relief.ground.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
-from tactile.limits import FEM_MESH, MAX_MESH, MIN_MESH
+from tactile.touch_limits import FEM_MESH, MAX_MESH, MIN_MESH
 from visual.looks import AUTO, EXACT, LOOKS
 
 Samples = Annotated[int, Field(ge=1, le=65536)]

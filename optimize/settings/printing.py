@@ -61,17 +61,17 @@ class Print(Section):
             return section
         if name not in (None, OWN):
             found = find_printer(name)
-            # A printer file is called as it is, wherever it lies.
-            known, name = found.numbers(), found.name
+            # The name of a printer file is the one inside the file, wherever the file is kept.
+            numbers, name = found.numbers(), found.name
             section = {"keep_features": found.keep_features} | section
         elif missing := [key for key in NEEDED if key not in given]:
             raise ValueError(f"{missing[0]}: missing; a printer needs {' and '.join(NEEDED)}, or a name")
         else:
-            known = {"max_slope_degrees": STEEPEST_DEGREES, "max_relief_mm": DEEPEST_RELIEF_MM}
+            numbers = {"max_slope_degrees": STEEPEST_DEGREES, "max_relief_mm": DEEPEST_RELIEF_MM}
             if isinstance(pixel_um := given["pixel_um"], int | float):
-                known["min_feature_um"] = FEATURE_PIXELS * pixel_um
-        same = name is not None and all(known.get(key) == number for key, number in given.items())
-        return section | known | given | {"printer": name if same else OWN}
+                numbers["min_feature_um"] = FEATURE_PIXELS * pixel_um
+        same = name is not None and all(numbers.get(key) == number for key, number in given.items())
+        return section | numbers | given | {"printer": name if same else OWN}
 
     @model_validator(mode="after")
     def _in_range(self) -> Self:

@@ -138,7 +138,7 @@ class Run(Section):
         )
 
     def check_texture(self) -> None:
-        """Read the texture, so that its faults are told before anything slow begins. Raises InputError."""
+        """Read the texture, so that its faults are reported before slow work begins. Raises InputError."""
         # Imported here, as for `design`.
         from relief.heightmap import load_field, load_height_map
 
@@ -263,16 +263,16 @@ def dump_resolved(run: Run) -> str:
 
 
 def _run(path: Path | None, values: dict[str, Any], overrides: Sequence[str], shared: Collection[str]) -> Run:
-    """The run of a file, or of no file, with overrides."""
+    """The run of a file, or of defaults alone, with overrides."""
     touch, overridden = values.get("touch"), [override.partition("=")[0].strip() for override in overrides]
     for rival in (rival for key in overridden for rival in RIVALS.get(key, ())):
         if isinstance(touch, dict):
             touch.pop(rival, None)
     if "print.printer" in overridden:
-        # Another printer has other numbers.
+        # The numbers of the file's printer do not describe another printer.
         values["print"] = {}
-    # What a file gives beside a method, a look or a texture of its own may be without effect by another.
-    of_file = run_keys().keys() - overridden if DECIDING.intersection(overridden) else frozenset[str]()
+    # Keys of the file suit its method, look and texture, and may have no effect by the overriding ones.
+    idle = run_keys().keys() - overridden if DECIDING.intersection(overridden) else frozenset[str]()
     for override in overrides:
         _override(values, override)
     with _naming_source(path, overridden):
@@ -282,7 +282,7 @@ def _run(path: Path | None, values: dict[str, Any], overrides: Sequence[str], sh
             with naming("touch.feel_of"):
                 resolve_result(touch)
         try:
-            run = Run.model_validate(values, context={SHARED: {*shared, *of_file}})
+            run = Run.model_validate(values, context={SHARED: {*shared, *idle}})
         except ValidationError as error:
             raise InputError(first_fault(error, Run)) from error
         for key, file in run.files().items():
@@ -296,11 +296,11 @@ def _run(path: Path | None, values: dict[str, Any], overrides: Sequence[str], sh
 
 @contextmanager
 def _naming_source(path: Path | None, overridden: Sequence[str]) -> Iterator[None]:
-    """Put before every InputError of the block, which begins with a key, where the key comes from.
+    """Prefix every InputError of the block, which begins with a key, with the source of the key.
 
     Args:
         path: of the run file; None if there is none.
-        overridden: dotted keys that are overridden. The command finds their options by their names.
+        overridden: dotted keys that are overridden. A command names them by their options.
     """
     try:
         yield
@@ -312,9 +312,9 @@ def _naming_source(path: Path | None, overridden: Sequence[str]) -> Iterator[Non
 
 
 def run_keys() -> dict[str, Any]:
-    """Every key that a run file may have, dotted, and its default; PydanticUndefined where there is none.
+    """Every dotted key that a run file may have -> its default; PydanticUndefined for a key without default.
 
-    A key of `define` is any parameter of the scene; `define` stands for all.
+    The keys of `define` are the parameters of the scene; `define` stands for all of them.
     """
     keys: dict[str, Any] = {}
     for name, field in Run.model_fields.items():

@@ -66,7 +66,7 @@ def load_skin(name: str | os.PathLike[str] = DEFAULT_SKIN) -> Skin:
 
 
 def described_skin(skin: Skin, name: str) -> dict[str, Any]:
-    """A skin as result.json and `--json` tell it: its name, without folder and suffix, and its values."""
+    """A skin as result.json and `--json` report it: its name, without folder and suffix, and its values."""
     return {"name": Path(name).stem, **skin.described()}
 
 
@@ -82,15 +82,15 @@ def skin_anchored(name: str, folder: Path) -> str:
 def fill_in(touch: dict[str, Any]) -> None:
     """Give a section `[touch]` the values of its skin for the keys that it lacks.
 
-    A section that has them all is left as it is, so that a run goes on without the file of its skin. Where a
-    value of the section's own differs, the skin is called "own".
+    A section with all keys stays as it is, so that a run goes on without the file of its skin. If a value of
+    the section differs from the skin's, the skin is called "own".
 
     Raises:
         InputError: one line that names the skin's file and the key.
     """
     name = touch.get("skin", DEFAULT_SKIN)
     own = {key: touch[key] for key in SKIN_KEYS if key in touch}
-    # What is no text is left to the check of the section.
+    # A name that is no text is a fault that the check of the section reports.
     if not isinstance(name, str) or own.keys() >= set(ALWAYS) or name == OWN:
         return
     file = _read(find_skin(name)).model_dump(mode="json")

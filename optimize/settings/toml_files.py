@@ -1,4 +1,4 @@
-"""Files of settings in TOML: read within a limit, checked by pydantic, faults told in one line."""
+"""Files of settings in TOML: read within a limit, checked by pydantic, faults reported in one line."""
 
 import difflib
 import re
@@ -27,7 +27,7 @@ class Section(BaseModel):
 
 
 def one_of(table: Iterable[str], *others: str) -> BeforeValidator:
-    """A check that a value is a name of a table, as the table is when the check runs, or one of others."""
+    """A check that a value is one of `others`, or a name of the table at the time of the check."""
 
     def check(value: object) -> object:
         if value not in (names := [*table, *others]):
@@ -54,7 +54,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def first_fault(error: ValidationError, model: type[BaseModel]) -> str:
-    """The first thing wrong with a file: its dotted key, and what it should be.
+    """The first fault of a file: its dotted key, and the values that are allowed.
 
     Args:
         error: of the validation by the model.
@@ -64,23 +64,23 @@ def first_fault(error: ValidationError, model: type[BaseModel]) -> str:
     place = tuple(str(part) for part in fault["loc"])
     key = ".".join(place)
     if fault["type"] == "extra_forbidden":
-        known = _fields(place[:-1], model)
-        alike = difflib.get_close_matches(place[-1], known, n=1, cutoff=0.0)
+        fields = _fields(place[:-1], model)
+        alike = difflib.get_close_matches(place[-1], fields, n=1, cutoff=0.0)
         return f"{key}: no such key; the nearest is {'.'.join((*place[:-1], alike[0]))}"
     if fault["type"] == "missing":
         return f"{key}: missing"
     message = fault["msg"].removeprefix("Value error, ")
     given = fault["input"]
-    said = f" (given: {given!r})" if isinstance(given, str | int | float | bool) else ""
-    return f"{key}: {message}{said}" if key else message
+    value = f" (given: {given!r})" if isinstance(given, str | int | float | bool) else ""
+    return f"{key}: {message}{value}" if key else message
 
 
 def _fields(place: Sequence[str], model: type[BaseModel]) -> Mapping[str, FieldInfo]:
-    """The keys of a section; ``place`` may lead through lists and mappings of sections."""
+    """The keys of a section. The path ``place`` may lead through lists and mappings of sections."""
     section: Any = model
     for part in place:
-        known = getattr(section, "model_fields", None)
+        fields = getattr(section, "model_fields", None)
         items = [item for item in get_args(section) if item is not ...]
-        section = items[-1] if known is None else known[part].annotation
-    found: Mapping[str, FieldInfo] = section.model_fields
-    return found
+        section = items[-1] if fields is None else fields[part].annotation
+    keys: Mapping[str, FieldInfo] = section.model_fields
+    return keys

@@ -36,7 +36,7 @@ CurvedMm = Annotated[float, Field(allow_inf_nan=False)]
 
 
 def _stating(quantity: Quantity) -> list[tuple[str, ...]]:
-    """Keys that state a goal of a quantity: those that do so together, for each way to state it."""
+    """Ways to state a goal of a quantity, each with the keys that state the goal together."""
     ways: list[tuple[str, ...]] = [(key.key,) for key in quantity.goals]
     if quantity.mapped:
         keys = quantity.map_keys
@@ -65,9 +65,9 @@ RIVALS = {
     ],
     "touch.skin": list(SKIN_KEYS),
 }
-"""For each goal key of `[touch]`, the other keys for the same quantity, and for the skin those that describe
-it; the overriding key replaces them. Another's feel replaces every number. Regions stay, because they may
-state several quantities."""
+"""Key -> keys of a run file that an override of the key replaces: for a goal key of `[touch]` the other keys
+of the quantity, for the feel of another relief every number, for the skin the keys that describe a skin.
+Regions stay, because they may state several quantities."""
 _GOAL_FIELDS: dict[str, Any] = {
     name: (Annotated[float, Field(allow_inf_nan=False, **key.bounds)] | None, None)
     for name, (_, key) in GOAL_KEYS.items()
@@ -144,8 +144,8 @@ else:
 LARGEST_FINGERS_WEIGHT = 1000.0
 """Largest weight of other fingers, ten times the one from which they hardly come closer."""
 SMALLEST_SPACING_MM = 0.5
-"""Least distance between places of the finger, mm, a fifth of the usual one: half the distance makes four
-times as many places, and the equations of their forces sixteen times as many."""
+"""Least distance between contact locations, mm, a fifth of the usual distance: half the distance makes four
+times as many locations, and sixteen times as many equations of their forces."""
 
 
 class _TouchModel(SkinKeys):
@@ -157,7 +157,7 @@ class _TouchModel(SkinKeys):
 
     Attributes:
         model: of touch, for the descent.
-        spacing_mm: greatest distance between neighbouring places of the finger, mm; by default less for a
+        spacing_mm: greatest distance between neighbouring contact locations, mm; by default less for a
             round one.
         fingers: "range" draws other fingers (`tactile.fingers`) to the same change as well.
         fingers_weight: picture change, rms in % of the mean, that counts as much as one just-noticeable
@@ -201,7 +201,7 @@ class _TouchModel(SkinKeys):
         return _numbers(self)
 
     def varied(self) -> list[Varied]:
-        """For each quantity that may vary over the surface, what is given of its goal."""
+        """Every quantity that may vary over the surface, with the values of its map keys."""
         keys = ((one, one.map_keys) for one in MAPPED)
         return [Varied(one, each, *(getattr(self, key) for key in each)) for one, each in keys]
 

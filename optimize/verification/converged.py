@@ -13,7 +13,7 @@ from relief.ground.arrays import Array
 from relief.ground.progress import stage
 from visual.exact.light_scene import LightScene
 from visual.exact.render import RenderSettings, condition_pictures, light_pictures
-from visual.noise import BATCHES, Batches
+from visual.picture_noise import BATCHES, Batches
 from visual.scene import Scene
 
 LEAST_SAMPLES, MOST_SAMPLES = 64, 256

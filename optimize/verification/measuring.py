@@ -27,7 +27,7 @@ from relief.relief import Relief
 from tactile.measures import TouchMeasures
 from tactile.model import ModelName
 from tactile.quantities import Values
-from visual.noise import Batches
+from visual.picture_noise import Batches
 
 _log = logging.getLogger(__name__)
 

@@ -1,8 +1,8 @@
 """Picture change with its uncertainty, estimated from independent batches.
 
 Noise enlarges the mean and the root mean square of a difference, as noise never cancels in an absolute value
-or a square. Independent batches (`visual.noise`) give an unbiased square, and bounds of the mean. Up to a
-factor, the root mean square of a condition is its term of E_vis, so both have the same relative error.
+or a square. Independent batches (`visual.picture_noise`) give an unbiased square, and bounds of the mean. Up
+to a factor, the root mean square of a condition is its term of E_vis, so both have the same relative error.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ import numpy as np
 
 from optimize.verification.verification import ChangePercent
 from relief.ground.arrays import Array
-from visual.noise import Batches, jackknife_error
+from visual.picture_noise import Batches, jackknife_error
 
 DETECTION_ERRORS = 2.0
 """Standard errors that a mean square must exceed to count as a change: 98 % confidence of a normal error."""

@@ -15,7 +15,7 @@ from relief.ground.arrays import FloatArray
 from relief.ground.limits import EYE_DISTANCE_CM
 from relief.ground.progress import stage
 from relief.ground.srgb import srgb
-from visual.noise import Batches
+from visual.picture_noise import Batches
 from visual.scene import Scene
 
 Weights = NDArray[np.float64]

@@ -26,7 +26,7 @@ from retouch.commands.options import (
     print_json,
     seed,
 )
-from tactile.limits import MODEL_NAMES
+from tactile.touch_limits import MODEL_NAMES
 
 if TYPE_CHECKING:
     from relief.ground.lengths import Lengths

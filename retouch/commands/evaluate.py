@@ -33,8 +33,8 @@ from retouch.commands.options import (
     print_json,
 )
 from retouch.commands.touch_entries import table
-from tactile.limits import MODEL_NAMES, model_name
 from tactile.quantities import GAPS_COUNT
+from tactile.touch_limits import MODEL_NAMES, model_name
 
 if TYPE_CHECKING:
     from retouch import Evaluation, Scene, Skin

@@ -20,7 +20,7 @@ from retouch.commands.options import (
     lines_table,
     print_json,
 )
-from tactile.limits import MODEL_NAMES
+from tactile.touch_limits import MODEL_NAMES
 
 FOLDER = Path("scans")
 """Folder of the folders of scans where no other is given."""

@@ -7,8 +7,8 @@ from retouch.pages import figures
 from retouch.pages.compared import Compared
 from retouch.pages.content import Comparison
 from retouch.pages.rendering import Context, leaves, render_page
-from tactile.limits import model_name
 from tactile.quantities import QUANTITIES, ROUGHNESS
+from tactile.touch_limits import model_name
 
 
 def write_comparison(path: Path, comparison: Comparison) -> Path:

@@ -12,7 +12,7 @@ from relief.relief import Relief
 from retouch.pages.compared import Compared
 from tactile.measures import TouchMeasures
 from visual.matte import MatteScene
-from visual.noise import Batches
+from visual.picture_noise import Batches
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,8 +9,8 @@ from retouch.pages import figures, run_figures
 from retouch.pages.content import Report
 from retouch.pages.place_figures import place_figures
 from retouch.pages.rendering import Context, leaves, render_page
-from tactile.limits import model_name
 from tactile.quantities import QUANTITIES, Quantity
+from tactile.touch_limits import model_name
 
 FILES = {
     **{f"plate{suffix}": plate.description for suffix, plate in FORMATS.items()},

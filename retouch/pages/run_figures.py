@@ -8,8 +8,8 @@ from retouch.pages import svg
 from retouch.pages.content import Report
 from retouch.pages.figures import ladder, odds
 from retouch.pages.rendering import Context
-from tactile.limits import model_name
 from tactile.quantities import QUANTITIES, ROUGHNESS
+from tactile.touch_limits import model_name
 
 
 def roughness_figures(report: Report) -> Context:

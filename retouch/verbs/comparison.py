@@ -39,9 +39,9 @@ from tactile.model import ModelName
 from tactile.quantities import ROUGHNESS
 from tactile.skin import Skin
 from visual.matte import matte_scene
-from visual.noise import Batches, batched
+from visual.picture_noise import Batches, batched
 from visual.scene import Scene, load_scene, plate_size_mm
-from visual.scene_file.fitting import film_of
+from visual.scene_file.plate_fitting import film_of
 
 SAME_WIDTH = 1e-6
 """Relative difference of the sides of two plates of one size, at most: rounding."""

@@ -20,8 +20,8 @@ from retouch.laboratory.workers.choice import runner
 from retouch.verbs.progress_display import followed
 from surrogate.corpus.photographs import bundled, folder
 from surrogate.data.shard import Failure
-from surrogate.nets.training import Epoch, Settings
-from surrogate.nets.weights import Card
+from surrogate.nets.training import Epoch, TrainingSettings
+from surrogate.nets.weights import ModelCard
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class TrainedNet:
     """
 
     folder: Path
-    card: Card
+    card: ModelCard
 
     def as_json(self) -> dict[str, Any]:
         """What `retouch train --json` prints."""
@@ -174,7 +174,7 @@ def train(
         raise InputError(f'device="cuda": {fault}', f"--device cuda: {fault}")
     options = {"epochs": epochs, "minutes": minutes, "batch": batch, "learning_rate": learning_rate}
     given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
-    settings = Settings(seed=seed, **given)
+    settings = TrainingSettings(seed=seed, **given)
     chosen = device or ("cuda" if has_cuda else "cpu")
     request = TrainingRequest(
         Path(data), Path(out), settings, device=chosen, resume=resume, widths=tuple(widths)

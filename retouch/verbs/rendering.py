@@ -19,9 +19,9 @@ from relief.surface import Repeats
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source, relief_of
 from visual.explain import explain_scene
-from visual.noise import Batches, batched, batched_colour
+from visual.picture_noise import Batches, batched, batched_colour
 from visual.scene import Scene, load_scene
-from visual.scene_file.fitting import scene_relief
+from visual.scene_file.plate_fitting import scene_relief
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,7 +34,7 @@ FOLDER = Path(__file__).resolve().parents[2] / "mitsuba_scenes" / "textures"
 
 
 @dataclass(frozen=True)
-class Crop:
+class PhotographSquare:
     """A square of a photograph.
 
     Attributes:
@@ -90,11 +90,11 @@ class Procedural:
         return recipe_heights(self.recipe, periodic=self.periodic) * np.float64(self.relief_mm)
 
 
-TEXTURES: Mapping[str, Crop | Procedural] = MappingProxyType(
+TEXTURES: Mapping[str, PhotographSquare | Procedural] = MappingProxyType(
     {
-        "gravel": Crop("gravel", top=128, left=128, relief_mm=1.2),
-        "brick": Crop("brick", top=128, left=128, relief_mm=1.0, dark_is_high=True),
-        "grass": Crop("grass", top=128, left=128, relief_mm=1.0),
+        "gravel": PhotographSquare("gravel", top=128, left=128, relief_mm=1.2),
+        "brick": PhotographSquare("brick", top=128, left=128, relief_mm=1.0, dark_is_high=True),
+        "grass": PhotographSquare("grass", top=128, left=128, relief_mm=1.0),
         "bark": Procedural("bark", draw=9, relief_mm=0.42),
         "dots": Procedural("dots", draw=27, relief_mm=0.44),
         "knit": Procedural("knit", draw=0, relief_mm=1.8),
@@ -108,11 +108,11 @@ TEXTURES: Mapping[str, Crop | Procedural] = MappingProxyType(
 )
 """The example textures by name."""
 _JOINTS: Mapping[str, str] = {"gravel": "blend", "brick": "cut", "grass": "cut"}
-"""Of each photograph, the joint of the borders that has the smaller seam error."""
-TILES: Mapping[str, Crop | Procedural] = MappingProxyType(
+"""Photograph -> kind of joint between its borders that has the smaller seam error."""
+TILES: Mapping[str, PhotographSquare | Procedural] = MappingProxyType(
     {
         f"{name}-tile": replace(texture, tile=_JOINTS[name])
-        if isinstance(texture, Crop)
+        if isinstance(texture, PhotographSquare)
         else replace(texture, periodic=True)
         for name, texture in TEXTURES.items()
     }

@@ -21,7 +21,7 @@ from PIL import Image
 from relief.ground.errors import InputError
 from relief.ground.limits import PATCH_SIDE_MM
 from surrogate.corpus.splits import Split, split_of
-from surrogate.families.fields import Field, log_uniform
+from surrogate.families.basics import Field, log_uniform
 
 Reader = Callable[[Path], ArrayLike]
 """A function that reads heights (rows, cols) in any unit, and raises its own error for a bad file."""
@@ -89,9 +89,8 @@ def bundled() -> list[Photograph]:
 def folder(path: Path, reader: Reader) -> list[Photograph]:
     """Find the height maps in a folder and the folders in it; files are read for their checksums only.
 
-    Of a material's files, as ambientCG and Poly Haven name them, its displacement alone is taken. Of one
-    displacement in several formats and resolutions, which could end up in several splits, the largest file is
-    taken.
+    Only the displacement of a material is taken, by the file names of ambientCG and Poly Haven. Formats and
+    resolutions of one displacement could end up in several splits: the largest file is taken.
 
     Args:
         path: The folder.

@@ -15,8 +15,8 @@ from relief.preparing.tiling import OVERLAP, make_tile
 from surrogate.corpus.photographs import Photograph, bundled, by_name, crop
 from surrogate.corpus.splits import SHARES, SPLITS, Split, split_of
 from surrogate.families import FAMILIES, FIRST_FAMILIES, PERIODIC
-from surrogate.families.fields import log_uniform, smooth_noise, unit
-from surrogate.families.grid import Grid
+from surrogate.families.basics import log_uniform, smooth_noise, unit
+from surrogate.families.texture_grid import Grid
 
 SAMPLES = 128
 """Samples a side of the paper's height maps."""

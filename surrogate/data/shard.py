@@ -34,7 +34,7 @@ RANGES = {
 }
 """Least and greatest value of tensors, both allowed; what is not listed may be any finite number."""
 REMEDY = "the same retouch dataset command computes this shard anew"
-"""What to do about a damaged shard."""
+"""Remedy for a damaged shard, as the end of an error."""
 _NAMES = {SINGLE: "F32", DOUBLE: "F64"}
 """Name of each type in a file."""
 
@@ -57,7 +57,7 @@ class Failure:
 
 
 @dataclass(frozen=True)
-class Row:
+class ShardRow:
     """A texture in a shard.
 
     Attributes:
@@ -74,7 +74,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class _Header:
+class _ShardHeader:
     """Metadata of a shard.
 
     Attributes:
@@ -93,13 +93,13 @@ class _Header:
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", strict=True)
 
-    def sealed(self) -> "_Header":
+    def sealed(self) -> "_ShardHeader":
         """Return the header with its checksum."""
         text = json.dumps(asdict(replace(self, checksum=0)))
         return replace(self, checksum=zlib.crc32(text.encode()))
 
 
-_HEADER = TypeAdapter(_Header)
+_HEADER = TypeAdapter(_ShardHeader)
 
 
 def layout(request: DatasetRequest, count: int) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
@@ -146,7 +146,7 @@ class Shard:
     path: Path
     request: DatasetRequest
     number: int
-    rows: tuple[Row, ...]
+    rows: tuple[ShardRow, ...]
     failures: tuple[Failure, ...]
     checksums: Mapping[str, tuple[int, ...]] = field(repr=False)
 
@@ -193,7 +193,7 @@ class Shard:
 def shard_bytes(
     request: DatasetRequest,
     number: int,
-    rows: tuple[Row, ...],
+    rows: tuple[ShardRow, ...],
     failures: tuple[Failure, ...],
     tensors: Mapping[str, AnyArray],
 ) -> bytes:
@@ -222,7 +222,7 @@ def shard_bytes(
             raise ValueError(f"{name}: not every value is finite")
     checksums = {name: _checksums(tensors[name]) for name in sorted(expected)}
     entries = tuple((row.index, text_of(row.entry)) for row in rows)
-    header = _Header(number, entries, failures, checksums).sealed()
+    header = _ShardHeader(number, entries, failures, checksums).sealed()
     # The header has one key: safetensors writes several keys in an order that changes from run to run.
     return save(
         {name: np.ascontiguousarray(tensors[name]) for name in sorted(expected)},
@@ -260,7 +260,7 @@ def _open_shard(path: Path, request: DatasetRequest, number: int) -> Shard:
         raise InputError(f"{path}: {' '.join(str(error).split())}") from error
     header = parse_json(_HEADER, metadata.get("shard", ""), f"{path}: shard")
     rows = tuple(
-        Row(place, parse_entry(line.encode(), f"{path}: shard: rows.{place_in_file}"))
+        ShardRow(place, parse_entry(line.encode(), f"{path}: shard: rows.{place_in_file}"))
         for place_in_file, (place, line) in enumerate(header.rows)
     )
     if header.number != number:

@@ -13,7 +13,6 @@ from surrogate.families.dots import chequer_plate, dots
 from surrogate.families.fibres import fibres
 from surrogate.families.gaussian import gaussian
 from surrogate.families.gratings import crossed, grating
-from surrogate.families.grid import Grid
 from surrogate.families.knit import knit
 from surrogate.families.pores import pores
 from surrogate.families.ripples import ripples
@@ -22,6 +21,7 @@ from surrogate.families.scratches import brushed, scratches
 from surrogate.families.steps import blocks, terraces
 from surrogate.families.stones import gravel, pebbles
 from surrogate.families.terrain import terrain
+from surrogate.families.texture_grid import Grid
 from surrogate.families.tiles import tiles
 from surrogate.families.turing import turing
 from surrogate.families.weave import weave

@@ -3,8 +3,8 @@
 import numpy as np
 import scipy
 
-from surrogate.families.fields import Field, coordinates, log_uniform, repeats, scattered, smooth_noise, unit
-from surrogate.families.grid import Grid
+from surrogate.families.basics import Field, coordinates, log_uniform, repeats, scattered, smooth_noise, unit
+from surrogate.families.texture_grid import Grid
 
 
 def crumpled(rng: np.random.Generator, grid: Grid) -> Field:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from surrogate.families.fields import Field, any_direction, gaussian_field, log_uniform, turned, unit
-from surrogate.families.grid import Grid
+from surrogate.families.basics import Field, any_direction, gaussian_field, log_uniform, turned, unit
+from surrogate.families.texture_grid import Grid
 
 _FINEST_MM = 0.06
 """Blur (standard deviation) that keeps features above 0.3 mm, the least that a pitch of 0.08 mm resolves."""

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from surrogate.families.fields import Field, coordinates, log_uniform, nearest, rough_noise, scattered, unit
-from surrogate.families.grid import Grid
+from surrogate.families.basics import Field, coordinates, log_uniform, nearest, rough_noise, scattered, unit
+from surrogate.families.texture_grid import Grid
 
 
 def pores(rng: np.random.Generator, grid: Grid) -> Field:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from surrogate.families.fields import Field, any_direction, log_uniform, rough_noise, turned, unit, wave_field
-from surrogate.families.grid import Grid
+from surrogate.families.basics import Field, any_direction, log_uniform, rough_noise, turned, unit, wave_field
+from surrogate.families.texture_grid import Grid
 
 
 def ripples(rng: np.random.Generator, grid: Grid) -> Field:

@@ -3,8 +3,8 @@
 import numpy as np
 
 from relief.ground.arrays import smooth_step
-from surrogate.families.fields import Field, any_direction, lattice, log_uniform, unit
-from surrogate.families.grid import Grid
+from surrogate.families.basics import Field, any_direction, lattice, log_uniform, unit
+from surrogate.families.texture_grid import Grid
 
 
 def scales(rng: np.random.Generator, grid: Grid) -> Field:

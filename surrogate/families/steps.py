@@ -3,37 +3,37 @@
 import numpy as np
 
 from relief.ground.arrays import smooth_step
-from surrogate.families import fields
-from surrogate.families.fields import Field
-from surrogate.families.grid import Grid
+from surrogate.families import basics
+from surrogate.families.basics import Field
+from surrogate.families.texture_grid import Grid
 
 
 def terraces(rng: np.random.Generator, grid: Grid) -> Field:
     """3 to 9 terraces cut into rolling ground, a slope or a cone; edges 0.08-0.3 of a terrace wide."""
     levels = int(rng.integers(3, 10))
-    x, y = fields.coordinates(grid)
+    x, y = basics.coordinates(grid)
     # On a tile, what goes up comes down again.
     right, up = (np.abs(x), np.abs(y)) if grid.periodic else (x, y)
     grounds = [
-        fields.smooth_noise(rng, grid, rng.uniform(0.7, 1.8)),
-        fields.turned(right, up, rng.uniform(0, np.pi))[0] / 2
-        + rng.uniform(0, 0.6) * fields.smooth_noise(rng, grid, 1.0),
+        basics.smooth_noise(rng, grid, rng.uniform(0.7, 1.8)),
+        basics.turned(right, up, rng.uniform(0, np.pi))[0] / 2
+        + rng.uniform(0, 0.6) * basics.smooth_noise(rng, grid, 1.0),
         np.hypot(grid.offset(x - rng.uniform(-4, 4)), grid.offset(y - rng.uniform(-4, 4))) / 2
-        + 0.3 * fields.smooth_noise(rng, grid, 1.0),
-        fields.rough_noise(rng, grid, rng.uniform(3.0, 6.0), 2.2),
+        + 0.3 * basics.smooth_noise(rng, grid, 1.0),
+        basics.rough_noise(rng, grid, rng.uniform(3.0, 6.0), 2.2),
     ]
-    ground = fields.unit(grounds[rng.integers(len(grounds))]) * levels
+    ground = basics.unit(grounds[rng.integers(len(grounds))]) * levels
     edge = rng.uniform(0.08, 0.3)
     floor = np.floor(ground)
     stepped = floor + smooth_step((ground - floor - 1 + edge) / edge)
-    return fields.unit(stepped + rng.uniform(0.0, 0.25) * ground)
+    return basics.unit(stepped + rng.uniform(0.0, 0.25) * ground)
 
 
 def blocks(rng: np.random.Generator, grid: Grid) -> Field:
     """Upright blocks of 0.5-5 mm: the plate is cut in two again and again, each part at its own height."""
-    smallest = fields.log_uniform(rng, 0.5, 2.0)
+    smallest = basics.log_uniform(rng, 0.5, 2.0)
     edge = 0.12
-    u, v = fields.turned(*fields.coordinates(grid), grid.direction(fields.any_direction(rng)))
+    u, v = basics.turned(*basics.coordinates(grid), grid.direction(basics.any_direction(rng)))
     heights = np.zeros_like(u)
     reach = grid.side_mm / 2 if grid.periodic else grid.side_mm / np.sqrt(2)
     parts = [(-reach, reach, -reach, reach)]
@@ -56,4 +56,4 @@ def blocks(rng: np.random.Generator, grid: Grid) -> Field:
         else:
             inside = np.minimum(np.minimum(u - left, right - u), np.minimum(v - bottom, top - v))
         heights += rng.random() * smooth_step(inside / edge + 0.5)
-    return fields.unit(heights)
+    return basics.unit(heights)

@@ -5,8 +5,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from surrogate.families.fields import Field, log_uniform, rough_noise, unit
-from surrogate.families.grid import Grid
+from surrogate.families.basics import Field, log_uniform, rough_noise, unit
+from surrogate.families.texture_grid import Grid
 
 _ROUNDS = 10
 _NEIGHBOURS = tuple((i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0))

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.ground.arrays import smooth_step
-from surrogate.families import fields
-from surrogate.families.fields import Field
-from surrogate.families.grid import Grid
+from surrogate.families import basics
+from surrogate.families.basics import Field
+from surrogate.families.texture_grid import Grid
 
 
 def tiles(rng: np.random.Generator, grid: Grid) -> Field:
@@ -14,13 +14,13 @@ def tiles(rng: np.random.Generator, grid: Grid) -> Field:
 
     Every tile has a level and a tilt of its own, and a face that may be rough.
     """
-    wide = fields.log_uniform(rng, 1.0, 4.0)
-    u, v = fields.turned(*fields.coordinates(grid), fields.any_direction(rng))
+    wide = basics.log_uniform(rng, 1.0, 4.0)
+    u, v = basics.turned(*basics.coordinates(grid), basics.any_direction(rng))
     patterns = ("square", "brick", "hexagon")
     pattern = patterns[rng.integers(len(patterns))]
     if pattern == "hexagon":
-        points = fields.scattered(rng, grid, wide, 0.0, margin_mm=3.0)
-        inside, tile = fields.border_distance(points, u, v)
+        points = basics.scattered(rng, grid, wide, 0.0, margin_mm=3.0)
+        inside, tile = basics.border_distance(points, u, v)
     else:
         tall = wide * (rng.uniform(0.35, 0.6) if pattern == "brick" else 1.0)
         bond = rng.choice([1 / 2, 1 / 3]) if pattern == "brick" else 0.0
@@ -31,8 +31,8 @@ def tiles(rng: np.random.Generator, grid: Grid) -> Field:
     level = rng.uniform(1 - rng.uniform(0.0, 0.35), 1.0, count)[tile]
     tilt = rng.normal(0.0, rng.uniform(0.0, 0.06), (count, 2))[tile]
     face = level + tilt[..., 0] * np.sin(u) + tilt[..., 1] * np.sin(v)
-    rough = rng.uniform(0.0, 0.08) * fields.rough_noise(rng, grid, 1.2, 1.2)
-    return fields.unit((face + rough) * smooth_step((inside - joint / 2) / rounding) + 0.3 * rough)
+    rough = rng.uniform(0.0, 0.08) * basics.rough_noise(rng, grid, 1.2, 1.2)
+    return basics.unit((face + rough) * smooth_step((inside - joint / 2) / rounding) + 0.3 * rough)
 
 
 def _courses(

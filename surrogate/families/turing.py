@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from surrogate.families.fields import Field, log_uniform, turned, unit
-from surrogate.families.grid import Grid
+from surrogate.families.basics import Field, log_uniform, turned, unit
+from surrogate.families.texture_grid import Grid
 
 _STEPS = 24
 

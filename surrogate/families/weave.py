@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from surrogate.families import fields
-from surrogate.families.fields import Field
-from surrogate.families.grid import Grid
+from surrogate.families import basics
+from surrogate.families.basics import Field
+from surrogate.families.texture_grid import Grid
 
 _REPEATS = {"plain": (2, 2), "basket": (4, 4), "twill": (4, 4), "broken twill": (4, 8), "satin": (5, 5)}
 """Yarns along and across after which a binding repeats."""
@@ -17,18 +17,18 @@ def weave(rng: np.random.Generator, grid: Grid) -> Field:
 
     The cloth is turned, its yarns wander a little and are twisted of fibres.
     """
-    across_mm = fields.log_uniform(rng, 0.6, 2.4)
+    across_mm = basics.log_uniform(rng, 0.6, 2.4)
     along_mm = across_mm * rng.uniform(0.7, 1.4)
     binding = _BINDINGS[rng.integers(len(_BINDINGS))]
     width = rng.uniform(0.8, 1.0)
     crimp = rng.uniform(0.4, 1.0)
     twist = rng.uniform(0.0, 0.12)
-    u, v = fields.lattice(grid, fields.any_direction(rng), across_mm, along_mm, _REPEATS[binding])
-    u = u / across_mm + rng.uniform(0.02, 0.08) * fields.smooth_noise(rng, grid, 1.0) + rng.random()
-    v = v / along_mm + rng.uniform(0.02, 0.08) * fields.smooth_noise(rng, grid, 1.0) + rng.random()
+    u, v = basics.lattice(grid, basics.any_direction(rng), across_mm, along_mm, _REPEATS[binding])
+    u = u / across_mm + rng.uniform(0.02, 0.08) * basics.smooth_noise(rng, grid, 1.0) + rng.random()
+    v = v / along_mm + rng.uniform(0.02, 0.08) * basics.smooth_noise(rng, grid, 1.0) + rng.random()
     warp = _yarn(u, v, binding, width, crimp, twist, 1.0)
     weft = _yarn(v, u, binding, width, crimp, twist, -1.0)
-    return fields.unit(np.maximum(np.maximum(warp, weft), -crimp))
+    return basics.unit(np.maximum(np.maximum(warp, weft), -crimp))
 
 
 def _yarn(
@@ -47,7 +47,7 @@ def _yarn(
     level = crimp * (up(row) * (1 - blend) + up(neighbour) * blend)
     offset = (across - column - 0.5) * 2 / width
     fibres = twist * np.cos(2 * np.pi * (offset * 1.5 + along * 2.5))
-    return np.where(np.abs(offset) < 1, level + fields.dome(offset) + fibres * fields.dome(offset), -np.inf)
+    return np.where(np.abs(offset) < 1, level + basics.dome(offset) + fibres * basics.dome(offset), -np.inf)
 
 
 def _is_up(column: NDArray[np.int_], row: NDArray[np.int_], binding: str) -> NDArray[np.bool_]:

@@ -3,25 +3,25 @@
 import numpy as np
 
 from relief.ground.arrays import smooth_step
-from surrogate.families import fields
-from surrogate.families.fields import Field
-from surrogate.families.grid import Grid
+from surrogate.families import basics
+from surrogate.families.basics import Field
+from surrogate.families.texture_grid import Grid
 
 
 def wood(rng: np.random.Generator, grid: Grid) -> Field:
     """Weathered wood: ridges 0.6-2.5 mm apart along the grain, fibres, pores, at times a knot."""
-    angle = fields.any_direction(rng)
-    spacing = fields.log_uniform(rng, 0.6, 2.5)
-    u, v = fields.turned(*fields.coordinates(grid), angle)
+    angle = basics.any_direction(rng)
+    spacing = basics.log_uniform(rng, 0.6, 2.5)
+    u, v = basics.turned(*basics.coordinates(grid), angle)
     rings = v if rng.random() < 0.6 else _around_knot(rng, u, v)
     rings = rings + rng.uniform(-0.02, 0.02) * u**2
-    rings = rings + rng.uniform(0.2, 0.8) * fields.streaks(rng, grid, 1.0, rng.uniform(2.0, 5.0), angle)
-    place = (rings / spacing + 0.25 * fields.smooth_noise(rng, grid, 2.5)) % 1.0
+    rings = rings + rng.uniform(0.2, 0.8) * basics.streaks(rng, grid, 1.0, rng.uniform(2.0, 5.0), angle)
+    place = (rings / spacing + 0.25 * basics.smooth_noise(rng, grid, 2.5)) % 1.0
     steep = rng.uniform(0.15, 0.3)
     ridges = place ** rng.uniform(1.0, 2.5) * (1 - smooth_step((place - 1 + steep) / steep))
-    fibres = rng.uniform(0.04, 0.15) * fields.streaks(rng, grid, 0.06, rng.uniform(10.0, 25.0), angle)
-    pores = smooth_step((fields.streaks(rng, grid, 0.07, 7.0, angle) - rng.uniform(1.3, 2.2)) / 0.6)
-    return fields.unit(ridges + fibres - rng.uniform(0.0, 0.5) * pores)
+    fibres = rng.uniform(0.04, 0.15) * basics.streaks(rng, grid, 0.06, rng.uniform(10.0, 25.0), angle)
+    pores = smooth_step((basics.streaks(rng, grid, 0.07, 7.0, angle) - rng.uniform(1.3, 2.2)) / 0.6)
+    return basics.unit(ridges + fibres - rng.uniform(0.0, 0.5) * pores)
 
 
 def _around_knot(rng: np.random.Generator, u: Field, v: Field) -> Field:
@@ -35,19 +35,19 @@ def _around_knot(rng: np.random.Generator, u: Field, v: Field) -> Field:
 
 def bark(rng: np.random.Generator, grid: Grid) -> Field:
     """Bark: rough plates 0.8-2.5 mm wide and 2-5 times as long between deep, winding furrows."""
-    angle = grid.direction(fields.any_direction(rng))
-    spacing = fields.log_uniform(rng, 0.8, 2.5)
+    angle = grid.direction(basics.any_direction(rng))
+    spacing = basics.log_uniform(rng, 0.8, 2.5)
     longer = rng.uniform(2.0, 5.0)
-    u, v = fields.turned(*fields.coordinates(grid), angle)
+    u, v = basics.turned(*basics.coordinates(grid), angle)
     bend = spacing * rng.uniform(0.08, 0.2)
-    u = (u + bend * fields.rough_noise(rng, grid, 2 * spacing, 2.2)) / longer
-    v = v + bend * fields.rough_noise(rng, grid, 2 * spacing, 2.2)
-    points = fields.scattered(rng, grid, spacing, rng.uniform(0.4, 0.6), squeeze=longer)
-    distance, plate = fields.border_distance(points, u, v, grid.period(longer))
+    u = (u + bend * basics.rough_noise(rng, grid, 2 * spacing, 2.2)) / longer
+    v = v + bend * basics.rough_noise(rng, grid, 2 * spacing, 2.2)
+    points = basics.scattered(rng, grid, spacing, rng.uniform(0.4, 0.6), squeeze=longer)
+    distance, plate = basics.border_distance(points, u, v, grid.period(longer))
     tall = rng.uniform(0.6, 1.0, len(points))[plate]
     plates = tall * smooth_step(distance / (spacing * rng.uniform(0.25, 0.5))) ** rng.uniform(0.6, 1.0)
-    rough = fields.streaks(rng, grid, 0.12, rng.uniform(2.0, 5.0), angle)
-    rugged = rng.uniform(0.02, 0.08) * rough + rng.uniform(0.01, 0.05) * fields.rough_noise(
+    rough = basics.streaks(rng, grid, 0.12, rng.uniform(2.0, 5.0), angle)
+    rugged = rng.uniform(0.02, 0.08) * rough + rng.uniform(0.01, 0.05) * basics.rough_noise(
         rng, grid, 1.5, 1.2
     )
-    return fields.unit(plates + rugged)
+    return basics.unit(plates + rugged)

@@ -39,7 +39,7 @@ class Loss(Protocol):
 
 
 @dataclass(frozen=True)
-class Settings:
+class TrainingSettings:
     """Settings of a training.
 
     Attributes:
@@ -120,7 +120,7 @@ class Training:
         """The epoch with the smallest validation error, the earliest of several; None before the first."""
         return min(self.epochs, key=lambda epoch: epoch.error, default=None)
 
-    def ended(self, settings: Settings) -> str | None:
+    def ended(self, settings: TrainingSettings) -> str | None:
         """Return why the training is over, in words for a person, or None while it is not."""
         best = self.best_epoch
         if best is None:
@@ -149,7 +149,7 @@ def train(
     loss: Loss,
     examples: Examples,
     validation: Examples,
-    settings: Settings,
+    settings: TrainingSettings,
     start: Training | None = None,
     observer: Callable[[Training], None] = lambda training: None,
 ) -> Training:
@@ -205,7 +205,7 @@ def _one_epoch(
     loss: Loss,
     examples: Examples,
     validation: Examples,
-    settings: Settings,
+    settings: TrainingSettings,
     optimiser: torch.optim.AdamW,
     before: Training,
 ) -> Training:
@@ -248,7 +248,7 @@ def _one_epoch(
 
 
 def _optimiser(
-    net: nn.Module, training: Training, settings: Settings, steps_of_epoch: int
+    net: nn.Module, training: Training, settings: TrainingSettings, steps_of_epoch: int
 ) -> torch.optim.AdamW:
     optimiser = torch.optim.AdamW(
         net.parameters(), settings.learning_rate, weight_decay=settings.weight_decay
@@ -264,7 +264,7 @@ def _optimiser(
 
 
 def _shuffled(
-    examples: Examples, settings: Settings, epoch: int, device: torch.device
+    examples: Examples, settings: TrainingSettings, epoch: int, device: torch.device
 ) -> Iterator[tuple[Examples, int]]:
     """Yield the batches of an epoch, each with its symmetry; they depend on seed and epoch alone."""
     order = np.random.default_rng((settings.seed, epoch, _ORDER)).permutation(_count(examples))
@@ -280,7 +280,7 @@ def _in_order(examples: Examples, batch: int, device: torch.device) -> Iterator[
         yield {name: values[first : first + batch].to(device) for name, values in examples.items()}
 
 
-def _steps(examples: Examples, settings: Settings) -> int:
+def _steps(examples: Examples, settings: TrainingSettings) -> int:
     return math.ceil(_count(examples) / settings.batch)
 
 

@@ -20,7 +20,7 @@ MOST_CHANNELS, MOST_WIDTH, MOST_LEVELS = 64, 512, 6
 
 
 @dataclass(frozen=True)
-class Shape:
+class NetShape:
     """Shape of a net: everything that decides its parameters except their values.
 
     Attributes:
@@ -51,7 +51,7 @@ class UNet(nn.Module):
     The last layer begins at zero: an untrained net adds nothing to the caller's first approximation.
     """
 
-    def __init__(self, shape: Shape) -> None:
+    def __init__(self, shape: NetShape) -> None:
         super().__init__()
         self.shape = shape
         widths, pixels = shape.widths, shape.block**2

@@ -18,7 +18,7 @@ from torch import Tensor, nn
 
 from relief.ground.errors import InputError, naming
 from relief.ground.files import read_limited, write_atomically
-from surrogate.nets.unet import Shape, UNet
+from surrogate.nets.unet import NetShape, UNet
 from surrogate.validation import parse_json
 
 FOLDER = Path(__file__).parents[1] / "weights"
@@ -48,7 +48,7 @@ class Sample:
 
 
 @dataclass(frozen=True)
-class Card:
+class ModelCard:
     """Card of a net: its kind, its training data and its errors.
 
     Attributes:
@@ -65,7 +65,7 @@ class Card:
     """
 
     kind: Literal["touch", "look"]
-    shape: Shape
+    shape: NetShape
     sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
     valid: Mapping[Text, Finite]
     data: Mapping[Text, Text | Finite]
@@ -78,7 +78,7 @@ class Card:
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
 
-_CARD = TypeAdapter(Card)
+_CARD = TypeAdapter(ModelCard)
 
 
 def weights_path(kind: str, folder: Path = FOLDER) -> Path:
@@ -92,7 +92,7 @@ def weights_bytes(net: nn.Module) -> bytes:
     return save({name: values[name].detach().cpu().float().contiguous() for name in sorted(values)})
 
 
-def save_net(folder: Path, net: UNet, card: Card) -> None:
+def save_net(folder: Path, net: UNet, card: ModelCard) -> None:
     """Write the weights and the card; the card is written last, and names the weights by their checksum.
 
     Args:
@@ -112,7 +112,7 @@ def save_net(folder: Path, net: UNet, card: Card) -> None:
     write_atomically(path.with_suffix(".json"), text.encode())
 
 
-def read_card(kind: str, folder: Path = FOLDER) -> Card:
+def read_card(kind: str, folder: Path = FOLDER) -> ModelCard:
     """Read the card of a net.
 
     Args:
@@ -134,7 +134,7 @@ def read_card(kind: str, folder: Path = FOLDER) -> Card:
     return card
 
 
-def load_net(kind: str, folder: Path = FOLDER) -> tuple[UNet, Card]:
+def load_net(kind: str, folder: Path = FOLDER) -> tuple[UNet, ModelCard]:
     """Read a net and its card.
 
     Args:
@@ -165,7 +165,7 @@ def load_net(kind: str, folder: Path = FOLDER) -> tuple[UNet, Card]:
     return net.requires_grad_(False).eval(), card
 
 
-def load_net_for(option: str, kind: str, channels: int, folder: Path = FOLDER) -> tuple[UNet, Card]:
+def load_net_for(option: str, kind: str, channels: int, folder: Path = FOLDER) -> tuple[UNet, ModelCard]:
     """Read a net for an option that names it, and check its maps.
 
     Args:

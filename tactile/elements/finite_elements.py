@@ -23,7 +23,7 @@ from relief.ground.cache import fingerprint, is_cached
 from tactile.layer.cosine_layer import CosineLayer, Parity, modes_at_centres, sliding_layer
 from tactile.layer.free_sides import FreeSidedLayer, FreeSides, free_sides
 from tactile.layer.interpolation import lagrange
-from tactile.layer.layers import LEAST_ROWS, Stack, boundaries
+from tactile.layer.skin_layers import LEAST_ROWS, Stack, boundaries
 from tactile.skin import Skin
 from tactile.structured.pixel_block import PixelBlock
 from tactile.structured.pixel_layer import discrete_layer
@@ -38,10 +38,11 @@ GROWTH = 1.15
 THICKEST_MM = 0.2
 """Greatest thickness of a row of elements, mm: a dozen and more in 2.5 mm of skin."""
 THICKEST_LAYERED_MM = 0.1
-"""The same of a skin with layers, whose strain bends at the boundaries: with 0.4 mm of 4 MPa over 0.2 MPa,
-V of four reliefs falls by 0.7 to 1.5 % from rows of 0.2 mm to these, toward the elastic layer's."""
+"""Greatest thickness of a row of elements in a layered skin, mm, whose strain bends at the boundaries. With
+0.4 mm of 4 MPa over 0.2 MPa, V of four reliefs falls by 0.7 to 1.5 % from rows of 0.2 mm to these rows,
+toward V of the elastic layer."""
 KIND = "finite-elements"
-"""What the cache calls them."""
+"""Name of these operators in the cache."""
 
 
 class FiniteElementOperator(FreeSidedLayer):

@@ -4,7 +4,7 @@
     strain p = the same of the strain
 
 B are the long cosine modes of the patch, in which the exact layer is diagonal; shorter ones are left to the
-layer. Round and flat are the same quadratic hexahedra (`tactile.structured.round_pad`), once between the
+layer. Round and flat are the same quadratic hexahedra (`tactile.structured.pad_hexahedra`), once between the
 skin's paraboloid and a bone that follows it, and once between planes, so that their discretisation error
 cancels. Elements yield less than the exact layer (Ritz), so that exact - B flat B' is positive semidefinite
 and C is symmetric positive definite.
@@ -27,14 +27,14 @@ from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from tactile.layer.cosine_layer import PARITIES, CosineLayer, Parity, TensorFields, is_odd, sliding_layer
 from tactile.layer.free_sides import ROWS_AND_COLUMNS_EXCHANGED, STORED
-from tactile.layer.layers import SAME_DEPTH_MM, boundaries
+from tactile.layer.skin_layers import SAME_DEPTH_MM, boundaries
 from tactile.skin import Skin
 from tactile.sparse import factorised
 from tactile.strain import STRAIN_COMPONENTS
-from tactile.structured.round_pad import RoundPad, gauss_points, quadratics
+from tactile.structured.pad_hexahedra import RoundPad, gauss_points, quadratics
 
 KIND = "round-pad"
-"""What the cache calls the difference."""
+"""Name of the differences in the cache."""
 SHIPPED = Path(__file__).resolve().parent.parent / "operators"
 """Folder of the differences of named fingers, which come with Retouch."""
 ACCURACY = 1e-4
@@ -50,7 +50,7 @@ THICKEST_PAD = 0.8
 """Greatest thickness of the pad in units of its least radius: the bone's radius is what is left."""
 
 PRECISIONS = {"face": "f4", "signs": "f4", "strain_in": "f2", "strain_sizes": "f4", "strain_out": "f2"}
-"""Parts on disk, and their precision. Strain's patterns are of unit norm, and stand for a correction."""
+"""Name of each part on disk -> its precision. Patterns of strain have unit norm and are a correction."""
 
 Radii = tuple[float, float]
 """Radii of the skin along rows and columns, mm."""
@@ -81,7 +81,7 @@ class PadMesh:
 
 @dataclass(frozen=True, repr=False)
 class Curvature(TensorFields):
-    """What the curvature adds to a flat layer, in the long cosine modes of each parity.
+    """Difference of a curved layer from a flat one, in the long cosine modes of each parity.
 
     Parities are in the order of `PARITIES`; m is the cutoff.
 
@@ -344,7 +344,7 @@ def response(pad: RoundPad, parity: Parity, depth_mm: float, cutoff: int) -> tup
 def flat_response(pad: RoundPad, parity: Parity, depth_mm: float, cutoff: int) -> tuple[Array, Array]:
     """Diagonals (modes,) and (6, modes) of `response`, of a flat pad with even elements along each axis.
 
-    The modes are those of the elements, so that one solution under all of them together tells each.
+    The modes are eigenmodes of the elements: one solution under the sum of all modes gives each response.
     """
     loads, felt = _loads_and_response(pad, parity, depth_mm, cutoff)
     face, strain = felt(loads.sum(axis=-1, keepdims=True))

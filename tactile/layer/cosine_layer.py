@@ -34,7 +34,7 @@ class TensorFields:
     """Base of dataclasses that hold tensors: cast as one, and shown without the tensors' values."""
 
     def to(self, dtype: torch.dtype, device: torch.device | None = None) -> Self:
-        """The same with floating-point tensors in another precision, or all tensors on another device."""
+        """A copy with floating-point tensors in another precision, or all tensors on another device."""
 
         def cast(value: Any) -> Any:
             if isinstance(value, TensorFields):

@@ -19,12 +19,12 @@ from relief.ground.cache import fingerprint, is_cached
 from tactile.layer.cosine_layer import sliding_layer
 from tactile.layer.free_sides import FreeSidedLayer, FreeSides, free_sides
 from tactile.layer.interpolation import mirrored_centres, mirrored_hats
-from tactile.layer.layers import even_levels
+from tactile.layer.skin_layers import even_levels
 from tactile.skin import Skin
 from tactile.structured.block import CoarseBlock, depth_levels
 
 KIND = "elastic-layer"
-"""What the cache calls the coarse part."""
+"""Name of the coarse part in the cache."""
 
 COARSE_ELEMENTS = 32
 """Elements along a side of the coarse mesh: V differs by at most 0.23 % from V with 48."""

@@ -24,13 +24,12 @@ SOURCES = tuple(
     tuple(2 * (row ^ is_odd(pair, 0)) + (column ^ is_odd(pair, 1)) for row in (0, 1) for column in (0, 1))
     for pair in STRAIN_COMPONENTS
 )
-"""For each strain component, and each parity of the component, the place in `PARITIES` of the pressure's
-parity that causes it."""
+"""Index in `PARITIES` of the pressure's parity that causes each parity of each strain component."""
 
 
 @dataclass(frozen=True, repr=False)
 class FreeSides(TensorFields):
-    """What free sides add to sliding ones, for pressures of all four parities at once.
+    """Difference of free sides from sliding ones, for pressures of all four parities at once.
 
     Parities are in the order of `PARITIES`; of m loads and e points along an axis, those of a quarter.
 

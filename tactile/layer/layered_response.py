@@ -12,7 +12,7 @@ import numpy as np
 
 from relief.ground.arrays import Array
 from tactile.layer.layer_response import LayerResponse
-from tactile.layer.layers import SAME_DEPTH_MM, Stack, boundaries, layer_around, moduli_of_rows
+from tactile.layer.skin_layers import SAME_DEPTH_MM, Stack, boundaries, layer_around, moduli_of_rows
 from tactile.skin import lame
 
 LATERAL, NORMAL = 0, 1

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relief.ground.arrays import Array
-from tactile.layer.layers import Stack, moduli_of_rows, row_weights
+from tactile.layer.skin_layers import Stack, moduli_of_rows, row_weights
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ import numpy as np
 
 from relief.ground.arrays import Array
 from tactile.layer.interpolation import STENCIL, lagrange
-from tactile.layer.layers import Stack, levels_within, moduli_of_rows
+from tactile.layer.skin_layers import Stack, levels_within, moduli_of_rows
 
 
 @dataclass(frozen=True)

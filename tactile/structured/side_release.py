@@ -76,7 +76,7 @@ class Quarter(Protocol):
 
 @dataclass(frozen=True)
 class Release:
-    """What free sides add to a quarter of the block under forces of one parity.
+    """Difference of free sides from sliding ones for a quarter of the block under forces of one parity.
 
     Attributes:
         face: (rank, loads²) F; the compliance grows by F'F, mm/N at E = 1 MPa.
@@ -90,7 +90,7 @@ class Release:
 
 
 def release(quarter: Quarter, parity: Parity, felt: Array, accuracy: float) -> Release:
-    """What free sides add to sliding ones.
+    """Difference of free sides from sliding ones.
 
     Args:
         quarter: the mesh; loads and points are row-major, from the mirror planes outward.

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from relief.ground.arrays import Array
 from relief.ground.cache import Arrays, cached, fingerprint
 from relief.ground.errors import InputError
-from tactile.unstructured.surface import Surface, outward_normals
+from tactile.unstructured.surface import ClosedSurface, outward_normals
 
 CHILD = Path(__file__).resolve().with_name("tetwild.py")
 ENVELOPE = 1e-3
@@ -89,7 +89,9 @@ def signed_volumes(vertices: Array, cells: NDArray[np.integer]) -> Array:
     return np.asarray(np.linalg.det(vertices[cells[:, 1:]] - first[:, None]) / 6.0)
 
 
-def tetrahedralise(surface: Surface, sizing: Sizing | None = None, time_limit_s: float = 600.0) -> Tetrahedra:
+def tetrahedralise(
+    surface: ClosedSurface, sizing: Sizing | None = None, time_limit_s: float = 600.0
+) -> Tetrahedra:
     """Mesh the inside of a surface; the same surface and sizing come from disk the second time.
 
     (fTetWild's meshes differ a little from run to run even on one thread, so the first one is kept.)
@@ -117,7 +119,7 @@ def tetrahedralise(surface: Surface, sizing: Sizing | None = None, time_limit_s:
     return Tetrahedra(arrays["vertices"], arrays["cells"])
 
 
-def _run(surface: Surface, sizing: Sizing, time_limit_s: float) -> tuple[Array, NDArray[np.int64]]:
+def _run(surface: ClosedSurface, sizing: Sizing, time_limit_s: float) -> tuple[Array, NDArray[np.int64]]:
     if find_spec("pytetwild") is None:
         raise MeshingError("meshing: pytetwild is missing: pip install 'retouch[tetrahedra]'")
     points, tetrahedra, lengths = _background(surface, sizing)
@@ -152,7 +154,7 @@ def _run(surface: Surface, sizing: Sizing, time_limit_s: float) -> tuple[Array, 
     return vertices, cells
 
 
-def _background(surface: Surface, sizing: Sizing) -> tuple[Array, NDArray[np.int32], Array]:
+def _background(surface: ClosedSurface, sizing: Sizing) -> tuple[Array, NDArray[np.int32], Array]:
     """Points, tetrahedra and target edge lengths at the points of a grid around the surface."""
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     margin = 0.05 * (high - low)
@@ -177,7 +179,7 @@ def _background(surface: Surface, sizing: Sizing) -> tuple[Array, NDArray[np.int
     return points, np.concatenate(tetrahedra).astype(np.int32), lengths
 
 
-def _put_back(surface: Surface, vertices: Array, cells: NDArray[np.int64]) -> Array:
+def _put_back(surface: ClosedSurface, vertices: Array, cells: NDArray[np.int64]) -> Array:
     """Vertices with the boundary's projected onto the surface, where no tetrahedron is inverted thereby."""
     reach = SNAP * ENVELOPE * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
     outside = np.unique(Tetrahedra(vertices, cells).boundary())
@@ -197,7 +199,7 @@ def _put_back(surface: Surface, vertices: Array, cells: NDArray[np.int64]) -> Ar
     return moved
 
 
-def _planes(surface: Surface) -> list[tuple[Array, float]]:
+def _planes(surface: ClosedSurface) -> list[tuple[Array, float]]:
     """Unit normals and offsets of the large flat faces of a surface."""
     normals = outward_normals(surface.vertices, surface.triangles)
     a, b, c = (surface.vertices[column] for column in surface.triangles.T)

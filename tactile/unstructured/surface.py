@@ -25,7 +25,7 @@ INSIDE = 1e-6
 
 
 @dataclass(frozen=True)
-class Surface:
+class ClosedSurface:
     """A closed triangle mesh.
 
     Attributes:
@@ -139,13 +139,13 @@ def locate(corners: Array, points: Array) -> tuple[NDArray[np.intp], Array]:
     return indices, barycentric
 
 
-def block_surface(size_mm: float, thickness_mm: float) -> Surface:
+def block_surface(size_mm: float, thickness_mm: float) -> ClosedSurface:
     """Surface of the flat soft block, `size_mm` a side, whose top is bonded."""
     half = 0.5 * size_mm
     return _prism(np.array([-half, half]), np.zeros((2, 2)), thickness_mm)
 
 
-def fingertip_surface(size_mm: float, thickness_mm: float, radius_mm: float) -> Surface:
+def fingertip_surface(size_mm: float, thickness_mm: float, radius_mm: float) -> ClosedSurface:
     """Surface of a block whose lower face is a cap of a sphere that touches the plane z = 0 in the middle.
 
     Args:
@@ -170,7 +170,7 @@ def fingertip_surface(size_mm: float, thickness_mm: float, radius_mm: float) -> 
     return _prism(line, radius_mm - np.sqrt(radius_mm**2 - square), thickness_mm)
 
 
-def _prism(line: Array, bottom: Array, top: float) -> Surface:
+def _prism(line: Array, bottom: Array, top: float) -> ClosedSurface:
     """Surface of the body between heights `bottom` (n, n) over a square grid and the plane z = top."""
     n = line.size
     x, y = np.meshgrid(line, line, indexing="ij")
@@ -183,4 +183,4 @@ def _prism(line: Array, bottom: Array, top: float) -> Surface:
     walls = np.stack((following, rim, rim + above, following + above), axis=1)
     faces = np.concatenate((quads, quads[:, ::-1] + above, walls))
     triangles = np.concatenate((faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]))
-    return Surface(np.concatenate((lower, upper)).reshape(-1, 3), triangles)
+    return ClosedSurface(np.concatenate((lower, upper)).reshape(-1, 3), triangles)

@@ -34,7 +34,7 @@ from tactile.strain import STRAIN_COMPONENTS, principal_strain
 from tactile.touch import Touch, share_in_contact
 from tactile.unstructured.meshing import Sizing, Tetrahedra, tetrahedralise
 from tactile.unstructured.quadratic import gradients_at, pixel_forces, stiffness
-from tactile.unstructured.surface import DOWNWARD, Surface, height_over, locate, outward_normals
+from tactile.unstructured.surface import DOWNWARD, ClosedSurface, height_over, locate, outward_normals
 
 Solve = Callable[[Array], Array]
 
@@ -171,7 +171,7 @@ def tetrahedral_operator(skin: Skin, mesh: Tetrahedra, samples: int, size_mm: fl
 def press_tetrahedra(
     heights: Tensor,
     skin: Skin,
-    surface: Surface,
+    surface: ClosedSurface,
     size_mm: float = PATCH_SIDE_MM,
     sizing: Sizing | None = None,
     operator: TetrahedralOperator | None = None,
@@ -197,7 +197,7 @@ def press_tetrahedra(
         raise InputError("heights: not every value is finite")
     samples = heights.shape[-1]
     if operator is None:
-        # Finer pixels than facets have pressures that the mesh cannot tell apart, and contact creeps.
+        # With pixels finer than facets several pressures deform the mesh alike, and contact converges slowly.
         sizing = sizing or Sizing(contact_mm=min(size_mm / samples, 0.8))
         operator = tetrahedral_operator(skin, tetrahedralise(surface, sizing), samples, size_mm)
     mean = skin.mean_pressure_mpa(size_mm) / skin.young_modulus_mpa

@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks import remake
 from benchmarks.shared.common import ROOT
-from benchmarks.shared.studies import STUDIES
+from benchmarks.shared.finished_studies import STUDIES
 from mitsuba_scenes.studies import STUDIES as BUNDLED
 from retouch.commands.main import parse
 from tactile.skin import Skin

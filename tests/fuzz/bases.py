@@ -183,7 +183,7 @@ def _learning(folder: Path) -> dict[str, dict[str, bytes]]:
     from retouch.laboratory.training.shard_jobs import run_shard
     from retouch.laboratory.training.train import TrainingRequest, train_net
     from retouch.laboratory.workers.jobs import JobResult
-    from surrogate.nets.training import Settings
+    from surrogate.nets.training import TrainingSettings
 
     plan = plan_dataset(5, 24, (), touch="layer", lights="none", samples=SIDE)
     make_dataset(
@@ -194,7 +194,7 @@ def _learning(folder: Path) -> dict[str, dict[str, bytes]]:
         raise KeyboardInterrupt
 
     request = TrainingRequest(
-        folder / DATA, folder / NETS, Settings(epochs=2), widths=(4, 4), reference="layer"
+        folder / DATA, folder / NETS, TrainingSettings(epochs=2), widths=(4, 4), reference="layer"
     )
     with contextlib.suppress(KeyboardInterrupt):
         train_net("touch", request, stop)
@@ -207,14 +207,14 @@ def _net(folder: Path) -> dict[str, bytes]:
     """A small net of touch, untrained, with its card."""
     import hashlib
 
-    from surrogate.nets.unet import Shape, UNet
-    from surrogate.nets.weights import Card, Sample, save_net, weights_bytes
+    from surrogate.nets.unet import NetShape, UNet
+    from surrogate.nets.weights import ModelCard, Sample, save_net, weights_bytes
 
-    net = UNet(Shape(3, 1, (4, 4)))
+    net = UNet(NetShape(3, 1, (4, 4)))
     digest = hashlib.sha256(weights_bytes(net)).hexdigest()
     numbers: dict[str, float] = {"samples": 16, "poisson_ratio": 0.48}
     sample = (Sample(0, 1, {"roughness": 0.1}),)
-    card = Card("touch", net.shape, digest, numbers, {"seed": 0.0}, {}, {}, {"torch": "2"}, sample)
+    card = ModelCard("touch", net.shape, digest, numbers, {"seed": 0.0}, {}, {}, {"torch": "2"}, sample)
     save_net(folder / WEIGHTS, net, card)
     return _files(folder, WEIGHTS)
 

@@ -58,7 +58,7 @@ def read_scene(folder: Path, arguments: Sequence[Any]) -> None:
     from visual.needs import needs_of
     from visual.scene_file.check import check_scene
     from visual.scene_file.describe import describe
-    from visual.scene_file.fitting import scene_relief
+    from visual.scene_file.plate_fitting import scene_relief
 
     path = folder / arguments[0]
     description = describe(check_scene(path))
@@ -103,7 +103,7 @@ def read_checkpoint(folder: Path, arguments: Sequence[Any]) -> None:
 def read_training(folder: Path, arguments: Sequence[Any]) -> None:
     import torch
 
-    from surrogate.nets.checkpoint import load_training
+    from surrogate.nets.training_checkpoint import load_training
 
     training = load_training(folder / NETS, _training_key(folder))
     for part in (training.weights, training.best, training.first, training.second):
@@ -120,13 +120,13 @@ def _training_key(folder: Path) -> Any:
     import hashlib
 
     from retouch.laboratory.training.train import BLOCK
-    from surrogate.nets.checkpoint import TrainingKey
-    from surrogate.nets.training import Settings
-    from surrogate.nets.unet import Shape
+    from surrogate.nets.training import TrainingSettings
+    from surrogate.nets.training_checkpoint import TrainingKey
+    from surrogate.nets.unet import NetShape
     from tactile.net import CHANNELS
 
     digest = hashlib.sha256((folder / DATA / "dataset.json").read_bytes()).hexdigest()
-    return TrainingKey("touch", Shape(CHANNELS, 1, (4, 4), BLOCK), Settings(epochs=2), digest)
+    return TrainingKey("touch", NetShape(CHANNELS, 1, (4, 4), BLOCK), TrainingSettings(epochs=2), digest)
 
 
 def read_data_set(folder: Path, arguments: Sequence[Any]) -> None:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import tactile
+from benchmarks.skin.experiment_plates import dots, grating, series
 from benchmarks.skin.facts import FACTS, peak
-from benchmarks.skin.stimuli import dots, grating, series
 from optimize.settings.skins import load_skin
 
 FELT = {one.name: one for one in series()}

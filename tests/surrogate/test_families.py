@@ -7,7 +7,7 @@ from scipy.spatial import Delaunay
 
 from relief.ground.limits import PATCH_SIDE_MM
 from surrogate.families import FAMILIES
-from surrogate.families.fields import (
+from surrogate.families.basics import (
     border_distance,
     coordinates,
     gaussian_field,
@@ -16,8 +16,8 @@ from surrogate.families.fields import (
     smooth_noise,
     unit,
 )
-from surrogate.families.grid import Grid
 from surrogate.families.terrain import _drained
+from surrogate.families.texture_grid import Grid
 
 SIZE = 128
 GRID = Grid(SIZE)

@@ -6,8 +6,8 @@ import pytest
 from relief.seam import LARGEST_SEAM, seams
 from surrogate.corpus.recipes import STEP_MM, Recipe, heights
 from surrogate.families import FAMILIES, PERIODIC
-from surrogate.families.fields import border_distance, coordinates, lattice, nearest, scattered
-from surrogate.families.grid import Grid
+from surrogate.families.basics import border_distance, coordinates, lattice, nearest, scattered
+from surrogate.families.texture_grid import Grid
 
 SIZE = 48
 AS_EVER = {

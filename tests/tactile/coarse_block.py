@@ -19,7 +19,7 @@ from skfem.helpers import ddot, div, sym_grad
 
 from relief.ground.arrays import Array
 from tactile.layer.cosine_layer import Parity
-from tactile.layer.layers import moduli_of_rows, row_weights
+from tactile.layer.skin_layers import moduli_of_rows, row_weights
 from tactile.skin import Skin, lame
 from tactile.sparse import factorised
 from tactile.strain import STRAIN_COMPONENTS

@@ -6,7 +6,7 @@ import pytest
 from relief.ground.arrays import Array
 from tactile.layer.layer_response import LayerResponse, layer_response
 from tactile.layer.layered_response import layered_response
-from tactile.layer.layers import Stack
+from tactile.layer.skin_layers import Stack
 from tactile.skin import lame
 from tests.tactile.test_layer_response import DEPTH, RATIOS, THICKNESS, WAVENUMBERS
 

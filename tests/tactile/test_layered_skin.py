@@ -10,7 +10,7 @@ from tactile import Skin, contact_area, press, roughness
 from tactile.elements.finite_elements import graded_levels
 from tactile.layer.cosine_layer import layer_symbols
 from tactile.layer.elastic_layer import elastic_layer_operator
-from tactile.layer.layers import even_levels, layer_around, levels_within, moduli_of_rows, row_weights
+from tactile.layer.skin_layers import even_levels, layer_around, levels_within, moduli_of_rows, row_weights
 from tactile.skin import Layers, lame
 from tactile.strain import STRAIN_COMPONENTS
 from tactile.structured.pixel_block import PixelBlock

@@ -7,8 +7,8 @@ import pytest
 import torch
 
 import tactile
-from surrogate.nets.unet import Shape, UNet
-from surrogate.nets.weights import Card, load_net, save_net, weights_bytes
+from surrogate.nets.unet import NetShape, UNet
+from surrogate.nets.weights import ModelCard, load_net, save_net, weights_bytes
 from tactile import Skin
 from tactile.layer.elastic_layer import elastic_layer_operator
 from tactile.layer.truncated import GRADIENT_TOLERANCE
@@ -34,7 +34,7 @@ MEAN = SKIN.mean_pressure_mpa(SIZE)
 
 def net(noise: float) -> UNet:
     """One that knows nothing, and says so (0) or not."""
-    unet = UNet(Shape(CHANNELS, 1, (4, 6)))
+    unet = UNet(NetShape(CHANNELS, 1, (4, 6)))
     torch.nn.init.normal_(unet.leave.weight, std=noise)
     return unet.requires_grad_(False)
 
@@ -145,14 +145,14 @@ def folder(tmp_path: Path) -> Path:
     save_net(
         tmp_path,
         unet,
-        Card("touch", unet.shape, digest, validity(SKIN, SAMPLES, SIZE), {}, {}, {}, {}, ()),
+        ModelCard("touch", unet.shape, digest, validity(SKIN, SAMPLES, SIZE), {}, {}, {}, {}, ()),
     )
     return tmp_path
 
 
 def test_a_net_is_found_in_its_folder(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     initial = net_solver(SKIN, SAMPLES, SIZE, folder).initial_guess
-    assert isinstance(initial, NetInitialGuess) and initial.net.shape == Shape(CHANNELS, 1, (4, 6))
+    assert isinstance(initial, NetInitialGuess) and initial.net.shape == NetShape(CHANNELS, 1, (4, 6))
     # The relation of relief to pressure, in proportion, does not depend on modulus, force and depth.
     layer = elastic_layer_operator(SKIN, SAMPLES, SIZE)
     monkeypatch.setattr("tactile.net.elastic_layer_operator", lambda *_: layer)  # slow for a new depth

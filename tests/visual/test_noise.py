@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.visual.scenes import SIDE, Array, hills, sky, sun
-from visual.noise import BATCHES, Batches, batched, jackknife_error
+from visual.picture_noise import BATCHES, Batches, batched, jackknife_error
 from visual.scene import Scene
 
 
@@ -120,5 +120,7 @@ def test_a_flat_plate_under_a_parallel_light_has_no_noise(scene_of: Callable[...
 
 
 def test_importing_it_loads_no_mitsuba() -> None:
-    code = "import sys, visual.noise; sys.exit(bool({'mitsuba', 'drjit', 'torch'} & set(sys.modules)))"
+    code = (
+        "import sys, visual.picture_noise; sys.exit(bool({'mitsuba', 'drjit', 'torch'} & set(sys.modules)))"
+    )
     subprocess.run([sys.executable, "-c", code], check=True, env=dict(os.environ))

@@ -15,7 +15,7 @@ from tests.visual.differences import differ_by_noise
 from tests.visual.scenes import PLASTIC, SIDE, SIZE_MM, Array, hills, sky, sun
 from visual.explain import explain_scene
 from visual.scene import Scene, load_scene
-from visual.scene_file.fitting import film_of
+from visual.scene_file.plate_fitting import film_of
 
 WIDE, TALL = hills()[:24], hills()[:, :24]
 """24 x 32 and 32 x 24 samples."""

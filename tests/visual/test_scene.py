@@ -35,7 +35,7 @@ from visual.exact import render as exact
 from visual.explain import explain_scene
 from visual.scene import Scene, load_scene
 from visual.scene_file.check import check_scene, instantiate
-from visual.scene_file.fitting import scene_relief
+from visual.scene_file.plate_fitting import scene_relief
 
 LOW_POINT = '<emitter type="point"><point name="position" x="3" y="2" z="2"/></emitter>'
 

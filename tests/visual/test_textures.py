@@ -29,8 +29,8 @@ from tests.visual.scenes import (
     sun,
 )
 from tests.visual.test_needs import told
-from visual.backend.plate import is_textured
-from visual.reference.renderer import ReferenceRenderer
+from visual.backend.plate_shape import is_textured
+from visual.reference.reference_renderer import ReferenceRenderer
 from visual.scene import Scene
 from visual.scene_looks import FastLook
 

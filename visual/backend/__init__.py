@@ -1,1 +1,1 @@
-"""All that knows the insides of Mitsuba and Dr.Jit: libLLVM, variants, mesh buffers, rays, the plugin."""
+"""Code that depends on internals of Mitsuba and Dr.Jit: libLLVM, variants, mesh buffers, rays, the plugin."""

@@ -1,4 +1,4 @@
-"""Buffers of a Mitsuba mesh: the only place that knows their names.
+"""Buffers of a Mitsuba mesh: the only module with their names.
 
 Every ``params`` here is a result of ``mi.traverse``.
 """

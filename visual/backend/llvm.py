@@ -127,7 +127,7 @@ def _probe(library: Library) -> str:
 
 @functools.cache
 def _processor() -> str:
-    """A short name for this processor and its instruction sets, for homes that several machines share."""
+    """Short name of this processor and its instruction sets, for home folders that several machines share."""
     fields = {"model name", "flags", "Features", "CPU implementer", "CPU part"}
     lines = [platform.machine()]
     with contextlib.suppress(OSError), open("/proc/cpuinfo", encoding="utf-8") as info:

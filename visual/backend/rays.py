@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from relief.ground.arrays import Array
 from visual.backend.mitsuba import mi
-from visual.backend.plate import plate_shape
+from visual.backend.plate_shape import plate_shape
 
 MISSED_MM = 1e4
 """Distance, mm, given to rays that meet no plate: finite, so that points along them are too."""
 REACH = 20.0
 """Longest shadow rays, sides of the plate: half the least distance of area lights that have gradients
-(`visual.lights.area`). What is farther does not stand in the light, it is the light."""
+(`visual.lights.area_lights`). What is farther does not stand in the light, it is the light."""
 SHORT_OF_LAMP = 1e-3
 """Part of a shadow ray to a near lamp that is left out: the lamp's own surface is no obstacle. Mitsuba leaves
 out 0.9e-3."""

@@ -16,7 +16,7 @@ from visual.backend.mitsuba import dr, mi
 WITHOUT_LLVM = "scalar_rgb"
 """Variant that needs no libLLVM; its pictures have three channels, those of grey scenes too."""
 UNTESTED = "; not tested on any CUDA device"
-"""What is told of variants for such devices."""
+"""Note on variants for such devices."""
 FEWEST_THREADS = 2
 """Least number of Dr.Jit's threads: with a single one Mitsuba 3.9 waits for ever for EXR files."""
 

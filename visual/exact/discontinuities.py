@@ -15,8 +15,8 @@ import numpy as np
 
 from relief.ground.arrays import Array
 from visual.exact.background import Background
+from visual.exact.face_shading import Shading, unshadowed
 from visual.exact.pair_radiance import at_points, lit_by, places_of
-from visual.exact.shading import Shading, unshadowed
 from visual.exact.shadow_edges import SHADOW_EDGE_SAMPLES, Entries, ShadowEdges, shadow_entries
 from visual.exact.visibility_edges import VISIBILITY_EDGE_SAMPLES, VisibilityEdges
 from visual.geometry.placed_mesh import PlacedMesh
@@ -130,7 +130,7 @@ def _radiance_beside(
     directions = edges.direction.reshape(-1, 3)
     radiance[missed] = background(directions[missed])
     if camera.perspective or shading is None or isinstance(lights, NearLights):
-        # One place for both sides: seen from or lit at its own middle, each face would differ by that too.
+        # Both sides are shaded at one point: at two middles the radiance would differ by the position, too.
         slope_x, slope_y = (slope[face[met]] for slope in mesh.slopes)
         unlit = unshadowed(bsdf, slope_x, slope_y, lights, -directions[met], places_of(mesh, points))
     else:

@@ -61,7 +61,7 @@ class LightScene:
         shining: numbers of the lights in it that shine.
         sensors, cameras: numbers of the scene's sensors that take pictures, and their projections.
         integrator: renders the scene.
-        lights: draws the parallel or near lights that stand for it where gradients follow moving edges.
+        lights: draws the parallel or near lights that represent it where gradients follow moving edges.
         shadows: whether the light casts any, on some relief.
         background: of the pictures.
         gradient_integrator: gives radiance by slope, if not `integrator`. Its directions must not turn with

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, Index
-from visual.exact.shading import Places, Shading, shade, unshadowed
+from visual.exact.face_shading import Shading, ShadingPoints, shade, unshadowed
 from visual.geometry.film_samples import PictureSamples
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
@@ -37,10 +37,10 @@ class PairRadiance(NamedTuple):
 
 def face_shading(bsdf: Any, camera: Projection, lights: LightSet, mesh: PlacedMesh) -> Shading:
     """Shading of the faces of a plate without textures; near lights shine on a face as on its centre."""
-    view, places = camera.toward(mesh.centres), Places(mesh.centres)
+    view, places = camera.toward(mesh.centres), ShadingPoints(mesh.centres)
     if isinstance(lights, NearLights):
         slide = mesh.slide(np.arange(len(view)), view)
-        places = Places(mesh.centres, slide=slide)
+        places = ShadingPoints(mesh.centres, slide=slide)
     return shade(bsdf, *mesh.slopes, lights, view, places)
 
 
@@ -113,12 +113,12 @@ def of_samples(
     return PairRadiance(*sums / samples.per_pixel)
 
 
-def places_of(mesh: PlacedMesh, points: Array, slide: Array | None = None) -> Places:
+def places_of(mesh: PlacedMesh, points: Array, slide: Array | None = None) -> ShadingPoints:
     """Places of points (points, 3) on the plate, which slide (points, 3) mm per mm."""
     if not mesh.textured:
-        return Places(points, slide=slide)
+        return ShadingPoints(points, slide=slide)
     size_mm = mesh.plate.size_mm, mesh.plate.height_mm
-    return Places(points, mesh.uv(points), slide, None if slide is None else slide[:, :2] / size_mm)
+    return ShadingPoints(points, mesh.uv(points), slide, None if slide is None else slide[:, :2] / size_mm)
 
 
 def at_points(
@@ -142,8 +142,8 @@ def at_points(
     """
     radiance = np.zeros(len(points))
     for number in np.unique(light):
-        of = np.flatnonzero(light == number)
-        slope_x, slope_y = (slope[face[of]] for slope in mesh.slopes)
-        view, places = camera.toward(points[of]), places_of(mesh, points[of])
-        radiance[of] = unshadowed(bsdf, slope_x, slope_y, lights.single(number), view, places)[0]
+        lit = np.flatnonzero(light == number)
+        slope_x, slope_y = (slope[face[lit]] for slope in mesh.slopes)
+        view, places = camera.toward(points[lit]), places_of(mesh, points[lit])
+        radiance[lit] = unshadowed(bsdf, slope_x, slope_y, lights.single(number), view, places)[0]
     return radiance

@@ -21,7 +21,7 @@ from relief.ground.arrays import Array
 from relief.ground.progress import stage, this_stage
 from visual.backend import buffers
 from visual.backend.mitsuba import dr, mi
-from visual.backend.plate import plate_bsdf
+from visual.backend.plate_shape import plate_bsdf
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
 from visual.exact.light_scene import LightScene
 from visual.exact.pair_radiance import face_shading

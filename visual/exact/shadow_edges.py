@@ -49,7 +49,7 @@ class ShadowEdges:
         over: (samples, 5) rise of the edge over the receiver as these vertices rise, mm per mm.
         growth: (samples, 3) motion of the boundary along the receiver as the edge rises over it, mm per mm:
             away from the light, into the lit side.
-        tangent: (samples, 3) mm, piece of the boundary that the sample stands for.
+        tangent: (samples, 3) mm, piece of the boundary that the sample represents.
     """
 
     light: Index
@@ -147,7 +147,7 @@ def shadow_edges(mesh: PlacedMesh, lights: LightSet, jitter: Array, on_plate: bo
 
 
 def _reaching_the_plate(mesh: PlacedMesh, edges: Index, toward: Array) -> Index:
-    """Those edges whose shadows can reach the plate, not its neighbours alone."""
+    """Edges whose shadows can reach the plate, not its neighbours alone."""
     plate, positions = mesh.plate, mesh.vertices
     start, end = positions[plate.edge_start[edges]], positions[plate.edge_end[edges]]
     fall = np.maximum(start[:, 2], end[:, 2]) - positions[:, 2].min()

@@ -101,7 +101,7 @@ def visibility_edges(mesh: PlacedMesh, camera: Projection, jitter: Array) -> Vis
     hit = (origins + distance.reshape(-1, 1) * directions).reshape(2, -1, 3)
 
     neighbours = np.stack((plate.edge_left[edge], plate.edge_right[edge]))
-    # An edge that hides behind a hill has neither of its faces beside it.
+    # The film shows neither face of an edge that is hidden behind a hill.
     seen = ((face[:, None] == neighbours) & (neighbours >= 0)).any((0, 1))
     keep = np.flatnonzero(seen & (face[0] != face[1]))
     moved = np.einsum("si,si->s", jacobian[keep, :, 2], aside[keep]) * (length[keep] / per_edge)

@@ -32,7 +32,7 @@ CHANNELS = 6 + len(MEAN_SIDES) + len(DIRECTIONS)
 AROUND = 16
 """Samples of a tile's neighbours that the net sees on each side."""
 NO_SIDES = 0.5
-"""Distance from the middle, of 1, that the net is told on an axis without sides: the mean over a plate. With
+"""Distance from the middle, of 1, as input of the net on an axis without sides: the mean over a plate. With
 0 ambient light on tiles of gravel and grass is 2.6 and 3.0 % too dark, with 0.5 1 and 1.5, as on plates."""
 NEUTRAL_OUTPUT = 0.5413
 """Offset of the net's output; its softplus is 1, so that an untrained net corrects nothing."""
@@ -160,7 +160,7 @@ class UnoccludedLight:
     table: BsdfTable
 
     def visibility(self, heights: Tensor, surface: Surface, unoccluded: Tensor) -> Tensor:
-        """Ones; arguments and result as of `AmbientLight.visibility`."""
+        """Visibility 1 everywhere; arguments and result as of `AmbientLight.visibility`."""
         return torch.ones_like(heights)
 
 
@@ -194,7 +194,7 @@ def trained_ambient_light(table: BsdfTable, folder: Path = FOLDER) -> AmbientLig
 def _check(trained: Mapping[str, float], requested: Mapping[str, float]) -> None:
     for name, value in requested.items():
         if name not in trained:
-            raise InputError(f"look.model: the net's card does not tell its {name}")
+            raise InputError(f"look.model: the net's card lacks its {name}")
         if abs(trained[name] - value) > MATERIAL_TOLERANCE:
             raise InputError(
                 f"look.model: the net is trained for a material with {name} {trained[name]:.3g}, "

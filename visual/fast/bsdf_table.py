@@ -19,7 +19,7 @@ from scipy.ndimage import distance_transform_edt
 from torch import Tensor
 from torch.nn import functional
 
-from visual.exact.shading import unshadowed
+from visual.exact.face_shading import unshadowed
 from visual.lights.parallel import GOLDEN_ANGLE, ParallelLights
 
 ENTRIES = 384
@@ -57,7 +57,7 @@ class BsdfTable:
         return radiance.view(len(self.values), *slope_x.shape)
 
     def to(self, dtype: torch.dtype) -> BsdfTable:
-        """The same table in another precision; the one in single precision is kept."""
+        """A copy of the table in another precision; the table in single precision is kept."""
         if dtype == self.values.dtype:
             return self
         return self._single if dtype == torch.float32 else BsdfTable(self.values.to(dtype))

@@ -34,7 +34,7 @@ LEAST_CHANGE = 0.03
 """Least derivative by a height that a pixel keeps where many lights move their shadows at once, in units of
 the pixel's largest. Two of three are smaller; gradients of gravel change by less than 1 % without them."""
 _Linear = TypeVar("_Linear", Array, sp.csr_matrix)
-"""What adds up over lights and is weighed by a film: pictures and Jacobians."""
+"""Picture or Jacobian: values that add up over lights and are weighted by a film."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class LightGroup:
     shadows: bool = True
 
     def swept(self, surface: Surface, rise_mm: float, fine: Tensor, changes: bool) -> SweptLight:
-        """What the lights reach of a relief; arguments as of `swept_light`."""
+        """Lit shares of a relief's receivers; arguments as of `swept_light`."""
         if self.shadows:
             return swept_light(surface, self.toward, rise_mm, fine, self.receivers, changes)
         return SweptLight(np.ones((len(self.toward), len(self.receivers.face))), None)
@@ -167,7 +167,7 @@ class CameraView:
         return Pictures(np.stack([picture.reshape(shape) for picture in pictures]), tuple(jacobians))
 
     def _conditions(self, of_groups: list[_Linear]) -> list[_Linear]:
-        """What belongs to each condition, from what belongs to each group."""
+        """Values of each condition from the values of each group of lights."""
         if not self._ambient or len(of_groups) == 1:
             return of_groups
         return [alone + of_groups[-1] for alone in of_groups[:-1]]
@@ -197,7 +197,7 @@ def _lit(
     nearness: Array,
     slopes: tuple[Tensor, Tensor],
 ) -> _Lit:
-    """What a group of lights makes of the faces of these slopes toward a camera."""
+    """Radiance toward a camera of faces with these slopes, lit by a group of lights."""
     face, shares = group.receivers.face, light.shares
     with torch.enable_grad():  # pictures are also taken inside torch functions, where there is none
         x, y = (slope.detach().clone().requires_grad_() for slope in slopes)
@@ -237,5 +237,5 @@ def _picture(pieces: FilmPieces, lit: _Lit, background: Array) -> Array:
 
 
 def _filmed(camera: FastCamera, finer: list[_Linear]) -> list[_Linear]:
-    """What the pixels of a film show, from what those of the camera's lines show."""
+    """Values of the film's pixels from values of the finer pixels that the camera's lines show."""
     return finer if camera.film is None else [camera.film @ values for values in finer]

@@ -19,7 +19,7 @@ from visual.fast.view_lines import Knots, ViewLines
 
 @dataclass(frozen=True, eq=False)
 class FilmPieces:
-    """What the pixels show at some heights.
+    """Triangles that the pixels of a film show at some heights, with their weights.
 
     Attributes:
         weights: (pixels, triangles) shares of the pixels; what a pixel lacks of 1 is background.
@@ -60,7 +60,7 @@ class FilmPieces:
 
 
 def film_pieces(lines: ViewLines, fine: Array, triangles: int, motion: bool) -> FilmPieces:
-    """What the pixels of a camera show.
+    """Triangles that the pixels of a camera show, with their weights.
 
     Args:
         lines: of the camera.
@@ -136,7 +136,7 @@ def _cut(lines: ViewLines, line: Index, start: Array, end: Array) -> tuple[Index
     start_beside = lines.across[of, 1 - axis] - slant * lines.across[of, axis]
 
     def beside(place: Array) -> Array:
-        """Film coordinate across the axis, pixels, of places along it."""
+        """Film coordinate across the axis, pixels, of points along the axis."""
         return np.asarray(start_beside + slant * towards * place)
 
     # A slanted line also leaves a pixel at its side, once at most within a pixel's length.

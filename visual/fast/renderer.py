@@ -114,7 +114,7 @@ class FastRenderer:
         return torch.stack([sum(shining, dark) for shining in parts])
 
     def _filtered(self, heights: Tensor) -> Tensor:
-        """The same by the weights of the film, by way of quarters of samples."""
+        """Pictures by the weights of the film, over quarters of samples."""
         assert self.film is not None
         slopes = self.slopes(heights)
         rows, cols = self.surface.shape

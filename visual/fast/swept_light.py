@@ -78,7 +78,7 @@ def _selection(chosen: Index, count: int) -> sp.csr_matrix:
 
 @dataclass(frozen=True, eq=False)
 class SweptLight:
-    """What some lights reach.
+    """Shares of receivers that lights reach.
 
     Attributes:
         shares: (lights, receivers) in [0, 1].
@@ -92,7 +92,7 @@ class SweptLight:
 def swept_light(
     surface: Surface, toward: Array, rise_mm: float, fine: Tensor, receivers: Receivers, changes: bool
 ) -> SweptLight:
-    """What parallel lights reach of a relief.
+    """Shares of a relief's receivers that parallel lights reach.
 
     Args:
         surface: of the relief.

@@ -78,7 +78,7 @@ class ViewLines:
         return int(np.abs(self.along).mean(0).argmax())
 
     def trace(self, fine: Array) -> Knots:
-        """What is seen of a surface whose corners have the heights (2r + 1, 2c + 1), mm."""
+        """Visible knots of a surface whose corners have the heights (2r + 1, 2c + 1), mm."""
         points = np.stack((self.x, self.y, self._heights(fine)), axis=-1).reshape(-1, 3)
         film = self.camera.project(points).reshape(*self.x.shape, 2) - self.across[:, None]
         place = np.where(self.inside, np.einsum("lcf,lf->lc", film, self.along), UNSEEN)

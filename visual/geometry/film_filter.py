@@ -43,7 +43,7 @@ class FilmFilter:
         return sp.csr_matrix(sp.kron(self.along(rows, parts), self.along(cols, parts)))
 
     def along(self, pixels: int, parts: int) -> sp.csr_matrix:
-        """The same along one side of a picture, (pixels, pixels * parts)."""
+        """Weights along one side of a picture, (pixels, pixels * parts)."""
         first, weights = self._part_weights(parts)
         part = np.arange(pixels)[:, None] * parts + first + np.arange(len(weights))
         pixel, number = np.nonzero((part >= 0) & (part < pixels * parts))
@@ -80,7 +80,7 @@ class FilmFilter:
 
 
 def _normalised(weights: sp.csr_matrix) -> sp.csr_matrix:
-    """The same weights in proportion, with the sum 1 in each row."""
+    """Weights scaled to the sum 1 in each row."""
     return sp.csr_matrix(sp.diags(1.0 / np.asarray(weights.sum(1)).ravel()) @ weights)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, Index
-from visual.backend.plate import is_textured
+from visual.backend.plate_shape import is_textured
 from visual.backend.rays import blocked
 from visual.geometry.topology import PlateTopology
 

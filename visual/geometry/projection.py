@@ -45,7 +45,7 @@ class Projection:
         return self.rows * self.cols
 
     def finer(self, parts: int) -> "Projection":
-        """The same camera with a box filter on so many pixels along each side of a pixel of this one."""
+        """This camera with `parts` pixels along each side of a pixel, and a box filter."""
         across, down = self.across / parts, self.down / parts
         return replace(
             self, rows=self.rows * parts, cols=self.cols * parts, across=across, down=down, filter=None

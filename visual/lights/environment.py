@@ -65,7 +65,7 @@ class Environment:
     Attributes:
         lamps: cells of each region that is one light.
         rest: all cells of the sky, black where a lamp is.
-        count: lights that stand for `rest`.
+        count: lights that represent `rest`.
     """
 
     lamps: tuple[Cells, ...]
@@ -203,7 +203,7 @@ def _lamps(sky: Cells, count: int) -> list[Index]:
         for part in _halves(sky.luminance[region], along):
             heapq.heappush(regions, ranked(region[part]))
     lamps += [region for worst, _, region, _ in regions if is_lamp(region, -worst)]
-    # What is no brighter than the sky at large is sky around the lamp, and the rest needs a light, too.
+    # Cells no brighter than the mean sky belong to the sky around the lamp, which needs a light, too.
     bright = sky.luminance > sky.luminance.mean()
     return [lamp[bright[lamp]] for lamp in lamps[: count - 1]]
 
@@ -233,7 +233,7 @@ def _halves(weight: Array, along: Array) -> tuple[Index, Index]:
 
 
 def _lamp_light(lamp: Cells, generator: np.random.Generator | None) -> tuple[Array, Array]:
-    """Direction (1, 3) and irradiance (1, 3) of the light that stands for a lamp."""
+    """Direction (1, 3) and irradiance (1, 3) of the light that represents a lamp."""
     if generator is not None:
         return _drawn(lamp, np.array([generator.uniform()]))
     mean = lamp.luminance @ lamp.toward / lamp.luminance.sum()
@@ -242,7 +242,7 @@ def _lamp_light(lamp: Cells, generator: np.random.Generator | None) -> tuple[Arr
 
 
 def _drawn(cells: Cells, position: Array) -> tuple[Array, Array]:
-    """Directions and irradiances (lights, 3) of lights that each stand for all the cells.
+    """Directions and irradiances (lights, 3) of lights that each represent all the cells.
 
     Args:
         cells: of the sky.
@@ -256,7 +256,7 @@ def _drawn(cells: Cells, position: Array) -> tuple[Array, Array]:
 
 
 def _sampled(sky: Environment, generator: np.random.Generator | None) -> Iterator[tuple[Array, Array]]:
-    """Directions and irradiances (lights, 3) of the lights that stand for the sky without its lamps."""
+    """Directions and irradiances (lights, 3) of the lights that represent the sky without its lamps."""
     ends = np.cumsum(sky.rest.luminance)[CELLS_AROUND - 1 :: CELLS_AROUND]
     total = ends[-1]
     if total <= 0.0:

@@ -12,10 +12,10 @@ from visual.lights.near import LightSet
 RGB = tuple[float, float, float]
 
 UNSAMPLED = ("sampling_weight",)
-"""`LightKind.switch` of a light that rays meet only where Mitsuba samples it."""
+"""`LightKind.switch` of a light that rays reach only where Mitsuba samples the light."""
 
 Draw = Callable[[np.random.Generator | None], LightSet]
-"""Parallel or near lights that stand for a light: fixed without a generator; with one, drawn anew at every
+"""Parallel or near lights that represent a light: fixed without a generator; with one, drawn anew at every
 call."""
 
 
@@ -82,12 +82,12 @@ def _far(light: Light, size_mm: float) -> bool:
 
 @dataclass(frozen=True)
 class LightKind:
-    """One of Mitsuba's emitters: all that the program knows of its kind.
+    """Kind of Mitsuba's emitters: everything that the program states about the kind.
 
     Attributes:
         words: a light of this kind in words, for a person.
         strength: property that says how strong the light is, 1 by default; None if that is a picture.
-        quadrature: gives, for a light without an obstacle and the number of lights that stand for it, what
+        quadrature: gives, for a light without an obstacle and the number of lights that represent it, what
             draws these parallel lights; or near lights, if the light is near.
         obstacle: why pictures of a plate of this side (mm) have no gradients under a light, as element, field
             and reason; None if they have. Reads no file.

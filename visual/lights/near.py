@@ -47,7 +47,7 @@ class NearLights:
         return len(self.intensity)
 
     def single(self, number: int) -> Self:
-        """One of the lights alone."""
+        """Light of this number alone."""
         one = [number]
         return type(self)(self.position[one], self.intensity[one], self.axis[one], self.lobe)
 

@@ -21,7 +21,7 @@ from below its plane: without this light the gradient of a 1.5 mm relief under a
 off, from -0.15 up 7 %, from -0.3 up less than the 5 % noise of finite differences."""
 
 HORIZON = 1e-4
-"""Least sine of the elevation, up or down, of a parallel light that stands for another light."""
+"""Least sine of the elevation, up or down, of a parallel light that represents another light."""
 OVERHEAD = 1e-6
 """Largest horizontal part of the direction toward a light that stands straight above: a face would have to
 rise a million times as far as it is wide to turn away from such a light."""
@@ -43,12 +43,12 @@ class ParallelLights:
         return len(self.irradiance)
 
     def single(self, number: int) -> Self:
-        """One of the lights alone."""
+        """Light of this number alone."""
         return type(self)(self.toward[[number]], self.irradiance[[number]])
 
     @property
     def strength(self) -> Array:
-        """What `arriving` gives the share of: `irradiance`."""
+        """Irradiance of each light, whose shares `arriving` gives."""
         return self.irradiance
 
     def toward_from(self, number: int | Index, points: Array) -> Array:

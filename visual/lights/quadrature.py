@@ -7,7 +7,7 @@ import numpy as np
 
 from relief.ground.errors import InputError
 from visual.lights.ambient import AMBIENT
-from visual.lights.area import AREA
+from visual.lights.area_lights import AREA
 from visual.lights.directional import DIRECTIONAL
 from visual.lights.environment import ENVIRONMENT
 from visual.lights.kind import Draw, Light, LightKind
@@ -27,7 +27,7 @@ KINDS: dict[str, LightKind] = {
 
 
 def kind_of(light: Light) -> LightKind:
-    """What is particular to the kind of a light."""
+    """Properties of the kind of a light."""
     return KINDS[light.kind]
 
 
@@ -54,7 +54,7 @@ class Quadrature:
 
 
 def prepare(lights: Sequence[Light], size_mm: float, count: int) -> Quadrature:
-    """Read all that the lights which stand for some lights are drawn from.
+    """Read everything that is needed to draw the parallel or near lights that represent some lights.
 
     Args:
         lights: of a checked scene, in whose variant Mitsuba is; one near light, or any others.

@@ -16,7 +16,7 @@ from relief.ground.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_P
 from visual.backend import heightfield
 from visual.lights.kind import LightKind
 from visual.lights.quadrature import KINDS
-from visual.scene_file.parsed import WEIGHT
+from visual.scene_file.parsed_scene import WEIGHT
 
 LARGEST_FILM = 8192
 """Largest side of a picture, pixels: a picture of three channels in single precision then takes 0.8 GB."""
@@ -37,7 +37,7 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True)
 class Kind:
-    """What a parameter may be.
+    """Values that a parameter may have.
 
     Attributes:
         words: end of the sentence "the value is not ...".

@@ -21,7 +21,7 @@ from visual.backend.messages import last_line
 from visual.backend.mitsuba import mi
 from visual.backend.variants import WITHOUT_LLVM
 from visual.scene_file.nodes import NodeCheck
-from visual.scene_file.parsed import WEIGHT, CheckedScene, children
+from visual.scene_file.parsed_scene import WEIGHT, CheckedScene, children
 from visual.scene_file.text import TextCheck, nearest
 
 FAULTS = (RuntimeError, TypeError, ValueError, OverflowError, IndexError)

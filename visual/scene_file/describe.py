@@ -13,7 +13,7 @@ from relief.ground.limits import PATCH_SIDE_MM
 from visual.backend.mitsuba import mi
 from visual.lights.kind import RGB, EmitterShape, Light
 from visual.lights.quadrature import KINDS, kind_of
-from visual.scene_file.parsed import WEIGHT, Camera, CheckedScene, Description, Plate, children
+from visual.scene_file.parsed_scene import WEIGHT, Camera, CheckedScene, Description, ParsedPlate, children
 
 _COLOURED = {
     *("regular", "irregular", "blackbody"),
@@ -45,7 +45,7 @@ _DEFAULT_DEPTH = {"direct": 2, "prb": 6, "prb_basic": 6}
 def describe(checked: CheckedScene) -> Description:
     """The description of a checked scene; loads nothing of the scene."""
     nodes = checked.state.nodes
-    reader = _Reader(nodes)
+    reader = _SceneReader(nodes)
     lights = tuple(reader.light(index) for index in reader.of_type("Emitter"))
     around = [light.strength for light in lights if kind_of(light).ambient and light.strength]
     integrator, max_depth = reader.integrator()
@@ -77,7 +77,7 @@ def _triple(values: Any) -> RGB:
     return red, green, blue
 
 
-class _Reader:
+class _SceneReader:
     """The nodes of a parsed scene, whose references are resolved."""
 
     def __init__(self, nodes: Any) -> None:
@@ -195,11 +195,11 @@ class _Reader:
             sample_border=border,
         )
 
-    def plate(self, index: int) -> Plate:
+    def plate(self, index: int) -> ParsedPlate:
         props = self.nodes[index].props
         material = self.material(index)
         textures = self.textures(index)
-        return Plate(
+        return ParsedPlate(
             filename=Path(props["filename"]) if "filename" in props else None,
             size_mm=float(props.get("size_mm", PATCH_SIDE_MM)),
             relief_mm=float(props["relief_mm"]) if "relief_mm" in props else None,

@@ -11,10 +11,10 @@ import numpy as np
 from relief.ground.errors import InputError
 from visual.backend.bitmap import SMALLEST_MAP, read_bitmap
 from visual.backend.mitsuba import mi
-from visual.backend.ply import check_ply
+from visual.backend.ply_check import check_ply
 from visual.lights.quadrature import KINDS
 from visual.scene_file.bounds import ANY_VALUE, FILE, LARGEST_FILM, OF_TEXTURE, Range, colour, plugins, shown
-from visual.scene_file.parsed import children
+from visual.scene_file.parsed_scene import children
 from visual.scene_file.text import file_of_scene, file_of_user, nearest
 
 MOST_OBJECTS = {"Emitter": 64, "Sensor": 64, "Shape": 256, "BSDF": 256, "Texture": 256}

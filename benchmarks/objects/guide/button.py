@@ -31,14 +31,14 @@ def button() -> trimesh.Trimesh:
         np.stack([across + ROUND_MM * np.sin(edge), RIM_MM + ROUND_MM * np.cos(edge)], axis=1),
         np.stack([DOME_MM * np.sin(top), middle + DOME_MM * np.cos(top)], axis=1),
     ]
-    made: trimesh.Trimesh = trimesh.creation.revolve(np.concatenate(profile), sections=SECTIONS)
-    return made
+    mesh: trimesh.Trimesh = trimesh.creation.revolve(np.concatenate(profile), sections=SECTIONS)
+    return mesh
 
 
 def main() -> None:
-    made = button()
+    mesh = button()
     write_parts(
-        Path(sys.argv[1]), [Part("button", Body(np.array(made.vertices, dtype=np.float64), made.faces))]
+        Path(sys.argv[1]), [Part("button", Body(np.array(mesh.vertices, dtype=np.float64), mesh.faces))]
     )
 
 

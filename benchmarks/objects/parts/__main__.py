@@ -8,7 +8,7 @@ What comes out is read by trimesh (closed or not), by Blender where a Python wit
 that cross one another, of which exact arithmetic tells how many do) and by PrusaSlicer where it is installed,
 and is felt at 40 places without the part's curvature. Parts that `results/wrapped_parts.json` has are not
 wrapped again without `--again`. `--code` names another checkout, whose `retouch wrap` is measured, and
-`--keep` where the files go. `--unfelt` leaves out the finger, which takes a minute of a processor.
+`--keep` where the files go. `--unfelt` leaves out the finger, which takes a CPU minute.
 `NAME-fine` are finer exports of eight parts.
 """
 
@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.objects.bundled import TEXTURE, on_plate, tile_of
-from benchmarks.objects.parts.clients import looked_at
+from benchmarks.objects.parts.part_clients import looked_at
 from benchmarks.shared.common import DOCS, ROOT, kept, load, parser_of, publish, table
 from relief.ground.arrays import Array
 from relief.solids.meshes import read_mesh
@@ -39,9 +39,9 @@ NAMES = sorted(file.stem for file in HERE.glob("*.3mf"))
 RESULT, COMMAND = "wrapped_parts", "benchmarks.objects.parts"
 MOST_CPU_S, MOST_GB = 180, 6
 """CPU seconds and memory, GB, after which a wrap is ended."""
-TOLD = re.compile(r"about ([\d,]+) triangles")
+ABOUT = re.compile(r"about ([\d,]+) triangles")
 KEPT = ("faces", "edge_mm", "lowered", "median_factor", "lowest_factor")
-"""Numbers that `retouch wrap --json` tells and the table keeps."""
+"""Keys of `retouch wrap --json` whose values the table keeps."""
 HEAD = ["part", "its triangles", "told", "written", "CPU s", "GB", "closed"]
 HEAD += ["pairs of Blender's", "that cross", "lowered, %", "to"]
 HEAD += ["V", "from the tile, JND", "PrusaSlicer"]
@@ -55,7 +55,7 @@ def _limit() -> None:
 
 
 def wrapped(name: str, out: Path, code: Path) -> dict[str, Any]:
-    """What `retouch wrap` makes of a part: its numbers, its cost, and its last line if it fails."""
+    """Numbers and cost of `retouch wrap` on a part, and the last line of a failure."""
     command = (sys.executable, "-m", "retouch", "wrap", TEXTURE, str(HERE / f"{name}.3mf"), "-o", str(out))
     paths = {**os.environ, "PYTHONPATH": str(code)}
     with tempfile.TemporaryFile("w+") as said, tempfile.TemporaryFile("w+") as answer:
@@ -67,9 +67,9 @@ def wrapped(name: str, out: Path, code: Path) -> dict[str, Any]:
         said.seek(0)
         answer.seek(0)
         lines = said.read()
-        told = TOLD.search(lines)
+        match = ABOUT.search(lines)
         row = {
-            "told": int(told[1].replace(",", "")) if told else None,
+            "told": int(match[1].replace(",", "")) if match else None,
             "cpu_s": usage.ru_utime + usage.ru_stime,
             "peak_gb": usage.ru_maxrss / 1e6,
         }

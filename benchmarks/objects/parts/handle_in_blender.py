@@ -26,22 +26,22 @@ def handle(united: bool) -> Any:
     bpy.ops.mesh.primitive_torus_add(
         major_radius=22.0, minor_radius=7.0, major_segments=96, minor_segments=32
     )
-    made = bpy.context.object
+    body = bpy.context.object
     for side in (-22.0, 22.0):
         bpy.ops.mesh.primitive_cylinder_add(radius=9.0, depth=8.0, location=(side, 0.0, 0.0))
         bpy.context.object.select_set(True)
-        made.select_set(True)
-        bpy.context.view_layer.objects.active = made
+        body.select_set(True)
+        bpy.context.view_layer.objects.active = body
         bpy.ops.object.join()
     clouds: Any = bpy.data.textures.new("clouds", "CLOUDS")
     clouds.noise_scale = GRAIN_MM
-    modified(made, "REMESH", mode="VOXEL", voxel_size=VOXEL_MM)
-    modified(made, "DISPLACE", texture=clouds, strength=DISPLACED_MM, mid_level=0.0)
+    modified(body, "REMESH", mode="VOXEL", voxel_size=VOXEL_MM)
+    modified(body, "DISPLACE", texture=clouds, strength=DISPLACED_MM, mid_level=0.0)
     if united:
         bpy.ops.mesh.primitive_cube_add(size=1.0, location=(0.0, 0.0, 0.0))
         far = bpy.context.object
-        modified(made, "BOOLEAN", operation="UNION", object=far, solver="EXACT", use_self=True)
-    return made
+        modified(body, "BOOLEAN", operation="UNION", object=far, solver="EXACT", use_self=True)
+    return body
 
 
 def main() -> None:

@@ -21,20 +21,20 @@ LARGEST_MM, FINEST_MM = 0.6, 0.03
 
 def capsule() -> trimesh.Trimesh:
     """A capsule of 18 mm radius, 66 mm long, in slivers along its length and at its poles."""
-    made: trimesh.Trimesh = trimesh.creation.capsule(height=30.0, radius=18.0, count=[128, 256])
-    return made
+    mesh: trimesh.Trimesh = trimesh.creation.capsule(height=30.0, radius=18.0, count=[128, 256])
+    return mesh
 
 
 def scan() -> trimesh.Trimesh:
     """A pebble of 44 x 32 x 22 mm as a scanner gives it: bumps of 2 to 10 mm, and noise at every point."""
-    made = trimesh.creation.icosphere(subdivisions=5)
+    mesh = trimesh.creation.icosphere(subdivisions=5)
     random = np.random.default_rng(0)
-    points = made.vertices * (22.0, 16.0, 11.0)
+    points = mesh.vertices * (22.0, 16.0, 11.0)
     waves = random.normal(size=(60, 3)) / random.uniform(2.0, 10.0, (60, 1))
     bumps = np.cos(points @ waves.T + random.uniform(0.0, 2.0 * np.pi, 60)).sum(axis=1)
     away = LARGEST_MM * bumps / bumps.std() + FINEST_MM * random.normal(size=len(points))
-    made.vertices = points + away[:, None] * made.vertex_normals
-    return made
+    mesh.vertices = points + away[:, None] * mesh.vertex_normals
+    return mesh
 
 
 PARTS: dict[str, Callable[[], trimesh.Trimesh]] = {"capsule": capsule, "scan": scan}
@@ -42,10 +42,10 @@ PARTS: dict[str, Callable[[], trimesh.Trimesh]] = {"capsule": capsule, "scan": s
 
 def main() -> None:
     for name, make in PARTS.items():
-        made = make()
-        vertices = np.array(made.vertices, dtype=np.float64).round(4)
-        path = write_parts(Path(sys.argv[1], f"{name}.3mf"), [Part(name, Body(vertices, made.faces))])
-        print(f"{path}: {len(made.faces)} triangles, {path.stat().st_size // 1024} KiB", flush=True)
+        mesh = make()
+        vertices = np.array(mesh.vertices, dtype=np.float64).round(4)
+        path = write_parts(Path(sys.argv[1], f"{name}.3mf"), [Part(name, Body(vertices, mesh.faces))])
+        print(f"{path}: {len(mesh.faces)} triangles, {path.stat().st_size // 1024} KiB", flush=True)
 
 
 if __name__ == "__main__":

@@ -11,8 +11,8 @@ import mitsuba_scenes
 import tactile
 from relief.ground.arrays import AnyArray
 from relief.relief import Relief
-from visual.backend.plate import plate_bsdf
-from visual.reference.renderer import ReferenceRenderer
+from visual.backend.plate_shape import plate_bsdf
+from visual.reference.reference_renderer import ReferenceRenderer
 from visual.scene import Scene
 from visual.scene_file.check import check_scene
 

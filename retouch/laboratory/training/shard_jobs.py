@@ -21,7 +21,7 @@ from surrogate.corpus.manifest import entry
 from surrogate.corpus.optimised import Optimised, checksum
 from surrogate.corpus.recipes import Recipe
 from surrogate.data.request import DatasetRequest
-from surrogate.data.shard import Failure, Row, layout, shard_bytes
+from surrogate.data.shard import Failure, ShardRow, layout, shard_bytes
 from visual.backend import llvm
 from visual.backend.mitsuba import dr
 from visual.backend.variants import load_mitsuba
@@ -105,7 +105,7 @@ def _run(job: ShardJob) -> bytes:
             except _NoFieldsError as error:
                 reasons[place] = str(error)
     textures = dict(zip(places, job.textures, strict=True))
-    rows = tuple(Row(place, entry(textures[place], heights_of[place])) for place in fields)
+    rows = tuple(ShardRow(place, entry(textures[place], heights_of[place])) for place in fields)
     failures = tuple(Failure(place, textures[place].source, reasons[place]) for place in sorted(reasons))
     tensors = {
         name: np.array([fields[place][name] for place in fields], dtype=kind).reshape(shape)

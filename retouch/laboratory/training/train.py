@@ -19,10 +19,10 @@ from retouch.laboratory.training.setup import Kind, TrainingSetup
 from retouch.laboratory.training.touch_setup import touch_setup
 from surrogate.data.field_set import Fieldset, open_fieldset
 from surrogate.data.request import DATASET_FILE
-from surrogate.nets.checkpoint import CHECKPOINT_FILE, TrainingKey, load_training, save_training
-from surrogate.nets.training import Epoch, Settings, Training, train
-from surrogate.nets.unet import Shape, UNet
-from surrogate.nets.weights import Card, save_net, weights_bytes
+from surrogate.nets.training import Epoch, Training, TrainingSettings, train
+from surrogate.nets.training_checkpoint import CHECKPOINT_FILE, TrainingKey, load_training, save_training
+from surrogate.nets.unet import NetShape, UNet
+from surrogate.nets.weights import ModelCard, save_net, weights_bytes
 
 PACKAGES = ("retouch", "torch", "numpy", "scipy", "scikit-image")
 """Packages whose versions a card lists."""
@@ -51,7 +51,7 @@ class TrainingRequest:
 
     data: Path
     out: Path
-    settings: Settings
+    settings: TrainingSettings
     widths: tuple[int, ...] = WIDTHS
     device: str = "cpu"
     resume: bool = False
@@ -61,7 +61,7 @@ class TrainingRequest:
 
 def train_net(
     kind: Kind, request: TrainingRequest, observer: Callable[[Epoch], None] = lambda epoch: None
-) -> Card:
+) -> ModelCard:
     """Train a net and write ``KIND.safetensors``, ``KIND.json`` and the curves into ``request.out``.
 
     There is a checkpoint after every epoch; a training that is interrupted and resumed ends at the same
@@ -81,7 +81,7 @@ def train_net(
     """
     data = open_fieldset(request.data)
     setup = _setup(kind, data, request)
-    shape = Shape(setup.inputs, 1, request.widths, BLOCK)
+    shape = NetShape(setup.inputs, 1, request.widths, BLOCK)
     side = data.request.samples
     if side % shape.multiple:
         raise InputError(f"{request.data}: samples: {side} is no multiple of {shape.multiple}")
@@ -116,11 +116,11 @@ def _setup(kind: Kind, data: Fieldset, request: TrainingRequest) -> TrainingSetu
     return look_setup(data, request.tested)
 
 
-def _card(setup: TrainingSetup, data: Fieldset, net: UNet, key: TrainingKey, training: Training) -> Card:
+def _card(setup: TrainingSetup, data: Fieldset, net: UNet, key: TrainingKey, training: Training) -> ModelCard:
     best = training.best_epoch
     assert best is not None
     splits = {split: data.count(split) for split in ("train", "validation", "test")}
-    return Card(
+    return ModelCard(
         kind=setup.kind,
         shape=net.shape,
         sha256=hashlib.sha256(weights_bytes(net)).hexdigest(),

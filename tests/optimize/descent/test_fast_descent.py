@@ -23,7 +23,7 @@ from surrogate.nets.weights import load_net
 from tests.tactile.reliefs import SIZE, waves
 from tests.visual.scenes import PLASTIC, sun, write_scene
 from visual.fast.ambient_net import KIND
-from visual.noise import batched
+from visual.picture_noise import batched
 from visual.scene import load_scene
 
 SAMPLES, TOLERANCE = 32, 0.01

@@ -29,7 +29,7 @@ from relief.relief import Relief
 from tactile.measures import TouchMeasures, measure_touch
 from tests.optimize.conftest import SAMPLES, ProblemWith, with_heights
 from tests.tactile.reliefs import waves
-from visual.noise import batched
+from visual.picture_noise import batched
 
 TOLERANCE = 0.01
 STEPS = 20

@@ -17,7 +17,7 @@ from relief.ground.arrays import Array
 from relief.relief import Relief
 from tests.tactile.reliefs import SIZE
 from tests.visual.scenes import PLASTIC, hills, sun, write_scene
-from visual.noise import batched
+from visual.picture_noise import batched
 from visual.scene import load_scene
 
 

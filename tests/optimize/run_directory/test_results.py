@@ -35,7 +35,7 @@ from retouch.pages.content import Report
 from tactile.measures import measure_touch
 from tests.optimize.conftest import ProblemWith
 from tests.optimize.descent.one_touch import one_touch
-from visual.noise import Batches
+from visual.picture_noise import Batches
 
 TARGETS = Targets.of(0.01, roughness=0.1)
 

@@ -7,7 +7,7 @@ import pytest
 
 from optimize.verification.converged import LEAST_SAMPLES, change_from, converged
 from tests.visual.scenes import hills, sky, sun
-from visual.noise import BATCHES, Batches
+from visual.picture_noise import BATCHES, Batches
 from visual.scene import Scene
 
 SceneOf = Callable[..., Scene]

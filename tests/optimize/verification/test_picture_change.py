@@ -11,7 +11,7 @@ from optimize.verification.picture_change import (
     crossed_square,
     noise_floor,
 )
-from visual.noise import Batches, batched, jackknife_error
+from visual.picture_noise import Batches, batched, jackknife_error
 from visual.scene import Scene
 
 Array = np.ndarray

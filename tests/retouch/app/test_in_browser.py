@@ -11,8 +11,8 @@ from PIL import Image
 
 pytest.importorskip("nicegui", reason="without the extra app")
 
+from benchmarks.shared.app_window import COMMAND, FELT, SHOWN, App, Window
 from benchmarks.shared.browser import chromium
-from benchmarks.shared.window import COMMAND, FELT, SHOWN, App, Window
 
 pytestmark = [
     pytest.mark.slow,

@@ -16,7 +16,7 @@ from surrogate.corpus.manifest import entry
 from surrogate.corpus.recipes import Recipe, heights, recipes
 from surrogate.data.field_set import open_fieldset, shard_path, text_of_failures
 from surrogate.data.request import DATASET_FILE, DatasetRequest, read_request, text_of_request
-from surrogate.data.shard import DOUBLE, SINGLE, Failure, Row, layout, open_shard, shard_bytes
+from surrogate.data.shard import DOUBLE, SINGLE, Failure, ShardRow, layout, open_shard, shard_bytes
 
 SIDE = 16
 REQUEST = DatasetRequest(
@@ -44,7 +44,7 @@ def content(number: int, left_out: int | None = None) -> bytes:
     """A shard with numbers of no meaning."""
     held: list[tuple[int, Recipe]] = [(k, TEXTURES[k]) for k in REQUEST.places(number) if k != left_out]
     reliefs = [heights(texture, samples=SIDE) for _, texture in held]
-    rows = tuple(Row(k, entry(t, h)) for (k, t), h in zip(held, reliefs, strict=True))
+    rows = tuple(ShardRow(k, entry(t, h)) for (k, t), h in zip(held, reliefs, strict=True))
     lost = tuple(Failure(k, TEXTURES[k].source, "no") for k in REQUEST.places(number) if k == left_out)
     random = np.random.default_rng(number)
     tensors = {
@@ -109,7 +109,7 @@ def test_a_shard_is_not_written_with_other_tensors_or_without_numbers() -> None:
         shard_bytes(
             one,
             0,
-            (Row(0, entry(TEXTURES[0], np.zeros((SIDE, SIDE), SINGLE))),),
+            (ShardRow(0, entry(TEXTURES[0], np.zeros((SIDE, SIDE), SINGLE))),),
             (),
             {"heights": np.full((1, SIDE, SIDE), np.nan, SINGLE)},
         )

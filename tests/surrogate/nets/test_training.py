@@ -16,12 +16,18 @@ from torch.nn import functional
 from relief.ground.errors import InputError
 from relief.ground.tensors import Arrays, read_tensors, tensor_bytes
 from surrogate.nets.augmentation import transformed
-from surrogate.nets.checkpoint import CHECKPOINT_FILE, CURVES, TrainingKey, load_training, save_training
-from surrogate.nets.training import Epoch, Examples, Settings, Training, beginning, errors, train
-from surrogate.nets.unet import Shape, UNet
+from surrogate.nets.training import Epoch, Examples, Training, TrainingSettings, beginning, errors, train
+from surrogate.nets.training_checkpoint import (
+    CHECKPOINT_FILE,
+    CURVES,
+    TrainingKey,
+    load_training,
+    save_training,
+)
+from surrogate.nets.unet import NetShape, UNet
 
-SHAPE = Shape(1, 1, (4, 6))
-SETTINGS = Settings(seed=3, epochs=4, batch=4, learning_rate=1e-2, warmup=2)
+SHAPE = NetShape(1, 1, (4, 6))
+SETTINGS = TrainingSettings(seed=3, epochs=4, batch=4, learning_rate=1e-2, warmup=2)
 KEY = TrainingKey("touch", SHAPE, SETTINGS, "0" * 64)
 
 
@@ -52,7 +58,7 @@ def new_net() -> UNet:
     return UNet(SHAPE)
 
 
-def trained(settings: Settings = SETTINGS) -> tuple[UNet, Training]:
+def trained(settings: TrainingSettings = SETTINGS) -> tuple[UNet, Training]:
     net = new_net()
     return net, train(net, Blur(), EXAMPLES, VALIDATION, settings)
 
@@ -111,7 +117,7 @@ def test_a_training_ends_for_a_reason() -> None:
         epochs = tuple(Epoch(k + 1, k, 0.0, error, 0.0, 30.0 * (k + 1)) for k, error in enumerate(found))
         return replace(beginning(new_net()), epochs=epochs)
 
-    limits = Settings(epochs=5, patience=2, minutes=2.0)
+    limits = TrainingSettings(epochs=5, patience=2, minutes=2.0)
     assert at().ended(limits) is None and at(2.0, 1.0, 1.5).ended(limits) is None
     assert "no better validation" in str(at(1.0, 2.0, 3.0).ended(limits))
     assert "minutes are over" in str(at(4.0, 3.0, 2.0, 1.0).ended(limits))
@@ -155,7 +161,7 @@ def test_curves_have_a_line_an_epoch(kept: Path) -> None:
 OTHERS = {
     "data": replace(KEY, data="1" * 64),
     "settings.seed": replace(KEY, settings=replace(SETTINGS, seed=4)),
-    "shape.widths": replace(KEY, shape=Shape(1, 1, (4, 7))),
+    "shape.widths": replace(KEY, shape=NetShape(1, 1, (4, 7))),
     "kind": replace(KEY, kind="look"),
 }
 

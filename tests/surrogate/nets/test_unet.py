@@ -5,13 +5,13 @@ import pytest
 import torch
 
 from surrogate.nets.augmentation import SYMMETRIES, transformed
-from surrogate.nets.unet import Shape, UNet
+from surrogate.nets.unet import NetShape, UNet
 from tests.taylor import slope_error
 
-SHAPE = Shape(inputs=3, outputs=2, widths=(4, 6, 8))
+SHAPE = NetShape(inputs=3, outputs=2, widths=(4, 6, 8))
 
 
-def alive(shape: Shape = SHAPE) -> UNet:
+def alive(shape: NetShape = SHAPE) -> UNet:
     """A net whose last layer is no longer zero."""
     net = UNet(shape)
     torch.nn.init.normal_(net.leave.weight, std=0.3)
@@ -36,7 +36,7 @@ def test_an_untrained_net_adds_nothing() -> None:
 @pytest.mark.parametrize("symmetry", range(SYMMETRIES))
 def test_a_net_with_symmetric_filters_sees_every_symmetry_alike(symmetry: int) -> None:
     """Nothing but the filters tells left from right: neither padding nor up- and downsampling does."""
-    net = alive(Shape(1, 1, (4, 6), block=1)).double()
+    net = alive(NetShape(1, 1, (4, 6), block=1)).double()
     for values in net.parameters():
         if values.ndim == 4:
             values.data = torch.stack([transformed(values.data, k) for k in range(SYMMETRIES)]).mean(0)

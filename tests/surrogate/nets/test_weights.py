@@ -15,11 +15,11 @@ import torch
 from safetensors.torch import load_file, save_file
 
 from relief.ground.errors import InputError
-from surrogate.nets.unet import Shape, UNet
+from surrogate.nets.unet import NetShape, UNet
 from surrogate.nets.weights import (
     FOLDER,
     LARGEST_CARD,
-    Card,
+    ModelCard,
     Sample,
     load_net,
     read_card,
@@ -29,7 +29,7 @@ from surrogate.nets.weights import (
 )
 
 ROOT = Path(__file__).resolve().parents[3]
-SHAPE = Shape(2, 1, (3, 4))
+SHAPE = NetShape(2, 1, (3, 4))
 
 
 @pytest.fixture
@@ -39,8 +39,8 @@ def net() -> UNet:
     return net
 
 
-def card_of(net: UNet) -> Card:
-    return Card(
+def card_of(net: UNet) -> ModelCard:
+    return ModelCard(
         kind="touch",
         shape=net.shape,
         sha256=hashlib.sha256(weights_bytes(net)).hexdigest(),

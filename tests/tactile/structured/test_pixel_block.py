@@ -8,7 +8,7 @@ import scipy.sparse.linalg as spla
 import skfem
 
 from tactile.layer.cosine_layer import PARITIES, Parity
-from tactile.layer.layers import Stack
+from tactile.layer.skin_layers import Stack
 from tactile.skin import lame
 from tactile.strain import STRAIN_COMPONENTS
 from tactile.structured.pixel_block import PixelBlock

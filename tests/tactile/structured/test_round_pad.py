@@ -10,7 +10,7 @@ from tactile.layer.cosine_layer import PARITIES, layer_symbols
 from tactile.skin import Skin, lame
 from tactile.sparse import factorised
 from tactile.strain import STRAIN_COMPONENTS
-from tactile.structured.round_pad import RoundPad, gauss_points, quadratics
+from tactile.structured.pad_hexahedra import RoundPad, gauss_points, quadratics
 
 NU = 0.48
 HALF_MM, THICKNESS_MM, DEPTH_MM = 6.0, 4.0, 0.75

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from tactile.layer.cosine_layer import PARITIES, CosineLayer, Parity, modes_at_centres
-from tactile.layer.layers import Stack
+from tactile.layer.skin_layers import Stack
 from tactile.skin import Skin
 from tactile.structured.block import CoarseBlock, depth_levels
 from tactile.structured.pixel_block import PixelBlock

@@ -10,7 +10,7 @@ import pytest
 from relief.ground.errors import InputError
 from tactile.unstructured import meshing
 from tactile.unstructured.meshing import MeshingError, Sizing, Tetrahedra, signed_volumes, tetrahedralise
-from tactile.unstructured.surface import Surface, block_surface, fingertip_surface, outward_normals
+from tactile.unstructured.surface import ClosedSurface, block_surface, fingertip_surface, outward_normals
 
 pytestmark = pytest.mark.slow
 
@@ -33,7 +33,7 @@ def area(mesh: Tetrahedra, flat_at: float) -> float:
 def test_tetrahedra_have_positive_volume_and_fill_the_block(block: Tetrahedra) -> None:
     assert signed_volumes(block.vertices, block.cells).min() > 0.0
     assert signed_volumes(block.vertices, block.cells).sum() == pytest.approx(250.0, rel=1e-6)
-    assert Surface(block.vertices, block.boundary()).volume_mm3 == pytest.approx(250.0, rel=1e-6)
+    assert ClosedSurface(block.vertices, block.boundary()).volume_mm3 == pytest.approx(250.0, rel=1e-6)
 
 
 def test_flat_faces_stay_flat(block: Tetrahedra) -> None:

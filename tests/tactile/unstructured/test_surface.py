@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from relief.ground.errors import InputError
-from tactile.unstructured.surface import Surface, block_surface, fingertip_surface, height_over, locate
+from tactile.unstructured.surface import ClosedSurface, block_surface, fingertip_surface, height_over, locate
 
 TETRAHEDRON = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 OUTWARD = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
@@ -53,7 +53,7 @@ def test_a_surface_that_bounds_no_body_is_refused(
     vertices: np.ndarray, triangles: np.ndarray, message: str
 ) -> None:
     with pytest.raises(InputError, match=message) as caught:
-        Surface(vertices, triangles)
+        ClosedSurface(vertices, triangles)
     assert "\n" not in str(caught.value)
 
 

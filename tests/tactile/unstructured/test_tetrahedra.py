@@ -17,7 +17,7 @@ from tactile.strain import smallest_eigenvalue
 from tactile.touch import Touch
 from tactile.unstructured.meshing import Sizing, Tetrahedra, signed_volumes, tetrahedralise
 from tactile.unstructured.quadratic import gradients_at, stiffness
-from tactile.unstructured.surface import Surface, block_surface, fingertip_surface
+from tactile.unstructured.surface import ClosedSurface, block_surface, fingertip_surface
 from tactile.unstructured.tetrahedra import (
     TetrahedralOperator,
     press_tetrahedra,
@@ -250,4 +250,4 @@ def test_a_square_wider_than_the_skin_is_refused() -> None:
 
 def test_the_surface_of_a_mesh_is_a_surface() -> None:
     mesh = box(np.linspace(-2.0, 2.0, 4), np.linspace(0.0, 2.5, 3))
-    assert Surface(mesh.vertices, mesh.boundary()).volume_mm3 == pytest.approx(40.0)
+    assert ClosedSurface(mesh.vertices, mesh.boundary()).volume_mm3 == pytest.approx(40.0)

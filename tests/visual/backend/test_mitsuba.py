@@ -14,7 +14,7 @@ SCRIPT = """
 import os, sys
 from visual.backend import llvm
 from visual.backend.mitsuba import dr, mi
-import visual.exact.render, visual.reference.renderer, visual.scene
+import visual.exact.render, visual.reference.reference_renderer, visual.scene
 print(*({"mitsuba", "drjit"} & sys.modules.keys()))
 dr.thread_count()
 print(*({"mitsuba", "drjit"} & sys.modules.keys()), os.environ[llvm.VARIABLE] == str(llvm.prepare()))

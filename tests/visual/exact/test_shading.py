@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.visual.scenes import ALBEDO, IRRADIANCE, Array, toward
-from visual.exact.shading import shade
+from visual.exact.face_shading import shade
 from visual.lights.parallel import ParallelLights
 
 FACES = 200

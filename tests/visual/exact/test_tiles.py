@@ -22,7 +22,7 @@ from tests.visual.differences import (
 from tests.visual.scenes import PLASTIC, SIDE, SIZE_MM, Array, hills, sky, sun, toward, write_scene
 from visual.geometry.halo import FEWEST, LEAST_TANGENT, MARGIN, halo_of, rise_of
 from visual.scene import Scene, load_scene
-from visual.scene_file.fitting import scene_relief
+from visual.scene_file.plate_fitting import scene_relief
 
 BOTH = (True, True)
 RIM = np.ones((SIDE, SIDE))

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from relief.relief import Relief
-from surrogate.nets.unet import Shape, UNet
-from surrogate.nets.weights import Card, save_net, weights_bytes
+from surrogate.nets.unet import NetShape, UNet
+from surrogate.nets.weights import ModelCard, save_net, weights_bytes
 from tests.tactile.reliefs import waves
 from tests.visual.scenes import sun
-from visual.backend.plate import plate_bsdf
+from visual.backend.plate_shape import plate_bsdf
 from visual.fast import conversion
 from visual.fast.ambient_net import CHANNELS, trained_ambient_light, validity
 from visual.fast.bsdf_table import ambient_table
@@ -45,12 +45,12 @@ def mi_module() -> ModuleType:
 @pytest.fixture(scope="module")
 def neutral_net(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of a net that corrects nothing, for the studio's material."""
-    net = UNet(Shape(CHANNELS, 1, (4, 4), 2))
+    net = UNet(NetShape(CHANNELS, 1, (4, 4), 2))
     table = ambient_table(plate_bsdf(scene.light_scenes()[0].scene), np.ones(3))
     valid = validity(table, SIDE)
     digest = hashlib.sha256(weights_bytes(net)).hexdigest()
     path = tmp_path_factory.mktemp("weights")
-    save_net(path, net, Card("look", net.shape, digest, valid, {}, {}, {}, {}, ()))
+    save_net(path, net, ModelCard("look", net.shape, digest, valid, {}, {}, {}, {}, ()))
     return path
 
 

@@ -7,9 +7,9 @@ import pytest
 import torch
 
 from relief.ground.errors import InputError
-from surrogate.nets.unet import Shape, UNet
+from surrogate.nets.unet import NetShape, UNet
 from tests.tactile.reliefs import waves
-from visual.backend.plate import plate_bsdf
+from visual.backend.plate_shape import plate_bsdf
 from visual.fast.ambient_net import CHANNELS, inputs, sky_visibility, trained_ambient_light
 from visual.fast.bsdf_table import BsdfTable, ambient_table
 from visual.scene import Scene
@@ -19,7 +19,7 @@ SIDE = 32
 
 def test_the_gradient_of_ambient_light_is_that_of_small_changes() -> None:
     torch.manual_seed(0)
-    net = UNet(Shape(CHANNELS, 1, (4, 4), 2)).double()
+    net = UNet(NetShape(CHANNELS, 1, (4, 4), 2)).double()
     torch.nn.init.normal_(net.leave.weight, std=0.1)
     heights, direction = waves(SIDE, 1.5)[None], torch.randn(1, SIDE, SIDE, dtype=torch.float64)
 

@@ -6,8 +6,8 @@ from types import ModuleType
 import numpy as np
 import torch
 
-from visual.backend.plate import plate_bsdf
-from visual.exact.shading import unshadowed
+from visual.backend.plate_shape import plate_bsdf
+from visual.exact.face_shading import unshadowed
 from visual.fast.bsdf_table import ABOVE, light_table
 from visual.lights.parallel import ParallelLights
 from visual.scene import Scene

@@ -30,7 +30,7 @@ from visual.fast.jacobian import FastView
 from visual.fast.refinement import refined
 from visual.fast.shadow_sweep import shadow_sweep
 from visual.scene import Scene, load_scene
-from visual.scene_file.fitting import scene_relief
+from visual.scene_file.plate_fitting import scene_relief
 from visual.scene_looks import FastLook
 
 DOUBLE = torch.float64

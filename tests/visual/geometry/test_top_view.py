@@ -30,7 +30,7 @@ from tests.visual.scenes import (
     sun,
 )
 from visual.backend import buffers
-from visual.backend.plate import plate_bsdf
+from visual.backend.plate_shape import plate_bsdf
 from visual.exact.view import Illumination, View
 from visual.geometry.film_samples import film_points, samples_from_above
 from visual.geometry.projection import from_above

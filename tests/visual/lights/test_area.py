@@ -10,7 +10,7 @@ import pytest
 
 from tests.visual.lights.test_environment import irradiance, picture_under
 from tests.visual.scenes import SIZE_MM, Array, hills, toward, write_scene
-from visual.lights.area import DISTANT, area_lights, is_distant, shape_obstacle
+from visual.lights.area_lights import DISTANT, area_lights, is_distant, shape_obstacle
 from visual.lights.kind import EmitterShape, Light
 from visual.scene_file.check import check_scene
 from visual.scene_file.describe import describe

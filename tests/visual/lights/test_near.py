@@ -12,7 +12,7 @@ from tests.visual.differences import by_gradients, slopes_of_pictures, view_grad
 from tests.visual.exact.test_shading import MATERIALS
 from tests.visual.exact.test_view import CAMERAS
 from tests.visual.scenes import PLASTIC, SIDE, Array, toward
-from visual.exact.shading import Places, shade
+from visual.exact.face_shading import ShadingPoints, shade
 from visual.lights.near import NearLights, even, matte, off_plate
 from visual.lights.point import cone_lobe
 from visual.scene import Scene
@@ -84,7 +84,7 @@ def test_derivatives_by_rise_have_a_remainder_of_second_order(mi: ModuleType, lo
     )
 
     def shading(rise: float) -> Array:
-        where = Places(points + rise * slide, slide=slide)
+        where = ShadingPoints(points + rise * slide, slide=slide)
         found = shade(mi.load_dict(MATERIALS["roughplastic"]), slope_x, slope_y, lights, view, where)
         assert found.by_rise is not None
         return np.stack((found.radiance, found.by_rise))

@@ -7,7 +7,7 @@ import pytest
 
 from relief.relief import Relief
 from tests.tactile.reliefs import waves
-from visual.reference.renderer import ReferenceRenderer
+from visual.reference.reference_renderer import ReferenceRenderer
 from visual.scene import Scene
 from visual.scene_file.check import check_scene
 

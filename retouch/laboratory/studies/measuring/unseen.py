@@ -23,7 +23,7 @@ from optimize.verification.picture_metrics import pixel_weights, pixels_per_degr
 from relief.ground.arrays import Array
 from relief.ground.progress import stage
 from relief.relief import Relief
-from visual.noise import Batches, batched
+from visual.picture_noise import Batches, batched
 from visual.scene import Scene, load_scene
 
 SAMPLES = 16

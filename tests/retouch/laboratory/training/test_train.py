@@ -26,11 +26,11 @@ from retouch.laboratory.training.train import CURVES_PAGE, TrainingRequest, trai
 from retouch.laboratory.workers.processes import run_here
 from surrogate.data.field_set import open_fieldset
 from surrogate.nets.augmentation import SYMMETRIES
-from surrogate.nets.checkpoint import CHECKPOINT_FILE, CURVES
-from surrogate.nets.training import Settings
+from surrogate.nets.training import TrainingSettings
 from surrogate.nets.training import errors as errors_of
-from surrogate.nets.unet import Shape, UNet
-from surrogate.nets.weights import Card, load_net, weights_path
+from surrogate.nets.training_checkpoint import CHECKPOINT_FILE, CURVES
+from surrogate.nets.unet import NetShape, UNet
+from surrogate.nets.weights import ModelCard, load_net, weights_path
 from tactile.net import CHANNELS
 from tests.tactile.reliefs import SIZE
 from visual.fast import ambient_net
@@ -38,7 +38,7 @@ from visual.fast import ambient_net
 pytestmark = pytest.mark.slow
 
 SIDE = 32
-SETTINGS = Settings(seed=1, epochs=12, batch=8, warmup=5)
+SETTINGS = TrainingSettings(seed=1, epochs=12, batch=8, warmup=5)
 
 
 @pytest.fixture(scope="module")
@@ -214,7 +214,7 @@ def test_the_rendering_net_mends_what_rough_horizons_tell(
 
 def test_its_pictures_turn_with_the_relief(looked_at: Path) -> None:
     examples = look_examples(open_fieldset(looked_at), "train", studio_sky())
-    loss, net = LookLoss(SIZE), UNet(Shape(ambient_net.CHANNELS, 1, (4, 4), 2))
+    loss, net = LookLoss(SIZE), UNet(NetShape(ambient_net.CHANNELS, 1, (4, 4), 2))
     few = {name: values[:2] for name, values in examples.items()}
     errors = [errors_of(net, loss, loss.transformed(few, symmetry)) for symmetry in range(SYMMETRIES)]
     for error in errors[1:]:
@@ -227,7 +227,7 @@ def test_the_rendering_net_needs_pictures(data: Path, tmp_path: Path) -> None:
         train_net("look", TrainingRequest(data, tmp_path, SETTINGS))
 
 
-def cards_of_three_seeds(kind: Kind, trained: TrainingRequest, folder: Path) -> Iterator[Card]:
+def cards_of_three_seeds(kind: Kind, trained: TrainingRequest, folder: Path) -> Iterator[ModelCard]:
     """The card of a net that is trained, and of two that differ by their seed alone."""
     yield load_net(kind, trained.out)[1]
     for seed in (2, 3):

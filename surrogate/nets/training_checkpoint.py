@@ -12,8 +12,8 @@ from relief.ground.errors import InputError
 from relief.ground.files import write_atomically
 from relief.ground.nesting import flattened
 from relief.ground.tensors import read_tensors, tensor_bytes
-from surrogate.nets.training import Epoch, Settings, Training
-from surrogate.nets.unet import Shape, UNet
+from surrogate.nets.training import Epoch, Training, TrainingSettings
+from surrogate.nets.unet import NetShape, UNet
 from surrogate.nets.weights import check_tensors
 from surrogate.validation import parse_json
 
@@ -35,15 +35,15 @@ class TrainingKey:
     """
 
     kind: str
-    shape: Shape
-    settings: Settings
+    shape: NetShape
+    settings: TrainingSettings
     data: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
 
 @dataclass(frozen=True)
-class _Header:
+class _CheckpointHeader:
     """Metadata of a checkpoint; the names of the fields are keys of the file."""
 
     begun: TrainingKey
@@ -52,13 +52,13 @@ class _Header:
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
 
-_HEADER = TypeAdapter(_Header)
+_HEADER = TypeAdapter(_CheckpointHeader)
 
 
 def save_training(folder: Path, key: TrainingKey, training: Training) -> None:
     """Write the checkpoint and the curves (one epoch a line) of a training into a folder."""
     tensors = {f"{part}.{k}": v.numpy() for part in _PARTS for k, v in getattr(training, part).items()}
-    header = json.dumps(asdict(_Header(key, training.epochs)), sort_keys=True)
+    header = json.dumps(asdict(_CheckpointHeader(key, training.epochs)), sort_keys=True)
     write_atomically(folder / CHECKPOINT_FILE, tensor_bytes(tensors, header))
     write_atomically(folder / CURVES, "".join(json.dumps(asdict(e)) + "\n" for e in training.epochs).encode())
 

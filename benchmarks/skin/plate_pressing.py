@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import tactile
-from benchmarks.skin.stimuli import APART_MM, Series
+from benchmarks.skin.experiment_plates import APART_MM, Series
 from relief.ground.arrays import Array
 from relief.ground.limits import PATCH_SIDE_MM
 from tactile.skin import Skin

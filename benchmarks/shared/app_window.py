@@ -177,11 +177,11 @@ class Window(Browser):
         self.evaluate("1")
         addresses = []
         for event in self._events:
-            told = event["params"]
+            parameters = event["params"]
             if event["method"] == "Network.requestWillBeSent":
-                addresses.append(told["request"]["url"])
+                addresses.append(parameters["request"]["url"])
             elif event["method"] == "Network.webSocketCreated":
-                addresses.append(told["url"])
+                addresses.append(parameters["url"])
         return addresses
 
     def faults(self) -> list[str]:

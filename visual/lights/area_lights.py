@@ -28,7 +28,7 @@ def area_lights(
 ) -> ParallelLights:
     """A far light of constant radiance as parallel lights toward its points, as seen from the origin.
 
-    Each parallel light stands for an equal part of the area of a disk or a rectangle, which shine from the
+    Each parallel light represents an equal part of the area of a disk or a rectangle, which shine from the
     front alone, or of the solid angle of a sphere.
 
     Args:
@@ -53,7 +53,7 @@ def near_area_lights(
 
 
 def _spread(count: int, generator: np.random.Generator | None) -> tuple[Array, Array]:
-    """Places (count,) in [0, 1) along both sides of a square, evenly spread over it."""
+    """Coordinates (count,) in [0, 1) of points that are evenly spread over a square."""
     first, second = (0.5, 0.5) if generator is None else generator.uniform(size=2)
     number = np.arange(count)
     return (number + first) / count, (second + GOLDEN_RATIO * number) % 1.0

@@ -7,7 +7,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from surrogate.families.grid import Grid, Period
+from surrogate.families.texture_grid import Grid, Period
 
 Field = NDArray[np.float64]
 

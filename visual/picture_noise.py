@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 BATCHES = 4
-"""Number of batches. With more, the noise is better known but larger: a batch has fewer strata."""
+"""Number of batches. More batches estimate the noise better but enlarge it: a batch has fewer strata."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Batches:
 
 
 class Renderable(Protocol):
-    """What pictures are rendered of: a `visual.scene.Scene`."""
+    """Scene that pictures are rendered of: a `visual.scene.Scene`."""
 
     @property
     def samples(self) -> int:
@@ -116,7 +116,7 @@ def batched(
 
 
 def batched_colour(scene: Any, samples: int | None = None, seed: int = 0) -> tuple[Batches, Array]:
-    """The same of a scene's own relief, with the mean pictures in colour, (conditions, rows, cols, 3)."""
+    """Batches of a scene's own relief, and the mean pictures in colour, (conditions, rows, cols, 3)."""
     each = -(-(samples or scene.samples) // BATCHES)
     seeds = np.random.SeedSequence(seed).generate_state(BATCHES)
     colours = np.array([scene.render_colour(samples=each, seed=int(s)) for s in seeds])

@@ -9,7 +9,7 @@ from matplotlib import pyplot
 
 import tactile
 from benchmarks.paper.textures import TEXTURES, heights, image
-from benchmarks.shared.charts import FAINT, GRID, INK, frame
+from benchmarks.shared.chart_style import FAINT, GRID, INK, frame
 from relief.ground.arrays import Array
 from relief.ground.limits import PATCH_SIDE_MM
 from relief.relief import Relief

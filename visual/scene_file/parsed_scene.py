@@ -12,7 +12,7 @@ from visual.backend.mitsuba import mi
 from visual.lights.kind import RGB, Light
 
 WEIGHT = "weight"
-"""Name of the property of a sensor that Mitsuba does not know: the sensor's share of the look."""
+"""Name of a property of sensors that Mitsuba lacks: the sensor's share of the look."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Camera:
 
 
 @dataclass(frozen=True)
-class Plate:
+class ParsedPlate:
     """The height field.
 
     Attributes:
@@ -83,7 +83,7 @@ class Plate:
 
 @dataclass(frozen=True)
 class Description:
-    """What a scene file holds, as far as rendering depends on it.
+    """Content of a scene file, as far as rendering depends on the content.
 
     Attributes:
         plate: the height field.
@@ -96,7 +96,7 @@ class Description:
         max_depth: longest path of light; None if paths have no limit.
     """
 
-    plate: Plate
+    plate: ParsedPlate
     lights: tuple[Light, ...]
     cameras: tuple[Camera, ...]
     ambient: RGB

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 import tactile
-from benchmarks.touch.reliefs import SIZE_MM
+from benchmarks.touch.pressed_reliefs import SIZE_MM
 from relief.ground.arrays import Array
 from tactile.contact import solve_contact
 from tactile.model import SkinOperator
@@ -23,7 +23,7 @@ REPEATS = 3
 
 
 class Measured(NamedTuple):
-    """Of a set of reliefs: V, A (mm²), share in contact, and seconds for each relief alone and in a batch."""
+    """V, A (mm²), share in contact, and seconds for each relief of a set, alone and in a batch."""
 
     roughness: Array
     area: Array

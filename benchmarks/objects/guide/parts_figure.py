@@ -1,6 +1,6 @@
 """The four parts of the guide on one sheet, `docs/images/parts.png`.
 
-python -m benchmarks.objects.guide.figure FOLDER
+python -m benchmarks.objects.guide.parts_figure FOLDER
 
 FOLDER holds the parts as the commands of `docs/parts.md` write them.
 """

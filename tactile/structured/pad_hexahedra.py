@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from relief.ground.arrays import Array
 from tactile.layer.cosine_layer import Parity
-from tactile.layer.layers import Stack, levels_within, moduli_of_rows
+from tactile.layer.skin_layers import Stack, levels_within, moduli_of_rows
 from tactile.skin import lame
 from tactile.strain import STRAIN_COMPONENTS
 
@@ -157,7 +157,7 @@ class RoundPad:
         )
 
         def derivative(field: Array, by: int) -> Array:
-            """Of a field (rows, columns, depths, ...) on nodes, along an axis of the grid, at the points."""
+            """Derivative at the points along an axis, of a field (rows, columns, depths, ...) on nodes."""
             for axis in range(3):
                 matrix = (slope if by == axis else value)[axis]
                 field = np.tensordot(matrix, field, axes=(1, axis))

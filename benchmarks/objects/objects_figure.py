@@ -1,6 +1,6 @@
 """The picture of objects with textures: a starfish, a frog and a curved plate in gravel, under a low light.
 
-python -m benchmarks.objects.figure    # writes docs/images/objects.png
+python -m benchmarks.objects.objects_figure    # writes docs/images/objects.png
 """
 
 from __future__ import annotations

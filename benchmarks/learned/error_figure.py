@@ -1,6 +1,6 @@
 """Errors of the fast models, texture by texture, from the results of `touch_net` and `fast_look`.
 
-python -m benchmarks.learned.figure       # writes docs/images/fast-models.png
+python -m benchmarks.learned.error_figure       # writes docs/images/fast-models.png
 
 The paper's figures 7, 9 and 13 in one: histograms of the errors of roughness, contact area and pictures, what
 physics alone makes of the same textures beside what a net does, and the paper's errors.
@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 
-from benchmarks.shared.charts import FAINT, INK, frame, style, write
+from benchmarks.shared.chart_style import FAINT, INK, frame, style, write
 from benchmarks.shared.common import IMAGES, load
 from tactile.layer.truncated import STEPS
 
@@ -79,7 +79,7 @@ def draw(
         if len(errors):
             seen = np.clip(errors, BINS[0], BINS[-1])
             weights = np.full(len(seen), 1.0 / len(seen))
-            told = f"{name}: median {np.median(errors):.2f}, mean {np.mean(errors):.2f}"
+            label = f"{name}: median {np.median(errors):.2f}, mean {np.mean(errors):.2f}"
             kind: Literal["step", "stepfilled"] = "stepfilled" if filled else "step"
             axis.hist(
                 seen,
@@ -89,7 +89,7 @@ def draw(
                 color=colour,
                 alpha=0.45 if filled else 1.0,
                 linewidth=1.4,
-                label=told,
+                label=label,
             )
     # The first bin holds what is better than the axis shows, and may leave it.
     shares = [

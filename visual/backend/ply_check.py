@@ -30,7 +30,7 @@ def check_ply(path: Path) -> None:
     try:
         with path.open("rb") as file:
             head = file.read(LONGEST_HEADER)
-            # Each element takes a byte or more.
+            # An element takes at least one byte.
             if any(int(count[:20]) > size for count in re.findall(rb"element\s+\w+\s+(\d+)", head)):
                 raise InputError(f"{where}: damaged: shorter than its header says")
             file.seek(0)

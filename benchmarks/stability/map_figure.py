@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from benchmarks.shared.charts import FAINT, INK, style, write
+from benchmarks.shared.chart_style import FAINT, INK, style, write
 from benchmarks.shared.common import DOCS, IMAGES, put, table
 
 PATH = IMAGES / "stability.png"
@@ -125,12 +125,12 @@ def as_text(rows: Mapping[str, Row]) -> str:
                 if one is not None:
                     number = "" if one.reason or one.value <= 1.0 else f" ({_number(one.value)} %)"
                     kinds[_band(one)[1]].append(f"{value:g}{number}")
-            told = [_ranges(kinds[band], list(cells)) for _, _, band in BANDS]
+            bands = [_ranges(kinds[band], list(cells)) for _, _, band in BANDS]
             lines.append(
                 [
                     f"{SENSES[sense].lower()}: {AXES[name]}",
                     title.replace("\n", " "),
-                    *told,
+                    *bands,
                     ", ".join(kinds["refused"]),
                 ]
             )

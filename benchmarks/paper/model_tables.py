@@ -7,18 +7,18 @@ from math import exp, log
 from statistics import fmean, median
 from typing import Any
 
-from benchmarks.paper.rows import rows_of
+from benchmarks.paper.study_rows import rows_of
 from retouch.laboratory.studies.statistics import interval
 
 COLUMNS = (
     *("change_percent", "change_rms_percent", "change_lights_percent", "change_views_percent", "dssim"),
     *("jod", "miss_percent", "steps", "cpu_s"),
 )
-"""Columns whose medians are told."""
+"""Columns whose medians are reported."""
 COMPARED = ("change_percent", "change_rms_percent", "change_lights_percent", "dssim", "cpu_s")
-"""Columns of which the mean ratio to the first value of the axis is told."""
+"""Columns whose mean ratio to the first value of the axis is reported."""
 FEWEST = 5
-"""Fewest textures that an interval is drawn from; of fewer, their range is told."""
+"""Fewest textures for an interval; the range of fewer textures is reported."""
 KNOWN = 0.9
 """Least part of the rows that a median needs numbers of: a row that was continued has no CPU seconds."""
 MET_PERCENT = 1.0

@@ -10,7 +10,7 @@ from relief.ground.files import write_atomically
 
 PAGE = DOCS / "evidence" / "studies.md"
 HEADING = "## The figures in numbers"
-"""Of the first of the sections, which end the page."""
+"""Heading of the first of the sections that end the page."""
 INTRODUCTION = """\
 Written by `python -m benchmarks.paper` from what was computed in full. Minutes are about those of two cores.
 """
@@ -178,12 +178,12 @@ def section(results: Found) -> str:
         )
         lines.append([line.figure, command, line.theirs, ours, None if minutes is None else f"{minutes:g}"])
     head = ("figure", "command", "the paper", "ours", "minutes")
-    told = f"\nNot yet computed in full: {'; '.join(missing)}.\n" if missing else ""
-    return f"{HEADING}\n\n{INTRODUCTION}\n{table(head, lines)}\n{told}"
+    note = f"\nNot yet computed in full: {'; '.join(missing)}.\n" if missing else ""
+    return f"{HEADING}\n\n{INTRODUCTION}\n{table(head, lines)}\n{note}"
 
 
 FEWEST_CASES = 3
-"""Fewest textures and targets that a line of the models' table is told of."""
+"""Fewest textures and targets for a line of the models' table."""
 SHOWN: Mapping[str, str] = {
     "change, mean %": "change_percent",
     "rms %": "change_rms_percent",
@@ -215,8 +215,8 @@ def models(results: Found) -> str:
     ]
     head = ("table", "what steers", "met", *SHOWN, "rms ratio")
     extent = found["study"]
-    told = f"{extent['rows']} of {extent['asked']} runs, {extent['minutes']:g} minutes on two cores."
-    return f"{MODELS}\n\n{MODELS_INTRODUCTION}{told}\n\n{table(head, lines)}\n"
+    note = f"{extent['rows']} of {extent['asked']} runs, {extent['minutes']:g} minutes on two cores."
+    return f"{MODELS}\n\n{MODELS_INTRODUCTION}{note}\n\n{table(head, lines)}\n"
 
 
 def _interval(ratio: Sequence[float] | None) -> str | None:

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from benchmarks.shared.common import table
-from benchmarks.shared.studies import Row, committed
+from benchmarks.shared.finished_studies import Row, committed
 
 ONE, ALL = "one place", "all over"
 FIRST = ("gravel-tile", "brick-tile", "grass-tile")
@@ -114,8 +114,8 @@ def every() -> str:
         *("worst off", "one place: pictures rms, %", "all over, %", "ratio", "ratio at equal feel"),
     )
     # The last column waits for the rows of one place aimed higher.
-    known = any(line[-1] not in ("-", "") for line in lines)
-    return table(head, lines) if known else table(head[:-1], [line[:-1] for line in lines])
+    complete = any(line[-1] not in ("-", "") for line in lines)
+    return table(head, lines) if complete else table(head[:-1], [line[:-1] for line in lines])
 
 
 def _change(row: Row) -> str:

@@ -27,7 +27,7 @@ class Shading:
     by_rise: Array | None = None
 
 
-class Places(NamedTuple):
+class ShadingPoints(NamedTuple):
     """Places on faces where radiance is wanted: near lights and textures differ from place to place.
 
     Attributes:
@@ -44,7 +44,7 @@ class Places(NamedTuple):
     uv_slide: Array | None = None
 
 
-_ORIGIN = Places(np.zeros((1, 3)))
+_ORIGIN = ShadingPoints(np.zeros((1, 3)))
 
 
 def shade(
@@ -53,7 +53,7 @@ def shade(
     slope_y: Array,
     lights: LightSet,
     toward_camera: Array,
-    places: Places = _ORIGIN,
+    places: ShadingPoints = _ORIGIN,
 ) -> Shading:
     """Evaluate a Mitsuba BSDF on faces of given slopes, with derivatives by Dr.Jit's forward mode.
 
@@ -87,7 +87,7 @@ def unshadowed(
     slope_y: Array,
     lights: LightSet,
     toward_camera: Array,
-    places: Places = _ORIGIN,
+    places: ShadingPoints = _ORIGIN,
 ) -> Array:
     """Radiance (lights, faces) without its derivatives; arguments as of `shade`."""
     if len(slope_x) == 0:
@@ -102,7 +102,7 @@ def _radiance(
     slope_y: Array,
     lights: LightSet,
     toward_camera: Array,
-    places: Places,
+    places: ShadingPoints,
 ) -> tuple[list[Any], Callable[..., Any]]:
     """Slopes and rises as Dr.Jit arrays, light by light, and the function to radiance."""
     count, faces = len(lights), len(slope_x)

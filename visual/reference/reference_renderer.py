@@ -1,10 +1,10 @@
 """Reference renderer: many reliefs under many lights from straight above, to learn from and to judge by.
 
 The camera sees the same parts of faces in each pixel whatever the heights, and a face's radiance has a closed
-form (`visual.exact.shading`, by Mitsuba's own material). What remains is the lit share of each part. For a
-parallel light Mitsuba's shadow rays find the share: most of the plate lies wholly in light or in shadow, and
-only where a few rays disagree are many traced. For ambient light the horizons are found exactly
-(`visual.reference.horizon`) and the light above them integrated (`visual.reference.ambient`).
+form (`visual.exact.face_shading`, by Mitsuba's own material). What remains is the lit share of each part. For
+a parallel light Mitsuba's shadow rays find the share: most of the plate lies wholly in light or in shadow,
+and only where a few rays disagree are many traced. For ambient light the horizons are found exactly
+(`visual.reference.horizon`) and the light above them integrated (`visual.reference.ambient_radiance`).
 
 docs/evidence/learned.md has the distance from converged renders, and times.
 """
@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.ground.arrays import Array
-from visual.backend.plate import is_textured, plate_bsdf
-from visual.exact.shading import unshadowed
+from visual.backend.plate_shape import is_textured, plate_bsdf
+from visual.exact.face_shading import unshadowed
 from visual.geometry.film_samples import film_points, samples_from_above
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.lights.parallel import ParallelLights
-from visual.reference.ambient import ambient_radiance
+from visual.reference.ambient_radiance import ambient_radiance
 from visual.reference.face_parts import PartPoints, pixel_shares, points_by_part
 from visual.scene import Scene
 

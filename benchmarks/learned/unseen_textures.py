@@ -31,7 +31,7 @@ REFERENCES = Path("runs/references")
 
 
 def arguments(what: str) -> argparse.Namespace:
-    """Those of a benchmark on unseen textures."""
+    """Arguments of a benchmark on unseen textures."""
     parser = parser_of(what)
     parser.add_argument("--textures", type=int, default=TEXTURES, metavar="N", help="of the corpus")
     parser.add_argument(

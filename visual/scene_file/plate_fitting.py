@@ -15,7 +15,7 @@ from relief.relief import Relief, as_relief
 from relief.surface import Repeats
 from visual.scene_file.check import check_scene
 from visual.scene_file.describe import check_size, describe
-from visual.scene_file.parsed import CheckedScene
+from visual.scene_file.parsed_scene import CheckedScene
 
 SIZE, RESOLUTION, FILM_ROWS = "size_mm", "resolution", "film_rows"
 """Names of the parameters."""
