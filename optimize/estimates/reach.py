@@ -1,4 +1,4 @@
-"""Reach of a texture: how much rougher and smoother it can be made before its pictures visibly change.
+"""Reach of a texture: the largest changes, rougher and smoother, before its pictures visibly change.
 
 Two short descents each way, to 2 and to 4 just-noticeable differences, by the fast models where these can
 show the scene. Beyond, the change of the pictures is extrapolated: by a jnd + b jnd³ through both ends toward
@@ -74,11 +74,11 @@ class Reach:
 
     @property
     def limit_percent_of_mean(self) -> float:
-        """The limit in % of the mean picture, the unit of the changes that runs tell."""
+        """The limit in % of the mean picture, the unit of the changes that runs report."""
         return 100.0 * LIMIT_PERCENT / self.mean_percent_of_white
 
     def change_percent(self, jnd: float) -> float:
-        """About how much the pictures change, % of white, if the feel changes by so many JND."""
+        """Estimated change of the pictures, % of white, for a change of the feel by so many JND."""
         rougher = jnd > 0.0
         slope, bend = _fitted((self.rougher if rougher else self.smoother).ends, rougher)
         return slope * abs(jnd) + bend * abs(jnd) ** 3
@@ -93,7 +93,7 @@ class Reach:
 
 
 def reach(scene: Scene, skin: Skin) -> Reach:
-    """How much rougher and smoother the scene's relief can be made.
+    """Reach of the scene's relief, rougher and smoother.
 
     The fast models take the steps where the fast look can show the scene, else the exact ones.
 
@@ -188,7 +188,7 @@ def _change(scene: Scene, look: str) -> tuple[Callable[[Array], float], float]:
 
 
 def _rendered_change(scene: Scene) -> tuple[Callable[[Array], float], float]:
-    """The same by rendered pictures; the middle of a number that noise enlarges and one that it lowers."""
+    """`_change` by rendered pictures: mean of an estimate that noise enlarges and one that noise lowers."""
     weights = pixel_weights(scene.plate_weights(), scene.weights)
     original = batched(scene, scene.heights, SAMPLES).pictures
 
