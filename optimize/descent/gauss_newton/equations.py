@@ -21,6 +21,8 @@ MANY_SIDES = 32
 factors and 50 solutions on 320 x 320 samples take 1.5 + 1.0 CPU seconds, by nested dissection 1.9 + 0.4; 17
 solutions on 128 x 128 samples take as long by either."""
 
+ROWS_AT_ONCE = 512 * 512
+"""Rows of the equations that are summed together."""
 SMOOTHING = 10.0
 """Weight of the differences between neighbouring samples in the damping."""
 ROUGHENING = 3.0
@@ -160,6 +162,6 @@ def stacked(blocks: list[sp.csr_matrix]) -> sp.csr_matrix:
 
 def with_product(matrix: sp.csr_matrix, left: sp.csr_matrix, right: sp.csr_matrix) -> sp.csr_matrix:
     """matrix + left @ right, by bands of rows, so that the product of a large surface is never whole."""
-    ends = range(0, matrix.shape[0] + windows.MOST_AT_ONCE, windows.MOST_AT_ONCE)
+    ends = range(0, matrix.shape[0] + ROWS_AT_ONCE, ROWS_AT_ONCE)
     bands = [slice(*each) for each in pairwise(ends)]
     return stacked([matrix[band] + left[band] @ right for band in bands])
