@@ -1,4 +1,4 @@
-"""Outer iterations: descend, verify, and correct the goals that the descent aims at.
+"""Outer iterations: descend, verify, and correct the goals of the descent.
 
 The descent follows one model of touch, the verification asks another. Where they disagree, the goal of the
 descent (the surrogate goal) is multiplied by their measured ratio, and the descent goes on from its best
@@ -25,8 +25,8 @@ STEPS_AN_ITERATION = 25
 """Steps that each further outer iteration may add to those of the run, for methods of many steps."""
 
 LARGEST_RATIO = 2.0
-"""Largest correction factor. If two models differ by more, one is outside its range of validity and the
-factor is clipped."""
+"""Largest correction factor. If two models differ by more, one model is outside its range of validity, and
+the factor is clipped."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def _ratio(numerator: ArrayLike, denominator: ArrayLike) -> Array:
 
 @dataclass(frozen=True)
 class Plan:
-    """What the outer iterations work with.
+    """Settings of the outer iterations, and the functions that they call.
 
     Attributes:
         targets: to be met by the verifying model.
@@ -113,7 +113,7 @@ class Segment:
 
 
 class Observer(Protocol):
-    """What follows the outer iterations, to show and record them."""
+    """Observer of the outer iterations, which shows and records them."""
 
     def step(self, current: Iterate, best: Iterate, seconds: float) -> None:
         """Called after every step, with the best iterate of this descent and the seconds of the step."""

@@ -57,7 +57,7 @@ class Iterate:
 
     @property
     def cost(self) -> float:
-        """What is to be small once targets are met: all terms of the least squares, %."""
+        """Root of the sum of squares of all terms, %, which is minimised once targets are met."""
         return math.hypot(self.picture_rms, self.broad, self.shape, self.fingers)
 
     @property
@@ -72,7 +72,7 @@ class Iterate:
 
 
 class ArraySchema(NamedTuple):
-    """What an array of `Iterate.memory` may be in a checkpoint: its shape (-1: any length) and its range."""
+    """Shape (-1: any length) and range of an array of `Iterate.memory` in a checkpoint."""
 
     shape: tuple[int, ...]
     least: float
@@ -172,7 +172,7 @@ def descend(
     """
     best = start if best is None else better(targets, best, start)
     if targets.met(best.values) and best.cost == 0.0:
-        # Nothing is to be gained: this is the original, and it feels as wanted.
+        # The original itself meets the targets: no step can be better.
         return DescentResult(best, start, StopReason.CONVERGED)
     current = start
     records = list(trace)

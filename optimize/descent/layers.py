@@ -33,7 +33,7 @@ class Layers:
             # Only the uppermost 3 mm change (`relief.depth`).
             self._floor, self._top = float(original.max()) - self._top, float(original.max())
         self._frozen = out_of_reach(original)
-        # What stays bounds all that keeps the slope with it.
+        # Frozen samples bound all samples that keep the printer's slope to them.
         self._least: Array | float = -np.inf
         self._greatest: Array | float = np.inf
         if self._frozen is not None and not self._limits.any_slope:

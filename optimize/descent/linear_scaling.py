@@ -24,8 +24,8 @@ from tactile.measures import TouchMeasures
 SAMPLES = 16
 """Samples a pixel of the pictures whose change is shown while a run scales."""
 STRIDE, OVERSHOOT = 1.25, 1.02
-"""Factor between the first scales tried, outward from 1; and how far beyond the goal, as two scales foretell
-it, the next one lies, as a factor of the logarithm, until the goal lies between two scales."""
+"""Factor between the first scales tried, outward from 1; and distance of the next scale, in units of the
+extrapolated distance of the goal (logarithms), until the goal lies between two scales."""
 
 FLATTEST = 0.02
 """Smallest scale of the height tried."""
@@ -44,7 +44,7 @@ _Point = tuple[float, float]
 LEAST_STRIDE = 1.01
 """Least factor between two scales."""
 LEAST = 1e-9
-"""Share of the goal that stands for less: nothing has no logarithm."""
+"""Share of the goal that replaces smaller values: zero has no logarithm."""
 
 
 @stage("scaling the original for comparison")
@@ -142,7 +142,7 @@ class LinearScaling:
         return Iterate(step, heights, touch.values, touch.contact_fraction, *change, {})
 
     def advance(self, iterate: Iterate) -> Iterate:
-        """The original scaled to the first target; what is scaled is never the iterate."""
+        """The original scaled to the first target, whatever the iterate."""
         return self.begin(iterate.step + 1, scaled_both_ways(self._problem), {})
 
     def reason_to_stop(self, iterate: Iterate) -> StopReason | None:

@@ -42,17 +42,17 @@ class MethodSettings(Protocol):
 
 
 class MethodClass(Protocol):
-    """What the class of a descent method has beside the steps (`optimize.descent.driver.DescentMethod`)."""
+    """Class of a descent method, beside its steps (`optimize.descent.driver.DescentMethod`)."""
 
     def of_run(self, problem: Problem, steps: int, settings: MethodSettings) -> DescentMethod:
         """The method for a problem, a largest step number, and the settings of a run."""
 
     def checkpoint_schema(self, heights: Array, memory: Mapping[str, Array]) -> Mapping[str, ArraySchema]:
-        """What a memory with such names has to be, for iterates of these heights (rows, cols)."""
+        """Shapes and ranges of the arrays of a memory with such names, for heights (rows, cols)."""
 
 
 class Effort(NamedTuple):
-    """What the seconds of a descent depend on.
+    """Sizes that the seconds of a descent depend on.
 
     Attributes:
         steps: number of steps.

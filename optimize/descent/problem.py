@@ -1,4 +1,4 @@
-"""The problem of a descent: a relief, the feel to reach, the look to keep. Touch and sight meet here."""
+"""The problem of a descent: a relief, the feel to reach, the look to keep; the meeting of touch and sight."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -32,10 +32,10 @@ _Gradients = TypeVar("_Gradients", Array, sp.csr_matrix)
 
 @dataclass(frozen=True)
 class FingerRange:
-    """What fingers beside the steered one are to feel (`optimize.descent.gauss_newton.other_fingers`).
+    """Goals of the fingers beside the steered one (`optimize.descent.gauss_newton.other_fingers`).
 
     Attributes:
-        factors: (k,) by which the roughness that each of them feels is to change, over the places.
+        factors: (k,) of the roughness to each finger, goal over original, at the places.
         weight: picture change, rms in % of the mean, that counts as much as one just-noticeable difference
             of the fingers from their goals, rms over them.
     """
@@ -49,7 +49,7 @@ class Problem:
     """One optimisation.
 
     Attributes:
-        relief: the original; of a printer's, the results of Gauss-Newton are prints, too.
+        relief: the original; with a printer, reliefs of a descent are prints, too.
         skin: the finger.
         targets: the feel to reach.
         scene: renders the look to keep.
@@ -58,14 +58,14 @@ class Problem:
         masking: strength of the weights of pixels by local contrast (`gauss_newton.masking`); 0, none.
         shape: change of the pictures, in units of their mean, as which a change of the relief by 1 mm counts.
         broad: weight of broad changes of the pictures (`gauss_newton.broad`); 0, none.
-        shadow_edges: whether picture gradients follow shadow boundaries.
+        shadow_edges: whether picture gradients include the motion of shadow boundaries.
         samples: a pixel, of pictures that Mitsuba renders for Adam's steps; None: fixed samples without
             noise, as in Gauss-Newton's steps.
         seed: of everything random.
         touch, look: the models that steer the descent; the look is a name of `visual.looks.LOOKS`.
         precision: of touch; None for that of its model.
         spacing_mm: greatest distance between neighbouring places of the finger.
-        fingers: what other fingers are to feel; None if that does not matter.
+        fingers: goals of other fingers; None without any.
         frozen: (rows, cols) samples that stay, because no finger reaches them; None if there are none.
         patches: of the relief under the finger, one at each place.
         model: of touch, for one patch or a batch.
@@ -134,14 +134,14 @@ class Problem:
             heights: (rows, cols) mm.
             start: (k, n, n) pressures (MPa) of a similar relief, to start from.
             gradients: whether the gradients of the targets are wanted.
-            steering: whether these are of the quantities' smoother stand-ins, where there are any.
+            steering: whether the gradients are of smoother approximations of the quantities, where any exist.
 
         Raises:
             ContactError: the contact does not converge.
         """
         parts = [self._press(heights, part, start, gradients, steering) for part in batches(self.patches)]
         touches, values, slopes = zip(*parts, strict=True)
-        by_target = [np.concatenate(of_batches) for of_batches in zip(*slopes, strict=True)]
+        by_target = [np.concatenate(batch) for batch in zip(*slopes, strict=True)]
         return touch_measures(touches, values, self.touch, gradients=self._rows(by_target))
 
     def fields(self, heights: Tensor) -> Tensor:
@@ -188,7 +188,7 @@ class Problem:
         """Gradients of the targets by the patches, (k, n, n) each, as gradients by the relief."""
         if self.patches.whole or not by_target:
             return self.free(np.array(by_target).reshape(len(by_target), self.heights.size))
-        return self.free(sp.vstack([self.patches.rows(of_target) for of_target in by_target], format="csr"))
+        return self.free(sp.vstack([self.patches.rows(gradients) for gradients in by_target], format="csr"))
 
     def free(self, gradients: _Gradients) -> _Gradients:
         """Gradients (k, heights) by the samples that may change; 0 by those that stay."""

@@ -47,7 +47,7 @@ class Target:
 
     @property
     def floor(self) -> float:
-        """The value that stands for smaller ones where values are compared by their ratio."""
+        """The value that replaces smaller values where values are compared by their ratio."""
         return FLAT_SHARE * self.mean_goal
 
     @property
@@ -99,7 +99,7 @@ class Targets:
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """What is measured of every touch: the table's quantities, then those that only a target has."""
+        """Quantities that are measured of every touch: the table's, then further ones of targets."""
         others = {t.quantity.name: t.quantity for t in self.each if t.quantity.name not in QUANTITIES}
         return *QUANTITIES.values(), *others.values()
 

@@ -1,4 +1,4 @@
-"""Forecast of a run: everything checked, nothing pressed or written, and about what the run will take.
+"""Forecast of a run: its input is checked, and its time, memory and disk are estimated; nothing is written.
 
 The seconds were measured on gravel in the studio, 128 samples over 10 mm and 256, and on plates of 25 and 80
 mm, on two cores of an AMD EPYC, the memory on 64 to 256 samples a side (docs/evidence/speed.md). They are
@@ -50,7 +50,7 @@ FOLDER_MIB, SAMPLE_MIB, PIXEL_MIB = 0.2, 1.7e-4, 1.6e-5
 
 @dataclass(frozen=True)
 class Forecast:
-    """What a run will do and take.
+    """Size of a run, and estimates of its time, memory and disk.
 
     Attributes:
         samples, rows: height samples along the width and along the height.
@@ -58,14 +58,14 @@ class Forecast:
         size_mm, relief_mm: width and relief of the plate.
         resolution: (rows, cols) of the pictures.
         conditions: their names.
-        targets: what is to be felt, in words.
+        targets: in words.
         touch, look, verify: models that steer and verify.
         steps: about how many.
         most_steps: at most, where the distance to the target is not known; else None.
         seconds, memory_gib, disk_mib: about.
         most_seconds: with `most_steps`, about; else None.
-        building_seconds: of these seconds, to build what the cache does not hold yet.
-        from_sides_seconds: of these seconds, what views from the side take.
+        building_seconds: of these seconds, to build operators that the cache does not hold yet.
+        from_sides_seconds: of these seconds, for views from the side.
         free_mib: on the disk of the run's folder.
         machine_gib: memory of this machine.
     """
@@ -97,7 +97,7 @@ class Forecast:
         return asdict(self)
 
     def lines(self) -> Iterator[tuple[str, str]]:
-        """What the screen tells: a word and a sentence each."""
+        """Lines of the screen: a word and a sentence each."""
         rows, cols = self.resolution
         height_mm = self.size_mm * self.rows / self.samples
         yield "texture", f"{self.samples} x {self.rows} samples"
@@ -124,7 +124,7 @@ class Forecast:
 
 
 def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
-    """Check a run as its beginning would, and tell what the run will take.
+    """Check the input of a run as its beginning would, and estimate its time, memory and disk.
 
     Args:
         settings: of the run.
@@ -206,7 +206,7 @@ def _building_seconds(settings: Run, size_mm: float) -> float:
         size_mm: side of the patch under a finger.
     """
     skin, verify = settings.touch.finger, settings.verify
-    # Other fingers have the operators of the first.
+    # Other fingers share the operators of the steered finger.
     if skin.shape == "round":
         # The layer under it needs nothing that is kept.
         unbuilt = verify.model == "fem" and not round_pad.is_built(skin, size_mm)
@@ -226,13 +226,13 @@ def _distance_known(settings: Run) -> bool:
 
 
 def rough_seconds(settings: Run) -> float:
-    """About how many seconds a run of 128 x 128 samples and four pictures takes; nothing is read."""
+    """Estimated seconds of a run of 128 x 128 samples and four pictures; nothing is read."""
     look = FAST if settings.look.model == AUTO else settings.look.model
     return _seconds(settings, look, expected_steps(settings), 128**2, 4 * 128**2)
 
 
 def expected_steps(settings: Run) -> int:
-    """About how many steps a run takes, corrections among them."""
+    """Estimated number of steps of a run, corrections among them."""
     method = METHODS[settings.descent.method]
     return method.own_steps or method.expected_steps(
         settings.descent.steps, settings.touch.numbers().get("jnd")
@@ -240,7 +240,7 @@ def expected_steps(settings: Run) -> int:
 
 
 def _seconds(settings: Run, look: str, steps: int, heights: int, rendered: int, from_sides: int = 0) -> float:
-    """About how many seconds a run takes.
+    """Estimated seconds of a run.
 
     Args:
         settings: of the run.

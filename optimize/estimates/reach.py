@@ -1,4 +1,4 @@
-"""Reach of a texture: how much rougher and smoother it can be made before its pictures visibly change.
+"""Reach of a texture: the largest changes, rougher and smoother, before its pictures visibly change.
 
 Two short descents each way, to 2 and to 4 just-noticeable differences, by the fast models where these can
 show the scene. Beyond, the change of the pictures is extrapolated (`optimize.estimates.change_curves`).
@@ -43,7 +43,7 @@ SAMPLES = 64
 
 
 def reach(scene: Scene, skin: Skin) -> Reach:
-    """How much rougher and smoother the scene's relief can be made.
+    """Reach of the scene's relief, rougher and smoother.
 
     The fast models take the steps where the fast look can show the scene, else the exact ones.
 
@@ -111,7 +111,7 @@ def _change(scene: Scene, look: str) -> tuple[Callable[[Array], float], float]:
 
 
 def _rendered_change(scene: Scene) -> tuple[Callable[[Array], float], float]:
-    """The same by rendered pictures; the middle of a number that noise enlarges and one that it lowers."""
+    """`_change` by rendered pictures: mean of an estimate that noise enlarges and one that noise lowers."""
     weights = pixel_weights(scene.plate_weights(), scene.weights)
     original = batched(scene, scene.heights, SAMPLES).pictures
 

@@ -1,10 +1,10 @@
-"""Broad changes of pictures: what an eye sees of a texture that became lighter here and darker there.
+"""Broad changes of pictures: low-pass rows of the least squares, by means over cells of several millimetres.
 
-Fine changes hide in the contrast of the texture, while nearly nothing masks a change of brightness over
-several millimetres: of the difference that ColorVideoVDP finds between a texture and a result that keeps its
-pictures by least squares, most lies below 3 cycles a degree. Means over broad cells of the pictures
-therefore are terms of the least squares beside the pixels. There are few cells, but each couples all heights
-around it, so that they would fill a factor: conjugate gradients add them to a solution without them.
+The contrast of a texture masks fine changes, and nearly nothing masks a change of brightness over several
+millimetres: most of the difference that ColorVideoVDP finds between a texture and a result that keeps the
+pictures by least squares lies below 3 cycles a degree. Means over broad cells of the pictures therefore are
+rows of the least squares beside the pixels. There are few cells, but each couples all heights around it, so
+that the rows would fill a factor: conjugate gradients add the rows to a solution without them.
 """
 
 import numpy as np
@@ -14,12 +14,13 @@ from relief.ground.arrays import AnyArray
 from tactile.sparse import Solve
 
 CELL_MM = 1.7
-"""Distance of the cells on the plate, mm: 0.24 degrees from 40 cm away. Of 1.25, 1.7 and 2.5 mm the first
-costs the most time and the last leaves the most change to see."""
+"""Distance of the cells on the plate, mm: 0.24 degrees from 40 cm away. Of 1.25, 1.7 and 2.5 mm, the first
+distance takes the most time and the last leaves the most visible change."""
 FEWEST = 3
 """Fewest cells along a side of a picture."""
 LEAST_CELL = 0.05
-"""Least weight of a cell that counts, in units of the largest: splines whose middles lie beyond the sides."""
+"""Least weight of a cell that is kept, in units of the largest weight: splines with middles beyond the sides
+have less."""
 RESIDUAL, MOST_ITERATIONS = 0.02, 30
 """Relative residual at which a solution is good enough for a step, and most iterations for it."""
 
@@ -36,7 +37,7 @@ def broad_cells(
         shape: (rows, cols) of the picture.
         pitch: distance of the cells, pixels.
         weight: of a broad change beside the same change of every pixel.
-        periodic: whether the picture goes on as itself beyond its first and last row, and column.
+        periodic: whether the picture repeats along rows and along columns.
     """
     rows, cols = (
         _splines(n, max(FEWEST, round(n / pitch)), own) for n, own in zip(shape, periodic, strict=True)
@@ -74,11 +75,11 @@ def with_rows(solve: Solve, rows: sp.csr_matrix | None) -> Solve:
 
     def added(sides: AnyArray) -> AnyArray:
         columns = np.asarray(sides, dtype=np.float32).reshape(len(sides), -1)
-        # Of length 1, as products of small numbers vanish in single precision.
+        # Columns of length 1, as products of small numbers vanish in single precision.
         size = np.sqrt(np.einsum("nm,nm->m", columns, columns, dtype=np.float64)).astype(np.float32)
         residual = columns / np.where(size > 0.0, size, 1.0)
         solution = np.zeros_like(residual)
-        # The matrix's product with a preconditioned residual is the residual, so that it is never multiplied.
+        # The matrix times a preconditioned residual is the residual: the matrix is never multiplied.
         along, product = np.zeros_like(residual), np.zeros_like(residual)
         before = np.full(len(size), np.inf)
         for _ in range(MOST_ITERATIONS):

@@ -19,8 +19,10 @@ from tactile.sparse import factorised
 MANY_SIDES = 32
 """Fewest right-hand sides of a step for which nested dissection is the better ordering. By minimum degree,
 factors and 50 solutions on 320 x 320 samples take 1.5 + 1.0 CPU seconds, by nested dissection 1.9 + 0.4; 17
-on 128 x 128 take as long by either."""
+solutions on 128 x 128 samples take as long by either."""
 
+ROWS_AT_ONCE = 512 * 512
+"""Rows of the equations that are summed together."""
 SMOOTHING = 10.0
 """Weight of the differences between neighbouring samples in the damping."""
 ROUGHENING = 3.0
@@ -65,7 +67,7 @@ class System:
         """Add 1/2 |difference + rows x|² in the metric of a matrix W, with `weighted` = W rows."""
         self.load -= weighted.T @ difference
         self._products.append((rows, weighted))
-        # One product of all rows saves adding up those of each condition, but takes more memory.
+        # One product of all rows saves adding up the products of each condition, but takes more memory.
         if self.load.size > windows.MOST_AT_ONCE:
             self._multiply()
 
@@ -84,7 +86,7 @@ class System:
         """End the sum; frozen samples (rows, cols) do not change."""
         self._multiply()
         if frozen is not None:
-            # Equations of frozen samples say that they do not change, and no other has them.
+            # The equation of a frozen sample is x = 0, and no other equation has the sample.
             stay = frozen.ravel()
             free = sp.diags((~stay).astype(np.float64))
             self.load = np.where(stay, 0.0, self.load)
@@ -96,7 +98,7 @@ class System:
     def _multiply(self) -> None:
         """Add the products of the rows so far to the matrix."""
         if self._products:
-            # Transposed into rows: else the product would turn the larger factor into columns.
+            # Transposed into rows: else scipy would convert the larger factor to columns for the product.
             by_height = stacked([rows for rows, _ in self._products]).T.tocsr()
             weighted = stacked([weighted for _, weighted in self._products])
             self.matrix = with_product(self.matrix, by_height, weighted)
@@ -104,7 +106,7 @@ class System:
 
 
 class Response(NamedTuple):
-    """Changes of the relief: the step that is best for the look alone, and what constraints add to it.
+    """Changes of the relief: the step that minimises the sum, and the responses to forces on the targets.
 
     Attributes:
         unconstrained_step: (heights,) mm.
@@ -160,6 +162,6 @@ def stacked(blocks: list[sp.csr_matrix]) -> sp.csr_matrix:
 
 def with_product(matrix: sp.csr_matrix, left: sp.csr_matrix, right: sp.csr_matrix) -> sp.csr_matrix:
     """matrix + left @ right, by bands of rows, so that the product of a large surface is never whole."""
-    ends = range(0, matrix.shape[0] + windows.MOST_AT_ONCE, windows.MOST_AT_ONCE)
+    ends = range(0, matrix.shape[0] + ROWS_AT_ONCE, ROWS_AT_ONCE)
     bands = [slice(*each) for each in pairwise(ends)]
     return stacked([matrix[band] + left[band] @ right for band in bands])

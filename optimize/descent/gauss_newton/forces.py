@@ -1,9 +1,9 @@
-"""Bounded target forces: what a Gauss-Newton step is to change of its targets, and the forces that do it.
+"""Bounded target forces: the change of the targets by a Gauss-Newton step, and the forces that make it.
 
 A target of one touch is a constraint that the step meets. Several touches feel nearly the same relief, and
-their differences would take large forces, which the pictures pay for. Each touch then gives way, like a
-spring, to what its force exceeds the mean force by: the mean of the values is met, and differences between
-places are met as far as they cost little.
+their differences would take large forces, which change the pictures. Each touch then yields, like a spring,
+to the excess of its force over the mean force: the step meets the mean of the values, and differences between
+places as far as they change the pictures little.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,11 +15,11 @@ from optimize.descent.targets import Target
 from relief.ground.arrays import Array
 
 YIELDING = 0.05
-"""Change by which a touch gives way to a force above the mean force, as a share of what forces change at
-their own places on average."""
+"""Compliance to a force above the mean force, as a share of the mean slope of the touches by forces at their
+own places."""
 LEAST_SLOPE = 1e-3
-"""Least slope of a touch by its own force, as a share of the steepest: a flat place has less, and no part in
-the mean."""
+"""Least slope of a touch by its own force, as a share of the steepest slope: a flat place has a smaller
+slope, and no part in the mean."""
 
 
 class BoundedTargetForces:
@@ -104,5 +104,5 @@ class BoundedTargetForces:
         return np.asarray(np.linalg.lstsq(slopes + yielding, change)[0])
 
     def _sizes(self, values: Array) -> Array:
-        """(constraints,) what a share is of: the values, of a flat place those of its surroundings."""
+        """(constraints,) values that shares refer to; of a flat place, those of its surroundings."""
         return np.maximum(np.abs(values), self._floors)

@@ -1,11 +1,11 @@
-"""Graph Laplacian of height samples or pixels, which on axes that repeat goes around."""
+"""Graph Laplacian of height samples or pixels, periodic on axes that repeat."""
 
 import numpy as np
 import scipy.sparse as sp
 
 
 def laplacian(shape: tuple[int, int], repeats: tuple[bool, bool] = (False, False)) -> sp.csr_matrix:
-    """Graph Laplacian of the height samples, positive semi-definite; axes that repeat go around."""
+    """Graph Laplacian of samples (rows, cols), positive semi-definite; periodic on axes that repeat."""
     rows, cols = (_differences(n, axis) for n, axis in zip(shape, repeats, strict=True))
     return sp.csr_matrix(
         sp.kron(rows.T @ rows, sp.identity(shape[1])) + sp.kron(sp.identity(shape[0]), cols.T @ cols)

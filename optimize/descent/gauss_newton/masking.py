@@ -1,4 +1,4 @@
-"""Masking: weights of pixels by local contrast. A change hides in gravel and shows on what is smooth."""
+"""Visual masking: weights of pixels by local contrast, as contrast masks changes."""
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
@@ -8,7 +8,7 @@ from relief.ground.arrays import Array
 RADIUS = 6.0
 """Standard deviation of the window of local contrast, pixels of a step's pictures: 0.23 mm in the studio."""
 LEAST_LEVEL = 0.1
-"""Share of the mean picture that is added to the local mean: deep shadow has no contrast to hide in."""
+"""Share of the mean picture that is added to the local mean: deep shadow has no contrast that masks."""
 
 
 def masking_weights(pictures: Array, strength: float, periodic: tuple[bool, bool] = (False, False)) -> Array:
@@ -19,7 +19,7 @@ def masking_weights(pictures: Array, strength: float, periodic: tuple[bool, bool
     Args:
         pictures: (conditions, rows, cols) to keep.
         strength: not negative; 0 gives ones.
-        periodic: whether pictures go on as themselves beyond their first and last row, and column.
+        periodic: whether pictures repeat along rows and along columns.
 
     Returns:
         (conditions, rows, cols).

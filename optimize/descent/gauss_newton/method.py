@@ -8,10 +8,11 @@ Each step minimises over the change x of the heights
 
 with d the picture difference, J its explicit sparse Jacobian (shadow edges included), W = I + w2 D'D + B'B
 with the means B over broad cells (`gauss_newton.broad`), s the weight of the shape (`look.shape`), L the
-graph Laplacian, which on axes that repeat goes around, g the gradients of the targets. A step takes one
-sparse factorisation, and one right-hand side more for each target at each place of the finger. Fingers at
-neighbouring places feel nearly the same relief; `gauss_newton.forces` bounds the forces that would tell such
-places apart.
+graph Laplacian, which is periodic on axes that repeat, g the gradients of the targets. The terms of the sum
+are the classes of `gauss_newton.terms`, some of which the formula leaves out. A step takes one sparse
+factorisation, and one right-hand side more for each target at each place of the finger. Fingers at
+neighbouring places feel nearly the same relief; `gauss_newton.forces` bounds the forces that would separate
+such places.
 """
 
 import math
@@ -47,15 +48,15 @@ CLOSE, PRESSES = 0.25, 5
 and most presses for that. A press costs a fifth of the step's linear solve. Where the slopes of all targets
 hold over a step, only the step that arrives is corrected, until the targets are met."""
 SEVERAL_PRESSES = 2
-"""Most presses of a step of several touches, whose press takes as long as its linear solve."""
+"""Most presses of a step of several touches: one press takes as long as the linear solve of the step."""
 DIVERGED = 2.0
-"""If a correction's error exceeds this multiple of the smallest so far, a shorter step is tried."""
+"""Multiple of the smallest error so far: beyond, a correction diverges, and a shorter step is tried."""
 LARGEST_CORRECTION = 3.0
 """Largest change of the forces by one correction, in units of the last forces."""
 LEAST_GAIN = 0.01
 """Least fall of the picture change that the pictures' Jacobians promise a step worth taking; a share of its
 value. By the fast look, the promise is right within 1 % of the change once targets are met. The exact look
-promises 2 to 7 % more than comes, because shadows' edges jump, so that its last step is mostly taken."""
+promises 2 to 7 % more than a step gains, because shadows' edges jump: the last step is mostly taken."""
 
 
 @dataclass
@@ -162,7 +163,7 @@ class GaussNewton:
         return response_of(system, trust.damping, self._current.touch.gradients, self._problem.patches)
 
     def _costs(self, relief: Array, pictures: Array) -> dict[str, Any]:
-        """Numbers of all terms by fields of `Iterate`, %; terms that share a field add up as squares."""
+        """Costs of all terms by fields of `Iterate`, %; costs of one field add as squares."""
         costs = defaultdict[str, list[float]](list)
         for term in self._terms:
             for field, cost in term.costs(relief, pictures).items():
@@ -191,16 +192,16 @@ class GaussNewton:
         start, touch = self._current.heights, self._current.touch
         values, gradients = bounded.values(touch.values), touch.gradients
         wanted, slopes, forces = self._linear_step(felt, response, share)
-        # Forces of several touches give way: what the slopes promise is what can be expected of them.
+        # Several touches yield: the step is expected to change them as the slopes predict.
         expected = gradients @ response.change(forces) if bounded.several else wanted
         best, before = (start, touch, np.inf), None
-        # After a longer step others follow, which correct its touch with their own.
+        # After a longer step, further steps correct the touch.
         arriving = bounded.arriving(bounded.values(felt), min(share, LARGEST_SHARE))
         for press in range(SEVERAL_PRESSES if bounded.several else PRESSES):
             change = response.change(forces)
             scale = min(1.0, LARGEST_STEP_MM / max(np.abs(change).max(), 1e-12))
             heights = problem.placed(start + scale * change.reshape(start.shape))
-            # The first press mostly is the last: it comes with the gradients that the next step needs.
+            # The first press is mostly the last: its gradients are those that the next step needs.
             after = self._press(heights, best[1].pressure, gradients=press == 0)
             changed = bounded.values(after.values) - values
             error = bounded.error(changed, scale * expected, wanted)

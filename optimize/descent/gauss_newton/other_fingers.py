@@ -1,7 +1,7 @@
-"""Other fingers of a descent: a relief is drawn toward the same change for softer, stiffer and other skin.
+"""Other fingers of a descent: soft targets for the same change of roughness to softer and stiffer skin.
 
-The steered finger is a constraint of every step. The others (`tactile.fingers`) are least squares beside the
-look: a step minimises
+The steered finger is a constraint of every step. Other fingers (`tactile.fingers`) are least squares beside
+the look: a step minimises
 
     look + 1/2 pixels (weight / 100)² mean of r_j²
 
@@ -27,7 +27,7 @@ from tactile.layer.elastic_layer import ElasticLayerOperator
 from tactile.pressing import Press
 
 MOST_PLACES = 4
-"""Most places where other fingers press: their mean over the places is drawn to a goal, not each of them."""
+"""Most places where other fingers press: the goal of a finger is a mean over the places."""
 LARGEST_SHARE = 0.2
 """Largest change of a finger's roughness that a step is to make, as a share of its value."""
 JND = float(np.log(jnd_scaled(1.0, 1.0)))
@@ -35,7 +35,7 @@ JND = float(np.log(jnd_scaled(1.0, 1.0)))
 
 
 class SoftTargets(NamedTuple):
-    """Targets as terms of the sum that a step minimises: the step approaches them, but need not meet them.
+    """Targets as terms of the sum that a step minimises, which the step approaches and need not meet.
 
     Attributes:
         gradients: (m, heights) of the values.
@@ -50,7 +50,7 @@ class SoftTargets(NamedTuple):
 
 @dataclass(frozen=True)
 class FingersFelt:
-    """What the other fingers feel of a relief.
+    """Roughness of a relief to the other fingers.
 
     Attributes:
         values: (m,) roughness to each finger, mean over the places.
@@ -87,7 +87,7 @@ class FingersFelt:
 
 
 class OtherFingers:
-    """The fingers about the steered one, by the model that steers.
+    """The fingers other than the steered one, by the model that steers.
 
     Args:
         problem: with the steered finger and the range of the others; its heights are the original.

@@ -69,9 +69,8 @@ class StepLook:
         overhead = all(view.overhead for view in self._views)
         self.periodic = problem.relief.repeats if overhead else (False, False)
         # With the Jacobian, because the first step mostly starts here.
-        first = self.evaluate(problem.heights)
-        self._first: Look | None = first
-        pictures = np.concatenate([view.pictures for view in first])
+        self._first: Look | None = self.evaluate(problem.heights)
+        pictures = np.concatenate([view.pictures for view in self._first])
         self._unit = 1.0 / pictures.mean()
         self.original = pictures * self._unit
         self._weights = problem.look_weight * scene.weights * problem.heights.size / pictures[0].size

@@ -1,7 +1,8 @@
-"""Terms of the least squares that a Gauss-Newton step minimises: one class each, and one row of `TERMS`.
+"""Terms of the sum of squares that a Gauss-Newton step minimises: a class each, and a row of `TERMS`.
 
 A term adds to the equations of a step (`gauss_newton.equations`), has a cost, and may keep arrays from step
-to step. A term without a weight in a problem is not made.
+to step. A term without a weight in a problem does not exist in its descent. A new term is a subclass of
+`Term` and a row of the table.
 """
 
 from collections.abc import Callable, Mapping
@@ -32,7 +33,7 @@ HEIGHTS, WEIGHT, FINGERS = "unrounded", "layer_weight", "fingers"
 
 
 class Term:
-    """A term of the least squares. This class adds nothing; a subclass defines what differs.
+    """A term of the sum of squares. This class adds nothing; a subclass overrides some methods.
 
     Attributes:
         predictable: whether the cost after a step follows from the change of the heights and linear pictures.
@@ -47,7 +48,7 @@ class Term:
 
     @staticmethod
     def checkpoint_schema(heights: Array) -> dict[str, ArraySchema]:
-        """What the arrays of the term have to be in a checkpoint, for iterates of these heights."""
+        """Shapes and ranges of the arrays of the term in a checkpoint, for heights (rows, cols)."""
         return {}
 
     def begin(self, heights: Array, memory: Mapping[str, Array]) -> Array:
@@ -59,7 +60,7 @@ class Term:
         return heights
 
     def measure(self, heights: Array, relief: Array) -> Mapping[str, Array]:
-        """Measure an iterate, before its costs are asked for and its equations are made.
+        """Measure an iterate, before its costs and its equations.
 
         Args:
             heights: (rows, cols) mm; of a print, before rounding.
@@ -71,7 +72,7 @@ class Term:
         return {}
 
     def costs(self, relief: Array, pictures: Array) -> Mapping[str, float]:
-        """Changes of a relief that count in the term, in % of picture change, by fields of `Iterate`.
+        """Costs of a relief, in % of picture change, by fields of `Iterate`; those of a field add as squares.
 
         Args:
             relief: (rows, cols) mm.
@@ -80,10 +81,10 @@ class Term:
         return {}
 
     def add_residual(self, system: System, residual: Residual) -> None:
-        """Add the part of the term that one picture has; called for each condition in turn."""
+        """Add the part of the term that depends on one picture; called for each condition in turn."""
 
     def add(self, system: System, heights: Array, iterate: Iterate) -> None:
-        """Add the part of the term that pictures do not have, after the parts of all pictures.
+        """Add the part of the term that depends on no picture, after the parts of all pictures.
 
         Args:
             system: of the step.

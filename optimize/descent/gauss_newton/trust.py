@@ -1,4 +1,4 @@
-"""Trust in the linear model of a step: how strongly it is damped, and how far it may go."""
+"""Trust in the linear model of a step: the damping of the step, and its largest length."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ LARGEST_SHARE, LEAST_SHARE = 0.2, 0.002
 LEAST_FROM_SIDES = 0.02
 """The least share with views from the side: twice the usual tolerance, so that a step which better
 pictures pull off a target can return to it at once. With 0.002, gravel at -2 JND in the scene `in-hand`
-drifted off for 100 steps; it takes 5. From above, descents do not drift, and corrections take the smaller."""
+drifted off for 100 steps; with 0.02, the run takes 5 steps. From above, descents do not drift, and
+corrections take the smaller share."""
 RISING_SHARE = 1.0
 """The first share towards goals that all lie above their values. A rougher relief keeps its contact, so that
 the slopes of roughness hold nearly all the way. A smoother one gets new contact: with such a first step the
@@ -24,12 +25,12 @@ bundled textures end at -2 JND with pictures up to 16 % worse, or after three ti
 MISSED, HIT = 0.5, 0.25
 """Prediction errors, as shares of the step, above which damping grows and below which it falls."""
 RAISED, EASED = 8.0, 0.25
-"""Factors of the damping: growth where the prediction error is as large as the step (in proportion below
-that), and fall. A fall by 0.5 made brick take two more steps for its last and smallest changes."""
+"""Factors of the damping: growth where the prediction error is as large as the step (in proportion to
+smaller errors), and fall. A fall by 0.5 made brick take two more steps for its last and smallest changes."""
 LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e4
 """Bounds of the damping mu."""
 SCHEMA = ArraySchema((2,), LEAST_SHARE, MOST_DAMPING)
-"""What damping and share have to be in a checkpoint."""
+"""Shape and range of damping and share in a checkpoint."""
 
 
 class Trust(NamedTuple):
@@ -42,7 +43,7 @@ class Trust(NamedTuple):
     def first(cls, rising: bool) -> Self:
         """The trust in the first step, where `rising` towards goals above the values whose slopes hold.
 
-        The pictures are linear enough for the least damping; only touch ever needs more.
+        The pictures are linear enough for the least damping; only touch needs a larger one.
         """
         return cls(LEAST_DAMPING, RISING_SHARE) if rising else cls(DAMPING, LARGEST_SHARE)
 

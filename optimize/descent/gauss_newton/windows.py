@@ -4,8 +4,8 @@ The surface is divided into cores; each core with a margin around it is a window
 factorised and solved with the heights outside held still, and of its solution the core is kept (restricted
 additive Schwarz, Cai and Sarkis 1999). A touch belongs to the window whose core holds its middle, and the
 response to a force on it is that window's whole solution. Time and memory grow with the number of windows,
-thus linearly with area. The solutions are approximate: what a change of heights does farther away than the
-margin is left out of a step, and the next step makes up for it. The slopes of the targets along these
+thus linearly with area. The solutions are approximate: effects of a change of heights farther away than the
+margin are left out of a step, and the next step corrects them. The slopes of the targets along these
 solutions are exact, so that a step still meets the targets.
 """
 

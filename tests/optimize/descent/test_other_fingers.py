@@ -53,8 +53,8 @@ def test_fingers_feel_what_whole_presses_feel(problem: Problem, felt: FingersFel
 
 def test_fingers_feel_what_results_tell_of_them(problem: Problem, felt: FingersFelt) -> None:
     """But for the polar sum of roughness, and single precision."""
-    told = roughness_by_finger(problem.heights[None], problem.skin, problem.relief.width_mm)[1:, 0]
-    np.testing.assert_allclose(felt.values, told, rtol=0.01)
+    expected = roughness_by_finger(problem.heights[None], problem.skin, problem.relief.width_mm)[1:, 0]
+    np.testing.assert_allclose(felt.values, expected, rtol=0.01)
 
 
 def test_gradients_are_those_of_finite_differences(
