@@ -10,8 +10,7 @@ from optimize.run_directory.finished_run import holds_run
 from optimize.run_directory.key import SETTINGS
 from optimize.run_directory.results import WRITTEN
 from relief.ground.errors import InputError
-from relief.ground.files import partial_folders, remove_partial
-from relief.ground.locks import only_writer
+from relief.ground.files import only_writer, partial_folders, remove_partial
 
 
 def check_vacant(run_dir: Path, force: bool) -> None:

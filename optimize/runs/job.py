@@ -31,8 +31,7 @@ from optimize.verification.measuring import Outcome, measure
 from optimize.verification.verification import Verification
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
-from relief.ground.files import remove_partial
-from relief.ground.locks import only_writer
+from relief.ground.files import only_writer, remove_partial
 from relief.ground.progress import say, stage
 from tactile.quantities import QUANTITIES
 

@@ -14,8 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from relief.ground.errors import InputError
-from relief.ground.files import cache_folder, remove_partial, write_atomically
-from relief.ground.locks import locked
+from relief.ground.files import cache_folder, locked, remove_partial, write_atomically
 from relief.ground.tensors import Arrays, read_tensors, tensor_bytes
 
 _log = logging.getLogger(__name__)

@@ -12,8 +12,8 @@ from mitsuba_scenes import find_texture
 from optimize.settings.fast_models import FAST_MODELS
 from optimize.settings.toml_files import first_fault
 from relief.ground.errors import InputError
+from relief.ground.files import only_writer
 from relief.ground.lengths import Lengths
-from relief.ground.locks import only_writer
 from relief.ground.progress import Progress, say
 from relief.heightmap import check_scales
 from retouch.laboratory.people.experiment_page import write_experiment_page

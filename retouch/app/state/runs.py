@@ -20,9 +20,8 @@ from optimize.descent.stop_reason import StopReason
 from optimize.run_directory.finished_run import read_verification
 from optimize.run_directory.key import SETTINGS
 from relief.ground.errors import InputError
-from relief.ground.files import read_limited
+from relief.ground.files import locked, read_limited
 from relief.ground.formats import RUN_CHECKPOINT, RUN_HEIGHTS, RUN_HISTORY
-from relief.ground.locks import locked
 from retouch.app.values.document import FeelChoice
 from retouch.app.values.folders import RUNS_FOLDER, is_run
 

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from optimize.run_directory.finished_run import read_result
-from relief.ground.files import write_atomically
+from relief.ground.files import only_writer, write_atomically
 from relief.ground.formatting import duration
-from relief.ground.locks import only_writer
 from relief.ground.progress import say, stage
 from retouch.laboratory.stimulus_sets import document as documents
 from retouch.laboratory.stimulus_sets.controls import check_sources, make_controls

@@ -13,9 +13,8 @@ from optimize.estimates.forecast import FOLDER_MIB, PIXEL_MIB, SAMPLE_MIB
 from optimize.run_directory.finished_run import holds_run
 from optimize.runs.checks import faults_of
 from relief.ground.errors import InputError
-from relief.ground.files import partial_folders, remove_partial
+from relief.ground.files import only_writer, partial_folders, remove_partial
 from relief.ground.formatting import duration
-from relief.ground.locks import only_writer
 from relief.ground.progress import Stage, say, stage
 from retouch.laboratory.studies.measuring.measures import MEASURES
 from retouch.laboratory.studies.records import Record, parse_record, read_failure, read_record, write_failure

@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 import tactile
 from relief.ground.errors import InputError
-from relief.ground.files import partial_folders, remove_partial, write_atomically
+from relief.ground.files import only_writer, partial_folders, remove_partial, write_atomically
 from relief.ground.limits import PATCH_SIDE_MM
-from relief.ground.locks import only_writer
 from relief.ground.progress import stage
 from retouch.laboratory.training.fields import STUDIO, STUDIO_AZIMUTHS
 from retouch.laboratory.training.shard_jobs import ShardJob, versions

@@ -11,8 +11,7 @@ from typing import Literal
 import torch
 
 from relief.ground.errors import InputError
-from relief.ground.files import write_atomically
-from relief.ground.locks import only_writer
+from relief.ground.files import only_writer, write_atomically
 from retouch.laboratory.training.curves import curves_page
 from retouch.laboratory.training.look_setup import look_setup
 from retouch.laboratory.training.setup import Kind, TrainingSetup

@@ -37,8 +37,8 @@ from optimize.verification import picture_metrics as metrics
 from optimize.verification.converged import converged
 from optimize.verification.picture_metrics import known
 from relief.ground.errors import InputError
+from relief.ground.files import only_writer
 from relief.ground.limits import BASE_MM
-from relief.ground.locks import only_writer
 from relief.heightmap import load_heights, save_heights_exr
 from retouch.commands.main import main
 from retouch.verbs import runs

@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 from relief.ground.errors import InputError
-from relief.ground.locks import only_writer
+from relief.ground.files import only_writer
 
 HOLDER = """
 import sys
 from pathlib import Path
-from relief.ground.locks import only_writer
+from relief.ground.files import only_writer
 with only_writer(Path(sys.argv[1])):
     print("held", flush=True)
     sys.stdin.read()

@@ -11,8 +11,8 @@ import pytest
 
 from optimize.run_directory.finished_run import read_verification
 from optimize.run_directory.key import RESULT
+from relief.ground.files import locked
 from relief.ground.formats import RUN_CHECKPOINT, RUN_HISTORY
-from relief.ground.locks import locked
 from retouch.app.state import runs
 from retouch.app.state.runs import Queue, QueuedRun, State, earlier_runs, state_of, steps
 from retouch.app.values.document import FeelChoice

@@ -12,7 +12,7 @@ import trimesh
 
 from benchmarks.shared.browser import Browser, chromium
 from relief.ground.errors import InputError
-from relief.ground.locks import only_writer
+from relief.ground.files import only_writer
 from relief.heightmap import load_height_map, save_heights_exr
 from relief.relief import Relief
 from relief.solids.export.plate_export import RAISED_MM

@@ -22,7 +22,7 @@ from mitsuba_scenes import find_file
 from mitsuba_scenes.studies import bundled_studies
 from optimize.run_directory.results import HISTORY
 from relief.ground.errors import InputError
-from relief.ground.locks import only_writer
+from relief.ground.files import only_writer
 from relief.heightmap import save_heights_exr
 from retouch.commands.main import main
 from retouch.laboratory.studies import engine, row_job

@@ -17,7 +17,7 @@ import pytest
 
 import tactile
 from relief.ground.errors import InputError
-from relief.ground.locks import only_writer
+from relief.ground.files import only_writer
 from retouch.laboratory.training import shard_jobs
 from retouch.laboratory.training.dataset import DatasetPlan, ShardResult, make_dataset, plan_dataset
 from retouch.laboratory.training.fields import touch_fields

@@ -12,7 +12,7 @@ import torch
 
 import tactile
 from relief.ground.errors import InputError
-from relief.ground.locks import only_writer
+from relief.ground.files import only_writer
 from retouch.commands.main import main
 from retouch.laboratory.training.dataset import make_dataset, plan_dataset
 from retouch.laboratory.training.look_loss import LookLoss
