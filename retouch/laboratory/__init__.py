@@ -1,1 +1,1 @@
-"""The laboratory: studies of many runs, sets of stimuli, experiments with people, and training of the nets."""
+"""The laboratory: studies of many runs, sets of stimuli, experiments with people, training of nets."""

@@ -23,7 +23,7 @@ SAME_HALF = 0.5
 
 @dataclass(frozen=True)
 class SortResults:
-    """How often people sorted by V, and should: neighbours, whole sets, and plates two or more steps apart."""
+    """How often people sorted by V, and should: neighbours, whole sets, plates two or more steps apart."""
 
     sorts: int
     people: int

@@ -25,7 +25,8 @@ from retouch.laboratory.studies.row_key import SHORT
 DOCUMENT, PLATES, PAIRS = "stimuli.json", "plates.csv", "pairs.csv"
 """Files of a set: everything, its plates, and its pairs of plates for a spreadsheet."""
 PAPER_NEIGHBOURS_PERCENT, PAPER_COLDER_PERCENT = 85.0, 83.1
-"""Percentages that the paper's participants ranked rightly: neighbours in roughness (5.4.1), and in contact area (5.5.1)."""
+"""Percentages that the paper's participants ranked rightly: neighbours in roughness (5.4.1), and in contact
+area (5.5.1)."""
 RENDERS, AFTER = "renders", "-after.exr"
 """Folder of a run's pictures, and the end of the names of those of its result."""
 MET_PERCENT = 1.0
