@@ -1,7 +1,7 @@
 """Data sets for training: a corpus of textures with fields of touch and sight, shard by shard.
 
-A shard is a pure function of its job (`retouch.laboratory.training.shard_jobs`), is written atomically, and is
-not computed again if it exists: after any interruption the next run continues, and the files are the same.
+A shard is a pure function of its job (`retouch.laboratory.training.shard_jobs`), is written atomically, and
+is not computed again if it exists: after any interruption the next run continues, and the files are the same.
 """
 
 import hashlib
