@@ -91,8 +91,8 @@ class Result:
     def __repr__(self) -> str:
         touch = self.verification.touch
         changes = [
-            f"{of.label} {touch.initial[name]:.3g} to {touch.achieved[name]:.3g} {of.unit}".rstrip()
-            for name, of in QUANTITIES.items()
+            f"{one.label} {touch.initial[name]:.3g} to {touch.achieved[name]:.3g} {one.unit}".rstrip()
+            for name, one in QUANTITIES.items()
         ]
         pictures = f"pictures changed by {self.verification.look.change_percent:.2g} %"
         return f"<{self.run_dir}: {self.stop.name.lower()}, {', '.join(changes)}, {pictures}>"

@@ -61,7 +61,7 @@ def descent_charts(report: Report) -> list[Markup]:
         for name, style in (("mean", "after"), ("rms", "second"))
     ]
     charts = [*touch, svg.line_chart("Picture change, % of the mean picture, estimated", look, "step")]
-    terms = [(name, of.label, of.energy_unit, "after") for name, of in QUANTITIES.items()]
+    terms = [(name, one.label, one.energy_unit, "after") for name, one in QUANTITIES.items()]
     energies = [
         svg.Series(label, steps, [value / unit for value in values], style)
         for name, label, unit, style in (*terms, ("visual", "pictures", 1.0, "second"))

@@ -68,8 +68,8 @@ def write_scan_page(
 
 
 def _limit_um(deviations: Array) -> float:
-    known = deviations[np.isfinite(deviations)]
-    return 1000.0 * float(np.percentile(np.abs(known), PERCENTILE)) if known.size else 1.0
+    measured = deviations[np.isfinite(deviations)]
+    return 1000.0 * float(np.percentile(np.abs(measured), PERCENTILE)) if measured.size else 1.0
 
 
 def _shade(heights: Array, width_mm: float) -> str:
@@ -78,11 +78,11 @@ def _shade(heights: Array, width_mm: float) -> str:
 
 def _deviation_uri(deviations: Array, limit: float) -> str:
     """A map (rows, cols) of deviations; grey where there are none."""
-    known = np.isfinite(deviations)
+    measured = np.isfinite(deviations)
     table = colour_maps.PURPLE_ORANGE.copy()
     table[0] = NOT_MEASURED
-    places = 1.0 + (np.where(known, deviations, 0.0) + limit) / (2.0 * limit) * 254.0
-    return colour_maps.table_uri(np.where(known, np.clip(places, 1.0, 255.0), 0.0), table, SHOWN_SIDE)
+    places = 1.0 + (np.where(measured, deviations, 0.0) + limit) / (2.0 * limit) * 254.0
+    return colour_maps.table_uri(np.where(measured, np.clip(places, 1.0, 255.0), 0.0), table, SHOWN_SIDE)
 
 
 def _chart(shown: PrintScanned) -> Markup:

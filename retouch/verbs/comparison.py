@@ -142,21 +142,18 @@ class CompareOptions:
         name = str(DEFAULT_SKIN if self.skin is None else self.skin)
         return load_skin(name), name
 
-    def look(self, run: Run | None) -> "_ComparedLook":
-        """The pictures: of the scene given, that of the run, or the studio. Raises InputError."""
+    def for_run(self, run: Run | None) -> Self:
+        """The same options with scene and seed: those given, those of the run, or the studio and 0.
+
+        Raises:
+            InputError: there is no such scene.
+        """
         own = run if self.scene is None else None
         scene = find_file(own.scene if own is not None else self.scene or DEFAULT_SCENE, ".xml")
-        defines = {} if own is None else dict(own.define)
+        defines = {**({} if own is None else own.define), **self.defines}
         # The seed of a run's own pictures gives the numbers of its report.
         seed = 0 if run is None else run.seed + 1
-        return _ComparedLook(
-            scene,
-            defines | dict(self.defines),
-            self.variant,
-            self.samples,
-            seed if self.seed is None else self.seed,
-            self.distance_cm,
-        )
+        return replace(self, scene=scene, defines=defines, seed=seed if self.seed is None else self.seed)
 
 
 def compared(
@@ -165,14 +162,15 @@ def compared(
     """Compare two reliefs, and write the page if it is named. Raises InputError and ContactError."""
     one, other = subjects
     run = next((subject.run for subject in subjects if subject.run is not None), None)
-    (finger, skin_name), look = options.finger(run), options.look(run)
+    (finger, skin_name), options = options.finger(run), options.for_run(run)
+    scene = Path(options.scene or DEFAULT_SCENE)
     touches = []
     for subject in subjects:
         with naming(subject.file), stage(f"pressing on {subject.name}"):
             touches.append(measure_touch(subject.relief, finger, options.model))
     felt = ComparedFingers.of(one.relief, other.relief, finger)
-    seen = look.of(one, other)
-    numbers = _numbers(subjects, touches, seen, felt, described_skin(finger, skin_name), look.scene)
+    seen = _seen(one, other, scene, options)
+    numbers = _numbers(subjects, touches, seen, felt, described_skin(finger, skin_name), scene)
     if page is None:
         return numbers
     write_comparison(Path(page), _content(one, other, touches, seen, numbers))
@@ -215,55 +213,45 @@ class ComparedFingers:
         )
 
 
-@dataclass(frozen=True)
-class _ComparedLook:
-    """How the pictures are made; the fields are those of `compare`."""
-
-    scene: Path
-    defines: Mapping[str, str]
-    variant: str | None
-    samples: int | None
-    seed: int
-    distance_cm: float
-
-    def of(self, one: Subject, other: Subject) -> Seen:
-        """Render both reliefs under the scene's conditions. Raises InputError."""
-        width_mm = one.relief.width_mm
-        if not _alike(one, other):
-            sizes = " and ".join(f"{each.name} is {_size(each.relief)}" for each in (one, other))
-            return Seen(reason=f"{sizes}; pictures are compared of plates of one size.")
-        plate_mm = plate_size_mm(self.scene, self.defines, width_mm)
-        if not math.isclose(plate_mm, width_mm, rel_tol=SAME_WIDTH):
-            fault = f"the plate of {self.scene.name} is {plate_mm:g} mm wide, the reliefs are"
-            return Seen(reason=f"{fault} {width_mm:g} mm; --scene names another scene.")
-        # Pictures of one film: that of the finer grid.
-        finest = max(one.relief.heights.shape, other.relief.heights.shape)
-        film = film_of(self.scene, self.defines, finest, width_mm)
-        scene = self._loaded(one, film)
-        heights = (one.relief.heights, other.relief.heights)
-        same_grid = heights[0].shape == heights[1].shape
-        if same_grid and self.samples is None:
-            before, after = converged(scene, *heights, metrics.known(scene), self.seed)
-        else:
-            scenes = (scene, scene if same_grid else self._loaded(other, film))
-            samples = self.samples or SAMPLES
-            before, after = (
-                batched(each, scene.levelled(relief), samples, self.seed)
-                for each, relief in zip(scenes, heights, strict=True)
-            )
-        if before.mean.mean() < BLACK * scene.white:
-            raise InputError(f"{self.scene}: its pictures are black; no light reaches the plate from above")
-        plate = scene.plate_weights()
-        change = metrics.look(
-            before, after, scene.white, plate, scene.weights, scene.pixels_per_mm(), self.distance_cm
+def _seen(one: Subject, other: Subject, file: Path, options: CompareOptions) -> Seen:
+    """Render both reliefs under the scene's conditions. Raises InputError."""
+    width_mm, seed = one.relief.width_mm, options.seed or 0
+    if not _alike(one, other):
+        sizes = " and ".join(f"{each.name} is {_size(each.relief)}" for each in (one, other))
+        return Seen(reason=f"{sizes}; pictures are compared of plates of one size.")
+    plate_mm = plate_size_mm(file, options.defines, width_mm)
+    if not math.isclose(plate_mm, width_mm, rel_tol=SAME_WIDTH):
+        fault = f"the plate of {file.name} is {plate_mm:g} mm wide, the reliefs are"
+        return Seen(reason=f"{fault} {width_mm:g} mm; --scene names another scene.")
+    # Pictures of one film: that of the finer grid.
+    finest = max(one.relief.heights.shape, other.relief.heights.shape)
+    film = film_of(file, options.defines, finest, width_mm)
+    scene = _loaded(one, file, film, options)
+    heights = (one.relief.heights, other.relief.heights)
+    same_grid = heights[0].shape == heights[1].shape
+    if same_grid and options.samples is None:
+        before, after = converged(scene, *heights, metrics.known(scene), seed)
+    else:
+        scenes = (scene, scene if same_grid else _loaded(other, file, film, options))
+        samples = options.samples or SAMPLES
+        before, after = (
+            batched(each, scene.levelled(relief), samples, seed)
+            for each, relief in zip(scenes, heights, strict=True)
         )
-        in_colour = scene.colour and same_grid
-        colours = colour_pictures(scene, *heights, self.seed) if in_colour else None
-        change = change.model_copy(update={"conditions": tuple(scene.conditions)})
-        return Seen(scene, (before, after), colours, change)
+    if before.mean.mean() < BLACK * scene.white:
+        raise InputError(f"{file}: its pictures are black; no light reaches the plate from above")
+    plate = scene.plate_weights()
+    change = metrics.look(
+        before, after, scene.white, plate, scene.weights, scene.pixels_per_mm(), options.distance_cm
+    )
+    in_colour = scene.colour and same_grid
+    colours = colour_pictures(scene, *heights, seed) if in_colour else None
+    change = change.model_copy(update={"conditions": tuple(scene.conditions)})
+    return Seen(scene, (before, after), colours, change)
 
-    def _loaded(self, subject: Subject, film: Mapping[str, str]) -> Scene:
-        return load_scene(self.scene, {**self.defines, **film}, self.variant, relief=subject.relief)
+
+def _loaded(subject: Subject, file: Path, film: Mapping[str, str], options: CompareOptions) -> Scene:
+    return load_scene(file, {**options.defines, **film}, options.variant, relief=subject.relief)
 
 
 def _numbers(

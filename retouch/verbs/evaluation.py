@@ -313,9 +313,9 @@ def _of_solid(
 ) -> Evaluation:
     files: tuple[Path, ...] = ()
     with naming(mesh.path), stage(f"feeling {mesh.path.name}"):
-        made = None if printer is None else print_part(mesh.body, printer)
-        printed = made.body if made else None
-        feel = feel_of(mesh, skin, model, MOST_MESH_PLACES, without_texture, printed, on_shape)
+        printed = None if printer is None else print_part(mesh.body, printer)
+        body = None if printed is None else printed.body
+        feel = feel_of(mesh, skin, model, MOST_MESH_PLACES, without_texture, body, on_shape)
     if colours is not None:
         files = write_coloured(Path(colours), mesh.path.stem, feel, Path(skin_name).stem)
-    return Evaluation(mesh, feel, model, skin, skin_name, files=files, printer=printer, printed=made)
+    return Evaluation(mesh, feel, model, skin, skin_name, files=files, printer=printer, printed=printed)

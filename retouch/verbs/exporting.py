@@ -99,16 +99,14 @@ def export(
     if isinstance(source, str | os.PathLike):
         own = _printer_of(Path(source))
         if own is not None and printer is not None:
-            fault = f"printer: the run in {source} has a printer already, {own.name}"
-            raise InputError(fault, f"--{fault}")
+            raise InputError(f"printer: the run in {source} has a printer already, {own.name}")
         source = find_texture(source)
         check_scales([source], lengths)
         if out.exists() and source.exists() and out.samefile(source):
             raise InputError(f"{out}: is the texture itself", f"{out}: -o: is the texture itself")
     check_file_to_write(out)
     if out.suffix.lower() == DISPLACEMENT and base_mm is not None:
-        fault = f"base-mm: is for plates; {out.name} holds heights alone"
-        raise InputError(fault.replace("-", "_", 1), f"--{fault}")
+        raise InputError(f"base_mm: is for plates; {out.name} holds heights alone")
     tile = relief_of(source, **lengths)
     heights = repeated(tile.heights, repeat, tile.name)
     whole = Relief(heights, tile.width_mm * repeat[1], name=tile.name, printer=tile.printer)

@@ -123,7 +123,7 @@ def feel_of(
     """Press the skin on places 2.5 mm apart, or as many as there may be, all over a mesh.
 
     The finger presses along the outward axis of the surroundings of a place, on a patch of 10 mm a side. That
-    of a round finger is wider, and the 10 mm in its middle decide whether the place is flat or on an edge. The
+    of a round finger is wider, and the 10 mm in its middle show if the place is flat or on an edge. The
     side that lies on the printer's bed, flat and lowest, is left out. Where the patch reaches over an edge
     the finger meets the shape and not a texture: such places are left out too, as are planes, unless there
     are no others, as on the rim of a coin.

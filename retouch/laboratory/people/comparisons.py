@@ -275,7 +275,7 @@ def wilson(right: int, count: int) -> tuple[float, float]:
 def _matrix(
     question: Question, plates: Mapping[str, SetPlate], quantity: str, ratio: float
 ) -> list[Preference]:
-    """How often each plate was ranked above each other of its texture, and should be: the paper's figure 25."""
+    """How often each plate ranks above each other of its texture, and should: the paper's figure 25."""
     counts: dict[tuple[str, str], list[int]] = {}
     for pair in itertools.chain(*question.pairs):
         if plates[pair.first].texture == plates[pair.second].texture:

@@ -10,12 +10,12 @@ PAGE = "index.html"
 """The page, in the folder of the plan."""
 
 
-def write_experiment_page(folder: Path, of: TrialPlan, title: str) -> Path:
+def write_experiment_page(folder: Path, plan: TrialPlan, title: str) -> Path:
     """Write the page of a plan into the folder of its set.
 
     Args:
         folder: of the set.
-        of: the plan.
+        plan: of the trials.
         title: of the page.
     """
     page = folder / FOLDER / PAGE
@@ -23,8 +23,8 @@ def write_experiment_page(folder: Path, of: TrialPlan, title: str) -> Path:
         "experiment.html.j2",
         scripts=("experiment.js",),
         pair={"title": title},
-        plan=of,
-        data=of.as_json(),
+        plan=plan,
+        data=plan.as_json(),
     )
     write_atomically(page, content)
     return page

@@ -7,7 +7,7 @@ the first with the probability
 
 Phi is the normal distribution function, s the noise of a comparison, g the lapse rate: in lapses a person
 guesses, so that the guess rate is g/2 at either end. b is the side preference in units of s; the point of
-equality lies at x = b s. Without lapses and preference Phi(1) = 84 of 100 pairs are ranked rightly at x = s. The
+equality lies at x = b s. Without lapses and preference Phi(1) = 84 of 100 pairs are right at x = s. The
 Weber fraction exp(s) - 1 is therefore one just-noticeable difference (JND), 0.19 in `tactile.jnd`.
 """
 
@@ -143,7 +143,7 @@ def log_likelihoods(people: Sequence[PairAnswers], grid: LikelihoodGrid) -> Arra
 
 
 def _counted(people: Sequence[PairAnswers]) -> tuple[Array, Array, Array]:
-    """Different differences (x,), how often each person had them, and ranked the second above, (people, x)."""
+    """Differences (x,), how often each person had them, and ranked the second above, (people, x)."""
     xs, places = np.unique(
         np.round(np.concatenate([one.differences for one in people]), 9), return_inverse=True
     )

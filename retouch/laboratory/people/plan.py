@@ -168,10 +168,10 @@ def _ordered(trials: Trials, textures: Sequence[str], rng: np.random.Generator) 
     return ordered
 
 
-def table_bytes(of: TrialPlan, question: str) -> bytes:
+def table_bytes(trial_plan: TrialPlan, question: str) -> bytes:
     """A question's table as CSV."""
     text = io.StringIO()
-    csv.writer(text).writerows(of.rows(question))
+    csv.writer(text).writerows(trial_plan.rows(question))
     return text.getvalue().encode()
 
 
@@ -181,14 +181,14 @@ def write_plan(folder: Path, experiment: Experiment) -> TrialPlan | None:
     Raises:
         InputError: the folder holds no plates.
     """
-    of = plan(read_plates(folder), experiment)
-    if not of.trials:
+    trial_plan = plan(read_plates(folder), experiment)
+    if not trial_plan.trials:
         return None
-    for question in of.trials:
-        write_atomically(folder / FOLDER / f"{question}.csv", table_bytes(of, question))
-    for question in HEADINGS.keys() - of.trials.keys():
+    for question in trial_plan.trials:
+        write_atomically(folder / FOLDER / f"{question}.csv", table_bytes(trial_plan, question))
+    for question in HEADINGS.keys() - trial_plan.trials.keys():
         (folder / FOLDER / f"{question}.csv").unlink(missing_ok=True)
-    return of
+    return trial_plan
 
 
 def planned(folder: Path) -> dict[str, dict[tuple[str, int], CsvRow]]:

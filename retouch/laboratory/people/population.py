@@ -188,5 +188,5 @@ def interval(values: Array, logs: Array, lowest: bool = False, drop: float = DRO
 
 
 def weber(noise: Estimate) -> Estimate:
-    """The Weber fraction of a noise's logarithm: the share of V at which 84 of 100 pairs are ranked rightly."""
+    """The Weber fraction of a noise's logarithm: the share of V at which 84 of 100 pairs are right."""
     return noise.mapped(lambda log: math.expm1(math.exp(log)))

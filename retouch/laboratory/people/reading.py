@@ -134,8 +134,7 @@ def read_answers(
         _check_labels(question, rows, plates)
         _take(question, rows, answers)
     if unknown := set(without) - known:
-        name = min(unknown)
-        raise InputError(f"without: nobody is called {name!r}", f"--without: nobody is called {name!r}")
+        raise InputError(f"without: nobody is called {min(unknown)!r}")
     if len(known) > MOST_PEOPLE:
         raise InputError(f"{files[0]}: answers of more than {MOST_PEOPLE} people")
     if not (any(answers.pairs.values()) or answers.sorts or answers.magnitudes):

@@ -1,4 +1,4 @@
-"""Tables of CSV that may come from anywhere: read within limits, each fault is reported in one line with its row."""
+"""Tables of CSV from anywhere, read within limits; each fault is reported in one line with its row."""
 
 import csv
 import io

@@ -25,8 +25,8 @@ from retouch.laboratory.studies.row_key import SHORT
 DOCUMENT, PLATES, PAIRS = "stimuli.json", "plates.csv", "pairs.csv"
 """Files of a set: everything, its plates, and its pairs of plates for a spreadsheet."""
 PAPER_NEIGHBOURS_PERCENT, PAPER_COLDER_PERCENT = 85.0, 83.1
-"""Percentages that the participants of the paper ranked rightly: neighbours in roughness (5.4.1), and in
-contact area (5.5.1)."""
+"""Percentages that the paper's participants ranked rightly: neighbours in roughness (5.4.1), and in contact
+area (5.5.1)."""
 RENDERS, AFTER = "renders", "-after.exr"
 """Folder of a run's pictures, and the end of the names of those of its result."""
 MET_PERCENT = 1.0
@@ -188,12 +188,12 @@ class FinishedPlate:
     """A plate that is done.
 
     Attributes:
-        of: the plate and its row.
+        plan: the plate as planned, with its row.
         cells: numbers of the row, by column.
         folder: its run directory.
     """
 
-    of: PlateRow
+    plan: PlateRow
     cells: Mapping[str, Cell]
     folder: Path
 
@@ -223,12 +223,12 @@ def numbers_of(plate: FinishedPlate, original: float | None) -> PlateNumbers:
 
     def change(column: str) -> float | None:
         # A control compares with its own patch there, not with the texture.
-        return plate.number(column) if plate.of.kind != CONTROLS else None
+        return plate.number(column) if plate.plan.kind != CONTROLS else None
 
     return PlateNumbers(
-        label=plate.of.label,
-        kind=plate.of.kind,
-        level=plate.of.level,
+        label=plate.plan.label,
+        kind=plate.plan.kind,
+        level=plate.plan.level,
         roughness=felt,
         jnd=tactile.jnd_apart(felt, original) if felt and original else None,
         places=plate.number("places.count"),
@@ -241,13 +241,13 @@ def numbers_of(plate: FinishedPlate, original: float | None) -> PlateNumbers:
         jod=change("jod"),
         lift_mm=plate.number("lift_mm"),
         seconds=plate.number("time_s.total"),
-        folder=f"{ROWS}/{plate.of.row.key[:SHORT]}",
+        folder=f"{ROWS}/{plate.plan.row.key[:SHORT]}",
     )
 
 
 def texture_numbers(name: str, plates: Sequence[FinishedPlate], files: Sequence[str]) -> TextureNumbers:
     """A texture of the set in numbers; arguments as the attributes of `TextureNumbers`."""
-    itself = [plate for plate in plates if plate.of.kind == ROUGHNESS and not plate.of.level]
+    itself = [plate for plate in plates if plate.plan.kind == ROUGHNESS and not plate.plan.level]
     originals = [plate.number("verified_roughness") for plate in itself]
     originals += [plate.number("initial_roughness") for plate in plates]
     original = next((roughness for roughness in originals if roughness is not None), None)
@@ -277,7 +277,7 @@ def _levels(plates: Sequence[FinishedPlate], numbers: Sequence[PlateNumbers]) ->
         neighbours_percent=100.0 * prediction.neighbours_right(jnds),
         sorted_percent=100.0 * prediction.sorted_right(jnds),
         far_discrepancy_percent=100.0 * prediction.far_discrepancy(jnds),
-        fingers=_fingers([plate for plate in plates if plate.of.kind == ROUGHNESS]),
+        fingers=_fingers([plate for plate in plates if plate.plan.kind == ROUGHNESS]),
     )
 
 

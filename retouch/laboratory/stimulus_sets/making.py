@@ -138,8 +138,8 @@ def _make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None, began
     done = documents.plates_done(plates, rows, out)
     textures, files = [], list[Path]()
     for name in stimuli.names:
-        own = [plate for plate in done if plate.of.texture == name]
-        tiles = {plate.of.label: read_result(plate.folder, repeats=False) for plate in own}
+        own = [plate for plate in done if plate.plan.texture == name]
+        tiles = {plate.plan.label: read_result(plate.folder, repeats=False) for plate in own}
         printed = write_plates(out, name, tiles, stimuli.print, stimuli.printer) if tiles else []
         files += printed
         with stage(f"pairs of {name}"):

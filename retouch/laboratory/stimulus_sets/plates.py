@@ -55,7 +55,7 @@ def _lines(label: str) -> list[str]:
 def plate_bodies(
     tiles: Mapping[str, Relief], settings: PrintSettings, printer: Printer | None = None
 ) -> dict[str, Body]:
-    """The plates of a texture, whose mean heights above the back are the same, so that none is recognised by it.
+    """The plates of a texture, whose mean heights above the back agree, so that none is recognised by it.
 
     With a printer the plates are of its pixels and of whole layers, and these means are the same to a layer.
 

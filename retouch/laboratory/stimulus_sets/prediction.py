@@ -2,8 +2,9 @@
 
 A plate of roughness V is felt at log V / log 1.19 just-noticeable differences (JND) plus normal noise of
 standard deviation sqrt(1/2), so that the difference of two plates has standard deviation 1: a pair one JND
-apart is ranked rightly with the probability Phi(1) = 84 %, by which Tymms et al. (2018) define the JND. Coldness
-takes 40 % of contact area for one JND in the same way (Tiest and Kappers 2009; section 5.5.1 of the paper).
+apart is ranked rightly with the probability Phi(1) = 84 %, by which Tymms et al. (2018) define the JND.
+Coldness takes 40 % of contact area for one JND in the same way (Tiest and Kappers 2009; section 5.5.1 of the
+paper).
 """
 
 import math
@@ -48,7 +49,7 @@ def judged_above(jnds: Sequence[float]) -> Array:
 
 
 def neighbours_right(jnds: Sequence[float]) -> float:
-    """Mean probability that two neighbouring plates of two or more, in the order designed, are ranked rightly."""
+    """Mean probability that neighbours of two or more plates, in the order designed, are ranked rightly."""
     each = [probability(upper - lower) for lower, upper in pairwise(jnds)]
     return sum(each) / len(each)
 

@@ -97,7 +97,8 @@ class Study(Section):
     Attributes:
         title, description: for people.
         base: run file, or the name of a bundled one; absolute once loaded.
-        measures: names of `measuring.measures.MEASURES`, beside what result.json holds.
+        measures: names of `retouch.laboratory.studies.measuring.measures.MEASURES`, beside the numbers of
+            result.json.
         set: settings of each row, over those of the base.
         tables, quick, plots: the sections.
     """

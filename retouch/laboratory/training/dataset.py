@@ -1,7 +1,7 @@
 """Data sets for training: a corpus of textures with fields of touch and sight, shard by shard.
 
-A shard is a pure function of its job (`training.shard_jobs`), is written atomically, and is not
-computed again if it exists: after any interruption the next run continues, and the files are the same.
+A shard is a pure function of its job (`retouch.laboratory.training.shard_jobs`), is written atomically, and
+is not computed again if it exists: after any interruption the next run continues, and the files are the same.
 """
 
 import hashlib
@@ -177,8 +177,8 @@ def make_dataset(
     Args:
         plan: Plan of the data set.
         folder: Folder of the data set, which may be new or hold part of the same data set.
-        runner: `workers.processes.run_here` or `run_on_dask` with their arguments and the work
-            `training.shard_jobs.run_shard`.
+        runner: `retouch.laboratory.workers.processes.run_here` or `run_on_dask` with their arguments and the
+            work `retouch.laboratory.training.shard_jobs.run_shard`.
         observer: Called for each shard, first for those that exist already.
 
     Returns:

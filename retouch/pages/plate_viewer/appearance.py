@@ -70,4 +70,4 @@ STUDIO = Appearance(
     exposure=1.0,
     note="The surface is shown matte and grey, under the lamps of the bundled studio.",
 )
-"""The bundled scene `studio` as `visual.matte.matte_scene` describes it, as bright as the pictures of a run."""
+"""The bundled scene `studio` by `visual.matte.matte_scene`, as bright as the pictures of a run."""

@@ -91,11 +91,11 @@ def _group(name: str, buttons: Sequence[tuple[str, str, str, bool]]) -> Markup:
     """Buttons of which one is pressed: name, what it sets, to which value, whether it is set; or nothing."""
     if not buttons:
         return Markup()
-    made = [
+    parts = [
         _button(text, Markup(' data-{}="{}"').format(key, value), pressed)
         for text, key, value, pressed in buttons
     ]
-    return GROUP.format(name=name, buttons=Markup().join(made))
+    return GROUP.format(name=name, buttons=Markup().join(parts))
 
 
 def _data(models: Sequence[ViewerModel]) -> Markup:

@@ -118,7 +118,7 @@ class ScannedPrint:
         return content | {"compared": self.compared.as_json(), "page": str(self.page)}
 
     def lines(self) -> Iterator[str]:
-        """Lines about both prints and the page; the numbers of each print are lines of its own."""
+        """Lines for a person about both prints and the page; each print has lines of its own."""
         if len(self.prints) > 1:
             between = self.compared.jnd_apart
             apart = "smooth" if between is None else f"{between:+.2f} JND from the first"

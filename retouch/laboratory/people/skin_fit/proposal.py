@@ -3,7 +3,8 @@
 The skin that a set was made for is varied by one factor of all its moduli and by the depth of its receptors.
 For each such finger V of the plates is computed, and the answers to pairs are fitted with a JND of their own,
 so that nothing is assumed of the JND: what decides is how the plates lie to one another. Simple measurements
-on the finger (`skin_fit.measurements`) say more of the stiffness, and nothing of the receptors.
+on the finger (`retouch.laboratory.people.skin_fit.measurements`) say more of the stiffness, and nothing of
+the receptors.
 """
 
 import math
