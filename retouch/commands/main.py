@@ -45,9 +45,9 @@ USERS_OWN = frozenset(
 VERBS = {
     name: importlib.import_module(f"retouch.commands.{name}")
     for name in (
-        *("app", "prepare", "optimize", "resume", "evaluate", "compare", "render", "export", "wrap"),
-        *("study", "stimuli", "answers", "scan", "dataset", "train", "doctor"),
-    )
+        "app prepare optimize resume evaluate compare render export wrap "
+        "study stimuli answers scan dataset train doctor"
+    ).split()
 }
 """Modules of the verbs by name, in the order of the help."""
 
