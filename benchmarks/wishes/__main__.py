@@ -3,8 +3,8 @@
 python -m benchmarks.wishes                # every patch
 python -m benchmarks.wishes option term    # these alone
 
-`wishes.toml` describes the patches of this folder. Each is applied to a clone, where its tests are run. Results
-go to results/wishes.json; the exit status is 1 if a patch does not apply or a test fails.
+`wishes.toml` describes the patches of this folder. Each is applied to a clone, where its tests are run.
+Results go to results/wishes.json; the exit status is 1 if a patch does not apply or a test fails.
 """
 
 from __future__ import annotations

@@ -42,14 +42,27 @@ USERS_OWN = frozenset(
 )
 """Error numbers of files and folders that the user can mend; any other is the program's."""
 
-VERBS = {
-    name: importlib.import_module(f"retouch.commands.{name}")
-    for name in (
-        "app prepare optimize resume evaluate compare render export wrap "
-        "study stimuli answers scan dataset train doctor"
-    ).split()
-}
-"""Modules of the verbs by name, in the order of the help."""
+VERB_NAMES = (
+    "app",
+    "prepare",
+    "optimize",
+    "resume",
+    "evaluate",
+    "compare",
+    "render",
+    "export",
+    "wrap",
+    "study",
+    "stimuli",
+    "answers",
+    "scan",
+    "dataset",
+    "train",
+    "doctor",
+)
+"""Verbs in the order of the help."""
+VERBS = {name: importlib.import_module(f"retouch.commands.{name}") for name in VERB_NAMES}
+"""Modules of the verbs by name."""
 
 DESCRIPTION = "Changes how a surface texture feels while it keeps its look, and writes it for a 3-D printer."
 
