@@ -41,10 +41,10 @@ def row_plates(folders: Mapping[str, Path]) -> dict[str, Any]:
         note = f"{samples_note(pair[0], packed)} {STUDIO.note}"
         places = []
         for field in packed["heights"]:
-            known = fields.setdefault(field["data"], len(numbers))
-            if known == len(numbers):
+            place = fields.setdefault(field["data"], len(numbers))
+            if place == len(numbers):
                 numbers.append(field)
-            places.append(known)
+            places.append(place)
         rows[key] = packed | {"heights": places, "note": note}
     return {"rows": rows, "fields": numbers, "options": STUDIO.options() | {"names": NAMES}}
 
