@@ -149,7 +149,7 @@ ROUGHNESS = Quantity(
     step_value=lambda touch: tactile.roughness(touch, quadrature="thinned"),
     fast_value=lambda touch: tactile.roughness(touch, quadrature="polar"),
     goals=(
-        GoalKey("roughness", "V", "roughness, as retouch evaluate tells it"),
+        GoalKey("roughness", "V", "roughness, as retouch evaluate reports it"),
         GoalKey(
             "jnd",
             "N",

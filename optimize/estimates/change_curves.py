@@ -51,7 +51,7 @@ class Reach:
 
     @property
     def limit_percent_of_mean(self) -> float:
-        """The limit in % of the mean picture, the unit of the changes that runs tell."""
+        """The limit in % of the mean picture, the unit of the changes that runs report."""
         return 100.0 * LIMIT_PERCENT / self.mean_percent_of_white
 
     def change_percent(self, jnd: float) -> float:

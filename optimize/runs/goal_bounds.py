@@ -54,8 +54,8 @@ def telling_reach(settings: Run, quantity: Quantity) -> Iterator[None]:
             argument, option = f", relief_mm={relief_mm}", f" --relief-mm {relief_mm}"
             if relief_mm is None:
                 argument = option = ""
-            tells = "tells how far its look is kept"
-            in_python = f'; retouch.evaluate("{texture}"{argument}, reach="studio") {tells}'
-            in_command = f"; retouch evaluate {texture}{option} --reach {tells}"
+            purpose = "estimates how far its look is kept"
+            in_python = f'; retouch.evaluate("{texture}"{argument}, reach="studio") {purpose}'
+            in_command = f"; retouch evaluate {texture}{option} --reach {purpose}"
         line, for_command = f"{error}{in_python}", f"{error.for_command}{in_command}"
         raise InputError(f"{texture}: {line}", f"{texture}: {for_command}") from error

@@ -242,7 +242,7 @@ def literal(value: object) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shown:
+class ProgressKeywords:
     """How a Python function shows its progress.
 
     Attributes:

@@ -1,4 +1,4 @@
-"""`retouch answers`: what people told of a set of stimuli, beside what was predicted."""
+"""`retouch answers`: people's answers to a set of stimuli, beside the prediction."""
 
 import argparse
 from pathlib import Path
@@ -7,14 +7,14 @@ import retouch
 from retouch.commands.options import add_skin, add_talk, print_json
 from retouch.commands.printing import print_lines
 
-HELP = "say what people's answers to a set of stimuli tell"
+HELP = "analyse people's answers to a set of stimuli"
 DESCRIPTION = """\
-Reads what people answered in an experiment with the plates of `retouch stimuli`, and tells the
-just-noticeable difference, for each person and all, beside the prediction: the fraction of V at which 84 of
-100 pairs are told right. Without a file of answers it tells how exactly the plan will know that.
+Reads the answers of an experiment with the plates of `retouch stimuli`, and reports the just-noticeable
+difference, for each person and all, beside the prediction: the fraction of V at which 84 of 100 pairs are
+judged rightly. Without a file of answers it reports how exactly the plan will measure that fraction.
 
 tables of answers (CSV; a column `trial` names the trial of the plan):
-  person, first, second, rougher     the label of the plate that was told rougher; or `colder`
+  person, first, second, rougher     the label of the plate that was judged rougher; or `colder`
   person, first, second, same        yes or no, by sight
   person, sort, place, plate         1 for the smoothest plate of a sort
   person, plate, magnitude           a number above 0

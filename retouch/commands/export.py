@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--coupon",
         action="store_true",
-        help="write, in place of a texture, a plate whose scan tells the numbers of a printer (retouch scan "
+        help="write, in place of a texture, a plate by whose scan a printer is measured (retouch scan "
         "--coupon); --printer chooses its size",
     )
     parser.add_argument(

@@ -118,7 +118,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     for name, value in PATIENT_THREADS.items():
         os.environ.setdefault(name, value)
-    # Readers of files lead descriptor 2 to nowhere meanwhile; an interrupt is told all the same.
+    # Readers of files lead descriptor 2 to nowhere meanwhile; an interrupt is reported all the same.
     with standard_streams(), open(os.dup(2), "wb") as stderr:
         return _main(sys.argv[1:] if argv is None else argv, stderr.fileno())
 
@@ -237,9 +237,9 @@ def _by_options(line: str, options: Mapping[str, str]) -> str:
 def _after_interrupt(arguments: argparse.Namespace) -> str:
     """How to go on after an interrupt, as the end of a line; empty where nothing is known."""
     verb = VERBS.get(arguments.verb)
-    tell: Callable[[argparse.Namespace], str] | None = getattr(verb, "after_interrupt", None)
+    sentence: Callable[[argparse.Namespace], str] | None = getattr(verb, "after_interrupt", None)
     after: str = getattr(verb, "AFTER_INTERRUPT", "")
-    return after if tell is None else tell(arguments)
+    return after if sentence is None else sentence(arguments)
 
 
 def _lists_joined(argv: Sequence[str]) -> list[str]:

@@ -28,7 +28,7 @@ def add_meshes(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="FILE",
         help="the object without texture, a file or one that comes with Retouch: its curvature is taken out "
-        "exactly, which else is told from each patch",
+        "exactly, and else estimated from each patch",
     )
     group.add_argument(
         "--on-shape",

@@ -81,7 +81,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--dry-run",
         action="store_true",
-        help="only check everything, and tell about how much time and memory the run takes; write nothing",
+        help="only check everything, and estimate time and memory of the run; write nothing",
     )
     add_talk(parser, "the content of result.json, with the files written,")
 
@@ -197,7 +197,7 @@ def finish(result: "Verification", run_dir: Path, arguments: argparse.Namespace)
 
 
 def _forecast(settings: "Run", out: Path, arguments: argparse.Namespace) -> int:
-    """Check a run and tell what it takes; returns the status of success. Raises InputError."""
+    """Check a run and print what it takes; returns the status of success. Raises InputError."""
     estimate = retouch.forecast(settings, out, variant=arguments.variant, force=arguments.force)
     if arguments.json:
         print_json({"run_dir": str(out), **estimate.as_json()})

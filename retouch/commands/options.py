@@ -37,7 +37,7 @@ LENGTHS = ("size_mm", "relief_mm", "height_scale")
 """Options of `add_plate`, by the names of arguments."""
 MOST_WORKERS = 1024
 PACKAGES = ("relief", "tactile", "visual", "surrogate", "optimize", "retouch", "mitsuba_scenes")
-"""Packages whose steps `-v` tells; others tell warnings only."""
+"""Packages whose steps `-v` reports; others report warnings only."""
 
 
 def define(text: str) -> tuple[str, str]:
@@ -70,11 +70,11 @@ def add_talk(parser: argparse.ArgumentParser, document: str | None = None, quiet
         document: what `--json` prints, for the help; None leaves the option out.
         quiet: whether there is `-q`.
     """
-    talk = parser.add_argument_group("what is told")
+    talk = parser.add_argument_group("output")
     if quiet:
         talk.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
     talk.add_argument(
-        "-v", dest="verbose", action="store_true", help="tell on stderr what is done, and what is skipped"
+        "-v", dest="verbose", action="store_true", help="report on stderr what is done, and what is skipped"
     )
     if document is not None:
         text = f"print {document} as one JSON document; progress goes to stderr"

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from retouch import Evaluation, Prepared
 
 MOST_PRESSED = 1024
-"""Most samples a side that are pressed to tell how the relief feels."""
+"""Most samples a side that are pressed to measure how the relief feels."""
 NATURAL_ROUGHNESS = (0.03, 0.12)
 """Least and greatest roughness of natural surfaces, no unit (docs/touch.md)."""
 HIGH_MM = 2.0
@@ -43,8 +43,8 @@ OPTIONS = (
 HELP = "make a height map of any picture"
 DESCRIPTION = """\
 Makes a height map of a picture: square, grey, white is high. The picture may be a photograph, a scan or a
-drawing of any sides: PNG, JPEG, TIFF, WebP, BMP, GIF, PGM, EXR or NPY. Every step is told. Beside the height
-map lies a preview, NAME-preview.png, with the picture, the relief under raking light and the numbers.
+drawing of any sides: PNG, JPEG, TIFF, WebP, BMP, GIF, PGM, EXR or NPY. Every step is reported. Beside the
+height map lies a preview, NAME-preview.png, with the picture, the relief under raking light and the numbers.
 
 A photograph knows brightness, not height: bright is taken as high, dark with --invert.
 """

@@ -27,8 +27,8 @@ FOLDER = Path("scans")
 
 HELP = "say what a printer made of a design, from a scan of the print"
 DESCRIPTION = """\
-Lays the scan of a print on its design and tells turn, shift, scale, heights and blur, each with an interval,
-what of the detail the printer lost, how the print feels and looks beside its design.
+Registers the scan of a print with its design and reports turn, shift, scale, heights and blur, each with an
+interval, what of the detail the printer lost, how the print feels and looks beside its design.
 
 FILE: a height map (EXR, NPY or float TIFF in mm, not finite in holes; PNG or TIFF, grey), a mesh (STL, OBJ,
 PLY, GLB, 3MF) with the relief upward, or a text of points x, y, z in mm (XYZ, TXT, CSV, ASC).

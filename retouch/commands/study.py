@@ -105,7 +105,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _study(path: Path, out: Path, arguments: argparse.Namespace) -> "StudyTables":
-    """Compute or redraw a study, and tell what became of it."""
+    """Compute or redraw a study, and print what became of it."""
     began = time.monotonic()
     tables = retouch.study(
         path,

@@ -32,7 +32,7 @@ def summary(result: "Verification", run_dir: Path, verbose: bool = False) -> "Ta
     Args:
         result: what was measured of the result.
         run_dir: where the files lie; only files that exist are named.
-        verbose: tell also how well each number is known, and the time of each part.
+        verbose: print also how well each number is known, and the time of each part.
     """
     return lines_table(_lines(result, run_dir, verbose))
 

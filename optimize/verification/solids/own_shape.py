@@ -1,13 +1,13 @@
 """The texture of patches of a mesh alone, against the patches' own smooth shapes.
 
-Nobody calls a ball rough. Without the object as it was before its texture, its shape has to be told from the
-mesh. Around each place a part of a torus is fitted, which reaches farther than the patch, as the waves of a
-texture average out on a wider disc. The torus is laid under the texture, as textures stand on objects, and
-the mesh is unrolled over it. What is left of third to sixth order on the disc belongs to the shape where it
-is larger than what the texture's own waves give. These are told from higher orders, at all places of the
-object together, as a texture is the same all over it. Not all of such an order is taken away, so that the
-roughness keeps a part of the texture's long waves. Where there are no short waves at all, as on a bare part
-with fillets, the shape is whatever is longer than 2 mm.
+Nobody calls a ball rough. Without the bare object, the shape under the texture is estimated from the mesh. A
+part of a torus is fitted around each contact location; the fit reaches farther than the patch, because the
+waves of a texture average out on a wider disc. The torus lies under the texture, as textures stand on
+objects, and the mesh is unrolled over the torus. A residual of third to sixth order on the disc belongs to
+the shape where the residual exceeds the texture's own waves. The texture's waves are estimated from higher
+orders at all locations of the object together, because the texture is the same all over the object. A share
+of each order stays, so that the roughness keeps a part of the texture's long waves. Where there are no short
+waves, as on a bare part with fillets, the shape is whatever is longer than 2 mm.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,14 +31,14 @@ CURVED = 25.0
 """Power of second order, in units of what the texture's own waves give, from which it is the object's. On the
 tiles it has up to 20 (leather)."""
 WIDE_MM, DISC_MM = 9.0, 7.0
-"""Radii of the discs around a place that a shape is fitted to, mm: textures are told better on the wide one,
-which reaches round the sides of narrow objects; the other reaches to the corners of a patch."""
+"""Radii of the discs around a place that a shape is fitted to, mm: textures are estimated better on the wide
+one, which reaches round the sides of narrow objects; the other reaches to the corners of a patch."""
 POINTS, EVERY = 4096, 4
-"""Points on the wide disc, and every so many that a torus is fitted to. Four on a mm² are too few: what waves
-shorter than their distance give a polynomial is as much as its own."""
+"""Number of samples of the wide disc, and stride of the torus fit. Four samples on a mm² are too few: waves
+shorter than their distance add as much to a polynomial as its own coefficients."""
 SHAPE_ORDER, MOST_ORDER = 6, 10
-"""Highest order that may belong to the shape, waves of about 5 mm on the disc, and the highest one that tells
-of the texture."""
+"""Highest order that may belong to the shape, waves of about 5 mm on the disc, and the highest order from
+which the texture is estimated."""
 SIMPLE = 7.0
 """Power of a polynomial of third to fifth order on the wide disc, in units of that of higher orders on the
 other, up to which the torus of the wide disc is shape enough: leather on a ball has 2.7 to 6.9, gravel on the

@@ -2,7 +2,7 @@
 
 The headings of a file say what it holds:
 
-    person, first, second, rougher      label of the plate that was told rougher (or `colder`)
+    person, first, second, rougher      label of the plate that was judged rougher (or `colder`)
     person, first, second, same         yes or no
     person, sort, place, plate          place of a plate in a sort, 1 for the smoothest
     person, plate, magnitude            a positive number

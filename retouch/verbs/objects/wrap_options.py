@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from relief.ground.options import Option, Shown
+from relief.ground.options import Option, ProgressKeywords
 from relief.plate_options import TileOptions, printer_option
 from relief.solids.wrapping.options import MeshOptions, PlacingOptions, SurfaceOptions
 
@@ -29,7 +29,7 @@ def region(text: str) -> tuple[str, Path | float]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class WrapOptions(Shown, TileOptions, MeshOptions, SurfaceOptions, PlacingOptions):
+class WrapOptions(ProgressKeywords, TileOptions, MeshOptions, SurfaceOptions, PlacingOptions):
     """How a tile is laid over an object."""
 
     GROUP: ClassVar = SurfaceOptions.GROUP

@@ -39,7 +39,7 @@ class WrapPreview:
 
     Attributes:
         file: the page.
-        preview: what it tells.
+        preview: its content.
         warnings: lines about tiles that are larger than the object.
     """
 
@@ -116,7 +116,7 @@ def check_page(page: Path) -> None:
 
 
 def _preview(title: str, task: Task) -> Preview:
-    """What is to be shown, by wrapping with few triangles, which tell what many will come to."""
+    """The content of the page, by wrapping with few triangles, from which the file is estimated."""
     body, coverings, settings, uv, regions = task.arguments
     begun = perf_counter()
     few = replace(settings, faces=SHOWN_FACES, edge_mm=None, draft=True)

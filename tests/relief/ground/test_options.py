@@ -11,7 +11,7 @@ import pytest
 from relief.ground.errors import InputError
 from relief.ground.options import (
     Option,
-    Shown,
+    ProgressKeywords,
     add_options,
     by_keywords,
     checked,
@@ -32,7 +32,7 @@ class Finger:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options(Shown, Finger):
+class Options(ProgressKeywords, Finger):
     GROUP: ClassVar = ""
 
     steps: Annotated[int | None, Option("steps", alone="end")] = None
