@@ -23,7 +23,6 @@ from typing import Any
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
-from tests.tests.relief.scans.simulated import Scanner, scanned
 
 from benchmarks.prints.prusa import PRINTER as SLICED
 from benchmarks.prints.prusa import Slicer, plate_heights
@@ -45,6 +44,7 @@ from relief.solids.export.plate_export import export_plate
 from tactile.jnd import jnd_apart
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
+from tests.relief.scans.simulated import Scanner, scanned
 
 PAGE = DOCS / "evidence" / "scans.md"
 SIDE, SIDE_MM = 80, 8.0

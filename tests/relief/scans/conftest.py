@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
-from tests.tests.relief.scans.simulated import Scanner, scanned
 
 from relief.relief import Relief
 from relief.scans.pose import Pose
 from relief.scans.scans import Scan
+from tests.relief.scans.simulated import Scanner, scanned
 
 POSE = Pose(
     turn=0.4,
@@ -31,7 +31,7 @@ def texture(seed: int, samples: float = 2.0) -> Relief:
 
 def scan_of(relief: Relief, pose: Pose = POSE, **scanner: float) -> Scan:
     """A scan of a print, with samples of 0.1 mm."""
-    return scanned(relief, pose, Scanner(0.1, **scanner), np.random.default_rng(1))
+    return scanned(relief, pose, Scanner(0.1, **scanner), np.random.default_rng(1))  # type: ignore[arg-type]
 
 
 @pytest.fixture(scope="session")

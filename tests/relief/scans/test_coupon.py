@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.tests.relief.scans.simulated import Scanner, scanned
 
 from relief.ground.errors import InputError
 from relief.printers import PRINTERS, Printer, find_printer, read_printer
 from relief.scans.coupon import SAMPLES, SIDE_MM, coupon, fields, scale_for, window
 from relief.scans.coupon_reading import CouponNumbers, printer_file, read_coupon
 from relief.scans.pose import Pose
+from tests.relief.scans.simulated import Scanner, scanned
 
 pytestmark = pytest.mark.slow
 

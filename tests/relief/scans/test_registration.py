@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.tests.relief.scans.simulated import Scanner, scanned
 
 from relief.ground.errors import InputError
 from relief.relief import Relief
@@ -16,6 +15,7 @@ from relief.scans.print_summary import print_scanned
 from relief.scans.registration import NORMAL_95, Interval, Registration, register
 from relief.scans.scans import Scan
 from tests.relief.scans.conftest import POSE, scan_of, texture
+from tests.relief.scans.simulated import Scanner, scanned
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.tests.relief.scans.simulated import Scanner, scanned
 
 import retouch
 from optimize.settings.run_file import run_from_scene
@@ -17,6 +16,7 @@ from relief.scans.coupon import coupon
 from relief.scans.pose import Pose
 from retouch.commands.main import BAD_INPUT, main
 from tests.relief.scans.conftest import POSE, scan_of, texture
+from tests.relief.scans.simulated import Scanner, scanned
 
 
 @pytest.fixture(scope="module")

@@ -82,7 +82,7 @@ def test_seams_are_shown_where_patches_do_not_fit():
         (("--preview", "none/page.html"), "--preview: there is no folder none"),
         (("--preview", "page.html", "--mask", "up"), "is no mask"),
         (("--preview", "page.html", "--mask", "z>500"), "leaves nothing of the surface"),
-        (("--preview", "page.html", "--faces", "10"), "--faces: 10 is outside"),
+        (("--preview", "page.html", "--faces", "10"), "--faces: '10' is not a whole number from 1000"),
     ],
 )
 def test_bad_input_is_refused_in_one_line(capsys, argv, says):
