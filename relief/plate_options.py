@@ -38,12 +38,13 @@ def height_scale_option(default: str, key: str = "") -> Option:
     return Option(text, "FACTOR", SCALE, default=default, key=key)
 
 
-def printer_option(what: str, default: str = "none", key: str = "") -> Option:
+def printer_option(what: str, default: str = "none", key: str = "", python: str = "") -> Option:
     """The option of a printer, with which `what` is done."""
     return Option(
         f"{what}: {', '.join(PRINTERS)}, or a printer file (.toml); docs/printing.md has their numbers",
         "PRINTER",
         default=default,
+        python=python,
         read=printer,
         key=key,
         label="Printer",

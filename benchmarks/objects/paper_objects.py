@@ -252,16 +252,16 @@ def main() -> None:
 
 def show(content: Mapping[str, Any]) -> None:
     """Print the tables of docs/evidence/objects.md."""
-    of_tiles = content["tiles"]
+    of_tiles = content.get("tiles", {})
     keys = ("texture", "target", "before", "roughness", "any_place_jnd", "change_percent")
     print(table(("tile", *keys), [(name, *(row[key] for key in keys)) for name, row in of_tiles.items()]))
     rows = []
-    for name, found in content["objects"].items():
+    for name, found in content.get("objects", {}).items():
         for group, row in found["groups"].items():
             felt_there = [row[key] for key in ("target", "roughness", "off_jnd", "spread_percent", "places")]
             rows.append((name, group, *felt_there, found["edge_mm"]))
     print(table(("object", "where", "target", "V", "JND off", "spread %", "places", "edge mm"), rows))
-    for name, pair in content["pairs"].items():
+    for name, pair in content.get("pairs", {}).items():
         found = np.array(pair["object_percent"])
         ends = f"{found.mean():.1f} % ({found.min():.1f} to {found.max():.1f})"
         print(f"{name}: {pair['plate_percent']:.1f} % on a plate, {ends} on the object")

@@ -54,11 +54,11 @@ SETS = {"both": ("grooves", "sphere"), "grooves": ("grooves",), "sphere": ("sphe
 
 
 def solved_fingers(depths: dict[str, str], keep: Callable[[], object]) -> Emulator:
-    """The emulator by fingers that are solved where `known` has none; `keep` is called now and then.
+    """The emulator by fingers that are solved where `depths` has none; `keep` is called now and then.
 
     Args:
-        known: depths by name of a finger (`node_key`), in one line each; filled.
-        keep: what writes `known` down.
+        depths: by name of a finger (`node_key`), in one line each; filled.
+        keep: what writes `depths` down.
     """
     every = node_values()
     for number, values in enumerate(every):

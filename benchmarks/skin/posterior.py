@@ -38,7 +38,7 @@ PRIOR: Mapping[str, tuple[float, float]] = {
 """Ranges of the prior, even in the logarithm: radius of the pad, its thickness, thickness of the upper layer,
 the layer's modulus over the base's, and the base's modulus."""
 NODES = {"radius_mm": 3, "thickness_mm": 3, "layer_mm": 5, "ratio": 6}
-"""Chebyshev nodes along each axis of the solved fingers; how exact that is, `Calibration.check` tells."""
+"""Chebyshev nodes along each axis of the solved fingers."""
 LOADS = 5
 """Nodes of force over modulus for the grooves."""
 SPHERE_LOADS = 12

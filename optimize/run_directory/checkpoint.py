@@ -38,7 +38,7 @@ class Checkpoint:
         state: of the outer iterations.
         seconds: taken so far.
         key: of the run, as by `optimize.run_directory.key.run_key`.
-        history: digest of the history up to the last iterate (`optimize.run_directory.results.History`).
+        history: digest of the history up to the last iterate (`optimize.run_directory.history.History`).
     """
 
     current: Iterate

@@ -44,7 +44,7 @@ def check_distance(quantity: Quantity, goal: float, original: float) -> None:
 
 @contextmanager
 def telling_reach(settings: Run, quantity: Quantity) -> Iterator[None]:
-    """Prefix errors of the block with the texture and the reachable range."""
+    """Prefix errors of the block with the texture, and append the command that estimates the reach."""
     texture, relief_mm = settings.texture, settings.relief_mm
     try:
         yield

@@ -21,7 +21,7 @@ NEEDED: Mapping[str, tuple[str, str, Any]] = {
     "verify.corrections": ("verify.model", "fem", 0),
 }
 """Key -> (key it depends on, value required there, idle value). With any other value there, the key has no
-effect, and its idle value states just this."""
+effect, so that the idle value, which asks for nothing, is allowed there too."""
 LOOK_KEYS: Mapping[str, Callable[[LookModel], bool]] = {
     "look.samples": lambda look: look.sampled,
     "descent.shadow_edges": lambda look: look.shadows,

@@ -33,7 +33,6 @@ def skin_option(default: str = DEFAULT_SKIN) -> Option:
         "SKIN",
         default=default,
         key="touch.skin",
-        label="Finger",
     )
 
 

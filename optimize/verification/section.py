@@ -42,7 +42,7 @@ class Section(BaseModel):
             # The first of the names, which counts, comes last.
             for key in reversed(keys.names):
                 if keys.each:
-                    values = {of: content[f"{key}{of}"] for of in QUANTITIES if f"{key}{of}" in content}
+                    values = {one: content[f"{key}{one}"] for one in QUANTITIES if f"{key}{one}" in content}
                     gathered |= {name: values} if values and name not in content else {}
                 elif key in content and name not in content:
                     gathered[name] = content[key]
@@ -56,7 +56,7 @@ class Section(BaseModel):
                 continue
             value = _plain(getattr(self, name))
             for key in keys.names:
-                content |= {f"{key}{of}": each for of, each in value.items()} if keys.each else {key: value}
+                content |= {f"{key}{one}": each for one, each in value.items()} if keys.each else {key: value}
         return content
 
 

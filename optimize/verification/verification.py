@@ -318,7 +318,7 @@ class Heights(Section):
 
 
 class Faults(Section):
-    """What of a print is beyond the limits of its printer (`relief.solids.export.printed.faults`)."""
+    """What of a print is beyond the limits of its printer (`relief.printed.faults`)."""
 
     too_steep_percent: float
     too_fine_percent: float

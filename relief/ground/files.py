@@ -210,6 +210,8 @@ def read_limited(path: Path, limit: int) -> bytes:
         with path.open("rb") as file:
             # Python allocates the requested bytes at once, more than a file may have; pipes state no size.
             content = file.read(min(limit, os.fstat(file.fileno()).st_size or limit) + 1)
+            # The file may have grown meanwhile.
+            content += file.read(limit + 1 - len(content)) if len(content) <= limit else b""
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from error
     if len(content) > limit:

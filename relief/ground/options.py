@@ -2,7 +2,7 @@
 
 `add_options` makes the fields options of the command line and `given` reads them back; `by_keywords` makes
 them keywords of a Python function; `checked` refuses values out of range; `words` writes a command line and
-`overrides` keys of a run file. The app's fields take label, unit, range and help from the same place.
+`overrides` keys of a run file. The app's fields take label, range and help from the same place.
 
 The dataclasses stand in modules that import nothing heavy, because `--help` imports them all. What no field
 can state (a check of several options, a file that is read) stays with the verb; what no row of argparse can
@@ -46,6 +46,7 @@ class Option:
         range: least and greatest number, both allowed; None: any.
         choices: the only values, in order.
         default: what holds where the option is not given, in words; None: the field's default, "" for none.
+        python: the help of the keyword, where a keyword takes other values than the command; "": `help`.
         read: from the text on the command line to the value; None: by the field's type.
         several: whether the option may be given several times.
         alone: name of a set of options of which one at most may be given.
@@ -59,6 +60,7 @@ class Option:
     range: tuple[float, float] | None = None
     choices: tuple[str, ...] = ()
     default: str | None = None
+    python: str = ""
     read: Callable[[str], object] | None = None
     several: bool = False
     alone: str = ""
@@ -137,8 +139,12 @@ def _declared(field: "Field[Any]", group: str) -> Declared:
     return Declared(field.name, types[0] if types else str, value, option, group)
 
 
-def add_options(parser: argparse.ArgumentParser, options: type, *left_out: str) -> None:
-    """Add the options of a dataclass to a parser, None where not given, but for those that are left out."""
+def add_options(parser: argparse.ArgumentParser, options: type, *left_out: str) -> dict[str, Any]:
+    """Add the options of a dataclass to a parser, None where not given, but for those that are left out.
+
+    Returns:
+        The groups of the help by their headings, to which a verb may add options of its own.
+    """
     groups: dict[str, Any] = {"": parser}
     alone: dict[str, Any] = {}
     for one in declared(options).values():
@@ -151,6 +157,7 @@ def add_options(parser: argparse.ArgumentParser, options: type, *left_out: str) 
             place = alone.setdefault(rivals, None) or place.add_mutually_exclusive_group()
             alone[rivals] = place
         _add(place, one)
+    return groups
 
 
 def add_option(place: argparse._ActionsContainer, name: str, option: Option, kind: type = str) -> None:
@@ -206,9 +213,12 @@ def given(arguments: argparse.Namespace, options: type) -> dict[str, Any]:
 
 
 def checked(options: object) -> None:
-    """Raise InputError for the first value that is out of its range; None is never checked."""
+    """Raise InputError for the first value out of its range, and for None where None is no default."""
     for name, one in declared(type(options)).items():
-        if (value := getattr(options, name)) is not None:
+        value = getattr(options, name)
+        if value is None and one.value is not None:
+            raise InputError(f"{name}: None is no value")
+        if value is not None:
             one.check(value)
 
 
@@ -218,11 +228,12 @@ def part(options: object, kind: type[Kind]) -> Kind:
 
 
 def words(options: object) -> list[str]:
-    """The command line of the options that differ from their defaults."""
+    """The command line of the options that differ from their defaults; none of them may be a list."""
     line = []
     for name, one in declared(type(options)).items():
         value = getattr(options, name)
         if value != one.value and value is not None:
+            assert not isinstance(value, list | tuple), name
             text = f"{value:g}" if isinstance(value, float) else str(value)
             line += [one.flag] if one.type is bool else [f"{one.flag}={text}"]
     return line
@@ -254,18 +265,24 @@ class ProgressKeywords:
     progress: "Callable[[Progress], None] | None" = None
 
 
+def _in_python(one: Declared) -> str:
+    """What a keyword does, with its choices or its range."""
+    option = one.option
+    text = f"{'False: ' * (one.value is True)}{option.python or _help(one)}"
+    text += f"; one of {', '.join(option.choices)}" * bool(option.choices)
+    return text + (f"; from {option.range[0]:g} to {option.range[1]:g}" if option.range else "")
+
+
 def _describe(called: Any, function: Callable[..., Any], options: Any) -> None:
     """Give a function that takes options as keywords the signature and the documentation of them."""
     own = inspect.signature(function)
     parameters = [parameter for parameter in own.parameters.values() if parameter.name != "options"]
     for keyword in inspect.signature(options).parameters.values():
         annotation = getattr(keyword.annotation, "__origin__", keyword.annotation)
+        annotation = getattr(annotation, "__forward_arg__", annotation)
         parameters.append(keyword.replace(annotation=annotation))
     called.__signature__ = own.replace(parameters=parameters)
-    lines = [
-        f"    {name}: {'False: ' * (one.value is True)}{_help(one)}."
-        for name, one in declared(options).items()
-    ]
+    lines = [f"    {name}: {_in_python(one)}." for name, one in declared(options).items()]
     lines += ["    quiet, progress: how progress is shown, as in `optimize`."] * hasattr(options, "quiet")
     called.__doc__ = "\n".join((inspect.getdoc(function) or "", "", "Keywords:", *lines))
 
@@ -285,6 +302,7 @@ def by_keywords(
     ) -> Callable[Concatenate[A, B, C, Keywords], Result]:
         @functools.wraps(function)
         def called(*arguments: Any, **keywords: Any) -> Result:
+            called.__signature__.bind(*arguments, **keywords)  # type: ignore[attr-defined]
             own = {name: value for name, value in keywords.items() if name not in names}
             chosen = {name: value for name, value in keywords.items() if name in names}
             return function(*arguments, options=options(**chosen), **own)  # type: ignore[call-arg]

@@ -10,4 +10,4 @@ PROJECTIONS = {
     "uv": "relief.solids.wrapping.coordinates.found:texture_coordinates",
     "patches": "relief.solids.wrapping.coordinates.found:patches",
 }
-"""Functions that find flat coordinates, by the name of the projection: from a `Search` to `Coordinates`."""
+"""Functions from a `CoordinateSearch` to `Coordinates`, by the name of the projection."""

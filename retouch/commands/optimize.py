@@ -85,10 +85,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_talk(parser, "the content of result.json, with the files written,")
 
-    add_options(parser, run_options())
-    plain = parser.add_argument_group("more")
-    add_repeats(plain, "the run file's")
-    plain.add_argument(
+    groups = add_options(parser, run_options())
+    add_repeats(groups["the plate"], "the run file's")
+    details = groups["details"]
+    details.add_argument(
         "--set",
         dest="settings",
         action="append",
@@ -97,7 +97,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="any key of the run file, as in descent.steps=20 or touch.force_n=2; may be given several "
         "times; overrides every other option",
     )
-    add_mitsuba(plain)
+    add_mitsuba(details)
 
 
 def after_interrupt(arguments: argparse.Namespace) -> str:

@@ -4,7 +4,7 @@ import argparse
 import time
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import retouch
 from relief.ground.errors import InputError
@@ -22,9 +22,6 @@ from retouch.commands.options import (
     whole_number,
 )
 from retouch.commands.printing import print_lines
-
-if TYPE_CHECKING:
-    pass
 
 COMPLETE, WITH_FAILURES = 0, 1
 """Exit statuses: every plate is done, or some have failed."""

@@ -1,7 +1,7 @@
 """U-Net, compact: maps of a relief in, maps of the same size out.
 
 Residual blocks with pre-activation (He et al., ECCV 2016) stand in the arrangement of Ronneberger et al.
-(MICCAI 2015). The net works on blocks of pixels rather than pixels (`Shape.block`), which costs a quarter.
+(MICCAI 2015). The net works on blocks of pixels rather than pixels (`NetShape.block`), which costs a quarter.
 Padding is with zeros, and channels lie innermost, because both are quickest on a CPU; a net that must know
 where the plate ends needs inputs that say so.
 """

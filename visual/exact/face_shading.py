@@ -18,7 +18,7 @@ class Shading:
 
     Attributes:
         radiance, by_slope_x, by_slope_y: (lights, faces).
-        by_rise: the same by the rise of the face, 1/mm; None if `Places.slide` was not given.
+        by_rise: the same by the rise of the face, 1/mm; None if `ShadingPoints.slide` was not given.
     """
 
     radiance: Array

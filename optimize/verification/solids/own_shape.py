@@ -95,7 +95,7 @@ def textures_alone(crops: Sequence[SurfaceCrop], around: Callable[[Frame, float]
     alone: dict[int, Array] = {}
     shapes: dict[int, tuple[OwnShape, OwnShape]] = {}
     over_torus: dict[int, tuple[int, Array]] = {}
-    with stage("telling textures from shapes", len(crops)) as advance:
+    with stage("separating textures from shapes", len(crops)) as advance:
         for number, crop in enumerate(crops):
             short = short_waves(crop.heights, crop.side_mm)
             if _textured(short) == 0.0:
@@ -178,7 +178,7 @@ def _own_power(shapes: Sequence[OwnShape]) -> Array:
     of the order.
     """
     number = np.arange(MOST_ORDER + 1) + 1.0
-    level = np.log(np.median([of.power for of in shapes], axis=0) / number + 1e-18)
+    level = np.log(np.median([shape.power for shape in shapes], axis=0) / number + 1e-18)
     high = np.arange(SHAPE_ORDER, MOST_ORDER + 1)
     rise = float(np.clip(np.polyfit(np.log(high), level[high], 1)[0], -STEEPEST, 0.0))
     middle = float((level[high] - rise * np.log(high)).mean())

@@ -24,8 +24,15 @@ from relief.solids.meshes.parsed_mesh import (
     check_numbers,
 )
 
-UNIT_NAMES = ("micron", "millimeter", "centimeter", "meter", "inch", "foot")
-UNIT_MM = dict(zip(UNIT_NAMES, UNITS.values(), strict=True))
+UNIT_NAMES = {
+    "micron": "um",
+    "millimeter": "mm",
+    "centimeter": "cm",
+    "meter": "m",
+    "inch": "in",
+    "foot": "ft",
+}
+UNIT_MM = {name: UNITS[unit] for name, unit in UNIT_NAMES.items()}
 """Millimetres in the units of the 3MF core specification, which are those of `UNITS` by other names."""
 MOST_BODIES, DEEPEST = 10_000, 16
 """Most bodies that are built, and most components within one another."""

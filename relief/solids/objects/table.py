@@ -7,7 +7,6 @@ from numpy import bool_
 from numpy.typing import NDArray
 
 from relief.ground.arrays import Array
-from relief.solids import names
 from relief.solids.body import Body
 from relief.solids.objects import smooth, swept
 
@@ -32,14 +31,13 @@ def _every_second_link(first: int) -> Region:
     return lambda points: swept.link_of(points) % 2 == first
 
 
-_ROWS = (
-    BundledObject(smooth.starfish),
-    BundledObject(swept.bracelet, {"even": _every_second_link(0), "odd": _every_second_link(1)}),
-    BundledObject(smooth.slider),
-    BundledObject(smooth.frog),
-    BundledObject(swept.curved),
-    BundledObject(smooth.ball),
-    BundledObject(swept.cylinder),
-)
-OBJECTS: dict[str, BundledObject] = dict(zip(names.OBJECTS, _ROWS, strict=True))
-"""Objects by name."""
+OBJECTS = {
+    "starfish": BundledObject(smooth.starfish),
+    "bracelet": BundledObject(swept.bracelet, {"even": _every_second_link(0), "odd": _every_second_link(1)}),
+    "slider": BundledObject(smooth.slider),
+    "frog": BundledObject(smooth.frog),
+    "curved": BundledObject(swept.curved),
+    "ball": BundledObject(smooth.ball),
+    "cylinder": BundledObject(swept.cylinder),
+}
+"""Objects by name, in the order of `relief.solids.names.OBJECTS`."""

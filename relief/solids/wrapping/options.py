@@ -76,6 +76,7 @@ class SurfaceOptions:
             "MM",
             (0.01, 10.0),
             default="what --faces allow, or that of the texture's samples",
+            python="longest edge of the triangles, mm (default: what `faces` allow, or that of the samples)",
             alone="fineness",
         ),
     ] = None
@@ -112,6 +113,8 @@ class PlacingOptions:
             "and a sphere also the axis",
             "AXIS",
             default="the axis that is found",
+            python='where the top of the texture points: "x", "-z", "1,1,0" or three numbers; of a cylinder '
+            "and a sphere also the axis (default: the axis that is found)",
             label="The texture's top points",
             offered=tuple(f"{sign}{axis}" for axis in "xyz" for sign in ("", "-")),
         ),
@@ -130,6 +133,7 @@ class PlacingOptions:
         Option(
             "move the texture in the surface: to its right, or as 2.5,-1 to its right and to its top",
             "--offset MM",
+            python="move the texture in the surface, mm: to its right, or a pair, to its right and top",
         ),
     ] = 0.0
     at: Annotated[
@@ -139,5 +143,7 @@ class PlacingOptions:
             "without one at the top",
             "X,Y,Z|middle",
             default="textures repeat; one whose sides do not fit lies in the middle",
+            python='place the texture once: around a point of the surface, mm, or "middle", that of the mask '
+            "or the top without one (default: textures repeat, but those whose sides do not fit)",
         ),
     ] = None

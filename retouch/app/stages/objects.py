@@ -79,8 +79,8 @@ class ObjectStage(PageStage):
         if dict(self._mesh.options) != meshes:
             self._mesh.set_options(meshes)
         self._mesh.set_value(part.mesh)
-        for name, field in self._fields.items():
-            field.show(part.options.get(name))
+        for name, one in object_options().items():
+            self._fields[name].show(part.options.get(name, one.value))
 
     def _chosen(self, name: str, value: object) -> None:
         self.session.history.change_option(name, value)

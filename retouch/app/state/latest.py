@@ -54,9 +54,9 @@ class Latest(Generic[Key, Answer]):
             topic: what the key is about: an earlier answer about the same topic stays until the next one
                 comes. None: the key itself.
         """
-        if key == self.key:
-            return
         topic = key if topic is None else topic
+        if key == self.key and topic == self._topic:
+            return
         if topic != self._topic:
             self.answer = None
             self.activity.faults.pop(self.subject, None)

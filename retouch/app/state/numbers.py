@@ -82,6 +82,7 @@ class Numbers:
 
     async def _press(self, key: tuple[PictureChoice, str]) -> None:
         picture, skin = key
+        self._pressed = None
         if self.source is None:
             source = await self._live(pictures.source, picture.file)
             self._pressing.check()

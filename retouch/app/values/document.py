@@ -222,10 +222,11 @@ def _object_of(content: Any) -> Any:
     options = object_options()
     chosen = {name: content[name] for name in options if content.get(name) not in (None, "")}
     for name, value in chosen.items():
-        kind = float if type(value) is int else type(value)
-        if kind is not options[name].type:
+        chosen[name] = value = float(value) if type(value) is int else value
+        if type(value) is not options[name].type:
             raise ValueError(f"{name}: {value!r} is not of its type")
         options[name].check(value)
+    chosen = {name: value for name, value in chosen.items() if value != options[name].value}
     others = {key: value for key, value in content.items() if key not in options}
     return {**others, "options": chosen}
 

@@ -173,7 +173,7 @@ def _with_legend(views: list[Array], ends: tuple[float, float], mean: float, ski
     """
     seen = np.stack(views).min(axis=3) < 250.0
     rows = _span(seen.any(axis=(0, 2)), LEAST_PIXELS)
-    views = [view[rows, _span(of.any(axis=0), 0)] for view, of in zip(views, seen, strict=True)]
+    views = [view[rows, _span(part.any(axis=0), 0)] for view, part in zip(views, seen, strict=True)]
     high, width = views[0].shape[0], sum(view.shape[1] for view in views)
     picture = Image.new("RGB", (width + BAR_PIXELS, high), "white")
     left = 0

@@ -88,7 +88,7 @@ def with_steered(
     file = _file_of(texture)
     for _, jnd, folder in wanted.values():
         if not 0.0 < abs(jnd) <= LARGEST_JND:
-            raise InputError(f"region: a change of {jnd:+g} JND is 0, or more than {LARGEST_JND:g}")
+            raise InputError(f"regions: a change of {jnd:+g} JND is 0, or more than {LARGEST_JND:g}")
         if folder.exists():
             raise InputError(f"{folder}: exists already; remove it, or write to another file (-o)")
     tiles = {number: _steered(file, mesh, *region, options) for number, region in wanted.items()}
@@ -102,7 +102,7 @@ def with_steered(
 def _file_of(texture: Source) -> Path:
     """The file of a texture that can be optimised. Raises InputError."""
     if not isinstance(texture, str | os.PathLike) or Path(texture).is_dir():
-        raise InputError("region: a change of feel needs a texture that is a height map or a bundled one")
+        raise InputError("regions: a change of feel needs a texture that is a height map or a bundled one")
     return find_texture(Path(texture))
 
 

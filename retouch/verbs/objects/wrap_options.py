@@ -40,6 +40,9 @@ class WrapOptions(ProgressKeywords, TileOptions, MeshOptions, SurfaceOptions, Pl
             "another texture where the mask is; or the change of feel in just-noticeable differences, as in "
             "odd=+2, for which the texture is optimised; may be given several times, later ones lie on top",
             "--region MASK=TEXTURE",
+            python="pairs of a mask and another tile that lies there, later ones on top; or a number in "
+            "place of the tile, for the same look with a feel that is so many just-noticeable differences "
+            "rougher (+) or smoother (-): the tile is then optimised for the object's curvature there",
             read=region,
             several=True,
         ),
@@ -47,6 +50,8 @@ class WrapOptions(ProgressKeywords, TileOptions, MeshOptions, SurfaceOptions, Pl
     printer: Annotated[
         "str | Printer | None",
         printer_option(
-            "triangles no finer than this printer shows, and what it makes of the object in layers across z"
+            "triangles no finer than this printer shows, and what it makes of the object in layers across z",
+            python="printer, or its name: triangles are no finer than it shows, and the result has what it "
+            "makes in layers across z (default: none)",
         ),
     ] = None

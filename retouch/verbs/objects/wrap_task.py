@@ -94,8 +94,8 @@ def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions)
     settings = Settings(**vars(part(options, SurfaceOptions)), finest_mm=finest_mm)
     thing = _bundled(Path(mesh), options.units)
     named_regions = thing.regions if thing else {}
-    checked(part(options, MeshOptions))
     with naming(mesh):
+        checked(part(options, MeshOptions))
         placement = placement_of(part(options, PlacingOptions))
         suffix = Path(mesh).suffix.lower()
         masks = [where for where, _ in options.regions]

@@ -20,15 +20,13 @@ from relief.solids.meshes.solid import check_closed
 from relief.solids.wrapping.lowering import Lowering
 from relief.solids.wrapping.wrapped_body import Wrapped
 from relief.solids.wrapping.wrapped_body import wrap as wrapped_by
+from retouch.pages.objects.wrap_page import LEAST_OFF
 from retouch.pages.sentences import print_deviation
 from retouch.verbs.objects.steering import Steered, with_steered
 from retouch.verbs.objects.wrap_options import WrapOptions
 from retouch.verbs.objects.wrap_task import size_words, task_of, wrap_numbers
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
-
-LEAST_REPORTED = 0.005
-"""Share of the area from which on lines report that lengths in the texture are off there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +73,7 @@ class WrappedObject:
             f"{_coordinates(wrapped)}; seams are blended on {100 * wrapped.blended:.0f} % of it.",
             *(f"{note[0].upper()}{note[1:]}." for note in wrapped.notes),
         ]
-        if wrapped.off_size >= LEAST_REPORTED:
+        if wrapped.off_size >= LEAST_OFF:
             lines.append(
                 f"On {100 * wrapped.off_size:.0f} % of it lengths in the texture are off by more than 10 %, "
                 f"by up to {100 * wrapped.stretch:.0f} %."

@@ -69,10 +69,10 @@ def test_a_region_and_a_gradient_beyond_any_run_are_refused(texture: Path, tmp_p
     mask = tmp_path / "mask.npy"
     np.save(mask, np.ones((8, 8)))
     region = run_from_scene("studio", texture, [*SMALL, f'touch.region=[{{mask="{mask}", roughness=5.0}}]'])
-    refused(region, tmp_path / "out", "waves.exr: touch.region: ", "out of reach", "--reach tells")
+    refused(region, tmp_path / "out", "waves.exr: touch.region: ", "out of reach", "--reach estimates")
     np.save(tmp_path / "map.npy", np.full((8, 8), 5.0))
     mapped = run_from_scene("studio", texture, [*SMALL, f"touch.roughness_map={tmp_path / 'map.npy'}"])
-    refused(mapped, tmp_path / "out", "waves.exr: touch.roughness_map: ", "out of reach", "--reach tells")
+    refused(mapped, tmp_path / "out", "waves.exr: touch.roughness_map: ", "out of reach", "--reach estimates")
 
 
 @pytest.mark.parametrize(

@@ -81,6 +81,8 @@ def test_values_out_of_range_are_refused(value: float) -> None:
 def test_a_choice_that_is_none_is_refused() -> None:
     with pytest.raises(InputError, match="method: 'three' is not one of one, two"):
         checked(Options(method="three"))
+    with pytest.raises(InputError, match="method: None is no value"):
+        checked(Options(method=None))  # type: ignore[arg-type]
 
 
 def test_words_are_read_back_as_they_were() -> None:
@@ -104,6 +106,8 @@ def test_a_function_takes_the_options_as_keywords() -> None:
     assert verb("a", "b", "c", force_n=3.0, quiet=True) == ("abc", Finger(force_n=3.0), True)
     with pytest.raises(TypeError, match="unexpected keyword argument 'forces'"):
         verb("a", "b", "c", forces=3.0)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match="too many positional arguments"):
+        verb("a", "b", "c", Options())  # type: ignore[arg-type]
     parameters = inspect.signature(verb).parameters
     assert list(parameters)[:3] == ["one", "two", "three"]
     assert parameters["force_n"].default == 1.0 and "options" not in parameters

@@ -101,6 +101,8 @@ def test_an_object_is_kept_with_the_keys_of_earlier_versions() -> None:
     part = TypeAdapter(KeptObject).validate_python(kept)
     assert part == ObjectChoice("frog", {"along": "z", "turn_deg": 0.5})
     assert part.as_json() == {**kept, "mask": None}
+    untouched = {"mesh": "starfish", "mask": "", "along": "", "turn_deg": 0, "printer": None}
+    assert TypeAdapter(KeptObject).validate_python(untouched) == ObjectChoice()
     for wrong in ({"turn_deg": 400}, {"turn_deg": "1"}, {"along": 3.0}, {"printer": True}):
         with pytest.raises(ValueError, match=next(iter(wrong))):
             TypeAdapter(KeptObject).validate_python({"mesh": "frog", **wrong})

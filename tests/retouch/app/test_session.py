@@ -143,6 +143,22 @@ def test_every_window_hears_of_a_change_until_it_is_closed() -> None:
     assert heard == [1, 2, 2]
 
 
+def test_numbers_of_another_picture_are_never_settled() -> None:
+    async def undone_early(one: Session) -> None:
+        await chosen(one)
+        while not one.activity.idle:
+            await asyncio.sleep(0.01)
+        assert one.numbers.settled
+        one.history.change_picture(relief_mm=2.0)
+        while one.numbers.relief is None or np.ptp(one.numbers.relief.heights) < 1.9:
+            await asyncio.sleep(0)
+        one.history.undo()
+        assert not one.numbers.settled
+
+    numbers = settled(undone_early).numbers
+    assert numbers.settled and numbers.relief is not None and np.ptp(numbers.relief.heights) < 0.9
+
+
 def test_a_window_that_fails_does_not_keep_the_news_from_others() -> None:
     def fail() -> None:
         raise RuntimeError("unforeseen")

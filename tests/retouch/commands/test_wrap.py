@@ -3,6 +3,8 @@
 import json
 import re
 from dataclasses import replace
+from importlib import import_module
+from pkgutil import resolve_name
 
 import numpy as np
 import pytest
@@ -10,9 +12,11 @@ import trimesh
 from manifold3d import Manifold
 
 import retouch
+from relief.ground.formats import FORMATS
 from relief.heightmap import save_heights_exr
 from relief.solids.meshes import read_mesh
 from relief.solids.names import OBJECTS as NAMES
+from relief.solids.names import PROJECTIONS
 from relief.solids.objects.table import OBJECTS
 from retouch.commands.main import BAD_INPUT, main
 from tests.relief.solids.meshes.bodies import stl
@@ -81,7 +85,7 @@ def test_one_command_gives_a_region_another_feel(capsys, tmp_path):
     assert main([*argv, "x>0=+1"]) == BAD_INPUT
     assert "out-region-1: exists already" in capsys.readouterr().err
     assert main([*argv, "x>0=+0"]) == BAD_INPUT
-    assert "region: a change of +0 JND is 0" in capsys.readouterr().err
+    assert "retouch: --region: a change of +0 JND is 0" in capsys.readouterr().err
 
 
 @pytest.mark.slow
@@ -271,5 +275,15 @@ def test_what_is_checked_is_what_the_file_holds(suffix):
     np.testing.assert_allclose(read.vertices[read.faces], body.vertices[body.faces], rtol=1e-15, atol=1e-13)
 
 
-def test_the_help_names_the_objects_there_are():
+def test_the_help_names_the_objects_there_are(capsys):
     assert tuple(OBJECTS) == NAMES
+    with pytest.raises(SystemExit, match="0"):
+        main(["wrap", "--help"])
+    assert ", ".join(OBJECTS) in capsys.readouterr().out
+
+
+def test_projections_and_formats_name_functions_that_are_there():
+    assert all(callable(resolve_name(name)) for name in PROJECTIONS.values())
+    for row in FORMATS.values():
+        writer = import_module(f"relief.solids.export.{row.writer}")
+        assert callable(writer.write) and callable(writer.rounded)
