@@ -107,7 +107,7 @@ def test_a_function_takes_the_options_as_keywords() -> None:
     with pytest.raises(TypeError, match="unexpected keyword argument 'forces'"):
         verb("a", "b", "c", forces=3.0)  # type: ignore[call-arg]
     with pytest.raises(TypeError, match="too many positional arguments"):
-        verb("a", "b", "c", Options())  # type: ignore[arg-type]
+        verb("a", "b", "c", Options())  # type: ignore[arg-type, call-arg]
     parameters = inspect.signature(verb).parameters
     assert list(parameters)[:3] == ["one", "two", "three"]
     assert parameters["force_n"].default == 1.0 and "options" not in parameters
