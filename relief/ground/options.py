@@ -139,8 +139,8 @@ def _declared(field: "Field[Any]", group: str) -> Declared:
     return Declared(field.name, types[0] if types else str, value, option, group)
 
 
-def add_options(parser: argparse.ArgumentParser, options: type, *left_out: str) -> dict[str, Any]:
-    """Add the options of a dataclass to a parser, None where not given, but for those that are left out.
+def add_options(parser: argparse.ArgumentParser, options: type) -> dict[str, Any]:
+    """Add the options of a dataclass to a parser, None where not given.
 
     Returns:
         The groups of the help by their headings, to which a verb may add options of its own.
@@ -148,14 +148,13 @@ def add_options(parser: argparse.ArgumentParser, options: type, *left_out: str) 
     groups: dict[str, Any] = {"": parser}
     alone: dict[str, Any] = {}
     for one in declared(options).values():
-        if one.name in left_out:
-            continue
         if one.group not in groups:
             groups[one.group] = parser.add_argument_group(one.group)
         place = groups[one.group]
         if rivals := one.option.alone:
-            place = alone.setdefault(rivals, None) or place.add_mutually_exclusive_group()
-            alone[rivals] = place
+            if rivals not in alone:
+                alone[rivals] = place.add_mutually_exclusive_group()
+            place = alone[rivals]
         _add(place, one)
     return groups
 

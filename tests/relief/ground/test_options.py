@@ -62,9 +62,9 @@ def test_only_what_is_given_comes_back() -> None:
 
 def test_help_has_groups_and_defaults() -> None:
     parser = argparse.ArgumentParser()
-    add_options(parser, Options, "skin")
+    add_options(parser, Options)
     text = " ".join(parser.format_help().split())
-    assert "the finger: --force-n N force (default: 1)" in text and "--skin" not in text
+    assert "the finger: --force-n N force (default: 1) --skin SKIN skin (default: soft)" in text
     assert "--method {one,two} method (default: one)" in text and "--mask FILE a mask" in text
     assert "[--steps STEPS | --time-s TIME_S]" in text
     groups = {name: one.group for name, one in declared(Options).items()}
