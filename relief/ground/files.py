@@ -17,6 +17,8 @@ _log = logging.getLogger(__name__)
 
 PARTIAL = ".partial"
 """Ending of the name of a temporary folder; the name begins with a dot."""
+GROWN_BYTES = 1 << 16
+"""Bytes that are read at once of a file that grows while it is read."""
 UNLOCKED_S = 1.0
 """Age of a temporary folder, s, from which its writer holds a lock on it."""
 
@@ -209,9 +211,10 @@ def read_limited(path: Path, limit: int) -> bytes:
     try:
         with path.open("rb") as file:
             # Python allocates the requested bytes at once, more than a file may have; pipes state no size.
-            content = file.read(min(limit, os.fstat(file.fileno()).st_size or limit) + 1)
-            # The file may have grown meanwhile.
-            content += file.read(limit + 1 - len(content)) if len(content) <= limit else b""
+            size = os.fstat(file.fileno()).st_size
+            content = file.read(min(limit, size or limit) + 1)
+            while size < len(content) <= limit and (more := file.read(GROWN_BYTES)):
+                content += more
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from error
     if len(content) > limit:
