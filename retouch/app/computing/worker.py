@@ -4,7 +4,7 @@ import asyncio
 import logging
 import multiprocessing
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import Connection
 from typing import ParamSpec, TypeVar
@@ -40,7 +40,7 @@ class Worker:
     def begin(self, function: Callable[P, object], *arguments: P.args, **named: P.kwargs) -> None:
         """Let the process start with a function whose value nobody waits for."""
         self._pool = self._pool or self._new_pool()
-        self._pool.submit(function, *arguments, **named)
+        _submitted(self._pool, function, *arguments, **named)
 
     async def __call__(self, function: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
         """The value of a function of this package.
@@ -53,7 +53,7 @@ class Worker:
             pool = self._pool = self._pool or self._new_pool()
             self._listen()
             try:
-                return await asyncio.wrap_future(pool.submit(function, *arguments, **named))
+                return await asyncio.wrap_future(_submitted(pool, function, *arguments, **named))
             except (BrokenProcessPool, asyncio.CancelledError) as error:
                 if self._pool is not pool:
                     raise Superseded from error
@@ -99,3 +99,14 @@ class Worker:
                 self._loop.remove_reader(self._reports.fileno())
             self._reports.close()
         self._reports = self._loop = None
+
+
+def _submitted(
+    pool: ProcessPoolExecutor, function: Callable[P, T], *arguments: P.args, **named: P.kwargs
+) -> Future[T]:
+    """Submit a computation to the one process of a pool."""
+    future = pool.submit(function, *arguments, **named)
+    # A process that is killed while it sends a result leaves a part of the result in the pipe. The pool waits
+    # for the rest as long as anybody can write, as this process can, although it never does.
+    pool._result_queue._writer.close()  # type: ignore[attr-defined]
+    return future

@@ -3,13 +3,14 @@
 import asyncio
 import os
 import signal
+import threading
 from pathlib import Path
 
 import pytest
 
 from relief.ground.errors import InputError
 from retouch.app.computing.worker import Superseded, Worker
-from tests.retouch.app.worker_works import until_there
+from tests.retouch.app.worker_works import half_sent, until_there
 
 
 def process(worker: Worker) -> int:
@@ -43,6 +44,30 @@ def test_a_killed_worker_is_replaced_and_a_closed_one_is_not(tmp_path: Path) -> 
         worker.close()
         with pytest.raises(Superseded):
             await lasting
+
+    asyncio.run(doing())
+
+
+@pytest.mark.parametrize("killed", [True, False], ids=["killed", "closed"])
+def test_a_worker_that_ends_while_it_sends_keeps_nobody_waiting(tmp_path: Path, killed: bool) -> None:
+    begun = tmp_path / "begun"
+
+    async def doing() -> None:
+        worker = Worker()
+        sending = asyncio.ensure_future(worker(half_sent, begun))
+        for _ in range(2 if killed else 1):
+            await there(begun)
+            begun.unlink()
+            if killed:
+                os.kill(process(worker), signal.SIGKILL)
+        if not killed:
+            closing = threading.Thread(target=worker.close, daemon=True)
+            closing.start()
+            await asyncio.to_thread(closing.join, 60.0)
+            assert not closing.is_alive()
+        with pytest.raises(InputError if killed else Superseded):
+            await asyncio.wait_for(sending, 60.0)
+        worker.close()
 
     asyncio.run(doing())
 
