@@ -64,7 +64,7 @@ def _goal(quantity: str, key: GoalKey) -> Option:
     """The option of a goal; one at most of each quantity is given."""
     bounds = {key.bounds["ge"], key.bounds["le"]} if {"ge", "le"} <= key.bounds.keys() else ()
     limits = (min(bounds), max(bounds)) if bounds else None
-    return Option(key.help, key.metavar, limits, default="", alone=quantity, key=f"touch.{key.key}")
+    return Option(key.help, key.metavar, limits, default="", exclusive=quantity, key=f"touch.{key.key}")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -49,7 +49,7 @@ class Option:
         python: the help of the keyword, where a keyword takes other values than the command; "": `help`.
         read: from the text on the command line to the value; None: by the field's type.
         several: whether the option may be given several times.
-        alone: name of a set of options of which one at most may be given.
+        exclusive: name of a set of options of which one at most may be given.
         key: dotted key of the run file that the option sets.
         label: name of the field on the app's page; empty: the page has none.
         offered: values that the field offers; empty: any text or number.
@@ -63,7 +63,7 @@ class Option:
     python: str = ""
     read: Callable[[str], object] | None = None
     several: bool = False
-    alone: str = ""
+    exclusive: str = ""
     key: str = ""
     label: str = ""
     offered: tuple[str, ...] = ()
@@ -146,15 +146,15 @@ def add_options(parser: argparse.ArgumentParser, options: type) -> dict[str, Any
         The groups of the help by their headings, to which a verb may add options of its own.
     """
     groups: dict[str, Any] = {"": parser}
-    alone: dict[str, Any] = {}
+    exclusive: dict[str, Any] = {}
     for one in declared(options).values():
         if one.group not in groups:
             groups[one.group] = parser.add_argument_group(one.group)
         place = groups[one.group]
-        if rivals := one.option.alone:
-            if rivals not in alone:
-                alone[rivals] = place.add_mutually_exclusive_group()
-            place = alone[rivals]
+        if rivals := one.option.exclusive:
+            if rivals not in exclusive:
+                exclusive[rivals] = place.add_mutually_exclusive_group()
+            place = exclusive[rivals]
         _add(place, one)
     return groups
 
@@ -205,9 +205,9 @@ def _help(one: Declared) -> str:
     return f"{one.option.help} (default: {default})" if default else one.option.help
 
 
-def given(arguments: argparse.Namespace, options: type) -> dict[str, Any]:
-    """The options of a dataclass that are given, by name."""
-    values = {name: getattr(arguments, name, None) for name in declared(options)}
+def given(arguments: argparse.Namespace, *names: str) -> dict[str, Any]:
+    """Those of the named options that are given, by name; `*declared(kind)` names those of a dataclass."""
+    values = {name: getattr(arguments, name) for name in names}
     return {name: value for name, value in values.items() if value is not None}
 
 
@@ -216,7 +216,7 @@ def checked(options: object) -> None:
     for name, one in declared(type(options)).items():
         value = getattr(options, name)
         if value is None and one.value is not None:
-            raise InputError(f"{name}: None is no value")
+            raise InputError(f"{name}: None is not allowed")
         if value is not None:
             one.check(value)
 

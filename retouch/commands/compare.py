@@ -8,6 +8,7 @@ from mitsuba_scenes import find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from relief.ground.errors import InputError
 from relief.ground.files import check_file_to_write
+from relief.ground.options import given
 from retouch.commands.options import (
     LENGTHS,
     TEXTURE,
@@ -21,7 +22,6 @@ from retouch.commands.options import (
     console,
     contact_errors_name,
     count,
-    given,
     lines_table,
     print_json,
     seed,

@@ -5,8 +5,8 @@ import sys
 from pathlib import Path
 
 import retouch
-from relief.ground.options import whole_number
-from retouch.commands.options import add_talk, add_workers, given, print_json, seed
+from relief.ground.options import given, whole_number
+from retouch.commands.options import add_talk, add_workers, print_json, seed
 
 COMPLETE, WITH_FAILURES = 0, 1
 """Exit statuses: every texture has its fields, or some have none."""

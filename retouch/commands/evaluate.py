@@ -12,6 +12,7 @@ from optimize.settings.run_options import CURVED
 from relief.ground.errors import InputError, naming
 from relief.ground.formats import MESHES
 from relief.ground.limits import MOST_MESH_PLACES as MOST_PLACES
+from relief.ground.options import given
 from relief.ground.progress import stage
 from relief.printers import find_printer
 from relief.surface import Repeats, repeats_along
@@ -29,7 +30,6 @@ from retouch.commands.options import (
     check_scales,
     console,
     contact_errors_name,
-    given,
     print_json,
 )
 from retouch.commands.touch_entries import table

@@ -9,7 +9,8 @@ import retouch
 from relief.ground.errors import InputError
 from relief.ground.formats import DISPLACEMENT, FORMATS
 from relief.ground.limits import BASE_MM
-from retouch.commands.options import LENGTHS, TEXTURE, add_plate, add_printer, add_talk, given, print_json
+from relief.ground.options import given
+from retouch.commands.options import LENGTHS, TEXTURE, add_plate, add_printer, add_talk, print_json
 
 if TYPE_CHECKING:
     from retouch.verbs.exporting import Exported

@@ -15,7 +15,7 @@ from optimize.settings.fast_models import FAST_MODELS
 from optimize.settings.run_options import run_options, run_overrides, states_a_target
 from relief.ground.errors import InputError
 from relief.ground.formats import HEIGHT_MAPS, RUN_CHECKPOINT
-from relief.ground.options import add_options, given, literal
+from relief.ground.options import add_options, declared, given, literal
 from retouch.commands.options import (
     TEXTURE,
     add_mitsuba,
@@ -167,7 +167,7 @@ def _scene_and_texture(arguments: argparse.Namespace) -> tuple[Path, Path | None
 
 def overrides(arguments: argparse.Namespace) -> list[str]:
     """The options as overrides of a run file, `--set` last. Raises InputError if `--feel-of` is no file."""
-    values = given(arguments, run_options())
+    values = given(arguments, *declared(run_options()))
     # The folder of a run is left to the run file's reader, which also asks whether its result is a tile.
     if (other := values.get("feel_of")) and not other.is_dir():
         values["feel_of"] = find_texture(other)

@@ -15,7 +15,7 @@ from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.run_options import curved_options, distance_option, skin_option
 from relief.ground.errors import InputError
 from relief.ground.limits import PATCH_SIDE_MM
-from relief.ground.options import add_option, whole_number
+from relief.ground.options import add_option, given, whole_number
 from relief.plate_options import height_scale_option, printer_option, relief_option, size_option
 from retouch.verbs.progress_display import console_on
 
@@ -169,12 +169,6 @@ def add_curved(parser: argparse._ActionsContainer, default: str) -> None:
 def add_printer(parser: argparse._ActionsContainer, what: str, default: str = "none") -> None:
     """Add `--printer`, with which `what` is done, None where not given."""
     add_option(parser, "printer", printer_option(what, default))
-
-
-def given(arguments: argparse.Namespace, *names: str) -> dict[str, Any]:
-    """The options that are given, by the names of arguments."""
-    values = {name: getattr(arguments, name) for name in names}
-    return {name: value for name, value in values.items() if value is not None}
 
 
 def check_scales(arguments: argparse.Namespace, textures: Iterable[Path]) -> None:

@@ -10,6 +10,7 @@ import retouch
 from mitsuba_scenes import find_file, find_texture
 from relief.ground.errors import InputError
 from relief.ground.formatting import duration, number, percent
+from relief.ground.options import given
 from retouch.commands.options import (
     LENGTHS,
     TEXTURE,
@@ -20,7 +21,6 @@ from retouch.commands.options import (
     check_scales,
     console,
     count,
-    given,
     print_json,
     seed,
     table,

@@ -7,6 +7,7 @@ import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
+from relief.ground.options import given
 from retouch.commands.options import (
     LENGTHS,
     add_mitsuba,
@@ -16,7 +17,6 @@ from retouch.commands.options import (
     console,
     contact_errors_name,
     count,
-    given,
     lines_table,
     print_json,
 )

@@ -8,6 +8,7 @@ from typing import Any
 
 import retouch
 from relief.ground.errors import InputError
+from relief.ground.options import given
 from retouch.commands.options import (
     LENGTHS,
     TEXTURE,
@@ -16,7 +17,6 @@ from retouch.commands.options import (
     add_skin,
     add_talk,
     add_workers,
-    given,
     print_json,
     seed,
     whole_number,

@@ -11,7 +11,8 @@ import retouch
 from mitsuba_scenes.studies import bundled_studies, find_study
 from relief.ground.errors import InputError
 from relief.ground.formatting import duration
-from retouch.commands.options import add_talk, add_workers, given, print_json
+from relief.ground.options import given
+from retouch.commands.options import add_talk, add_workers, print_json
 from retouch.commands.printing import print_lines
 from retouch.pages.sentences import TextTable
 

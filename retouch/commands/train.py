@@ -4,7 +4,8 @@ import argparse
 from pathlib import Path
 
 import retouch
-from retouch.commands.options import add_talk, given, print_json, seed, whole_number
+from relief.ground.options import given
+from retouch.commands.options import add_talk, print_json, seed, whole_number
 
 HELP = "train the learned models on a data set"
 DESCRIPTION = """\

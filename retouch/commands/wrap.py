@@ -7,7 +7,7 @@ from typing import Any
 import retouch
 from relief.ground.errors import InputError
 from relief.ground.formats import FORMATS
-from relief.ground.options import add_options, given
+from relief.ground.options import add_options, declared, given
 from relief.solids.names import OBJECTS
 from retouch.commands.options import TEXTURE, add_talk, print_json
 from retouch.verbs.objects.wrap_options import WrapOptions
@@ -64,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     if arguments.out is None and arguments.preview is None:
         raise InputError("-o: missing; or --preview for a page alone")
-    options = given(arguments, WrapOptions)
+    options = given(arguments, *declared(WrapOptions))
     numbers: dict[str, Any] = {}
     if arguments.preview is not None:
         preview = retouch.preview_wrap(arguments.texture, arguments.mesh, arguments.preview, **options)

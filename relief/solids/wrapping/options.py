@@ -77,7 +77,7 @@ class SurfaceOptions:
             (0.01, 10.0),
             default="what --faces allow, or that of the texture's samples",
             python="longest edge of the triangles, mm (default: what `faces` allow, or that of the samples)",
-            alone="fineness",
+            exclusive="fineness",
         ),
     ] = None
     faces: Annotated[
@@ -87,7 +87,7 @@ class SurfaceOptions:
             "N",
             (1000, 20 * MOST_FACES),
             default=f"as many as the feel needs, {MOST_FACES} at most",
-            alone="fineness",
+            exclusive="fineness",
         ),
     ] = None
 

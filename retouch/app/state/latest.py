@@ -46,7 +46,7 @@ class Latest(Generic[Key, Answer]):
         return self._task is not None and not self._task.done()
 
     def want(self, key: Key | None, doing: str = "", topic: object = None) -> None:
-        """Ask for the answer for a key; nothing happens if the key is wanted already.
+        """Ask for the answer for a key; nothing happens if key and topic are wanted already.
 
         Args:
             key: None if no answer is wanted any more.

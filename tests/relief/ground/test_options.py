@@ -35,8 +35,8 @@ class Finger:
 class Options(ProgressKeywords, Finger):
     GROUP: ClassVar = ""
 
-    steps: Annotated[int | None, Option("steps", alone="end")] = None
-    time_s: Annotated[float | None, Option("time", alone="end")] = None
+    steps: Annotated[int | None, Option("steps", exclusive="end")] = None
+    time_s: Annotated[float | None, Option("time", exclusive="end")] = None
     rough: Annotated[bool, Option("leave it rough", key="look.rough")] = False
     even: Annotated[bool, Option("leave it uneven", "--uneven")] = True
     method: Annotated[str, Option("method", choices=("one", "two"))] = "one"
@@ -46,7 +46,7 @@ class Options(ProgressKeywords, Finger):
 def parsed(*argv: str) -> dict[str, object]:
     parser = argparse.ArgumentParser(exit_on_error=False)
     add_options(parser, Options)
-    return given(parser.parse_args(argv), Options)
+    return given(parser.parse_args(argv), *declared(Options))
 
 
 def test_only_what_is_given_comes_back() -> None:
@@ -81,7 +81,7 @@ def test_values_out_of_range_are_refused(value: float) -> None:
 def test_a_choice_that_is_none_is_refused() -> None:
     with pytest.raises(InputError, match="method: 'three' is not one of one, two"):
         checked(Options(method="three"))
-    with pytest.raises(InputError, match="method: None is no value"):
+    with pytest.raises(InputError, match="method: None is not allowed"):
         checked(Options(method=None))  # type: ignore[arg-type]
 
 

@@ -12,7 +12,7 @@ import retouch
 from mitsuba_scenes import DEFAULT_SCENE, find_file
 from optimize.settings.fast_models import FAST_MODELS
 from relief.ground.formats import RUN_HEIGHTS
-from relief.ground.options import given
+from relief.ground.options import declared, given
 from retouch.app.values.document import (
     FeelChoice,
     KeptFeel,
@@ -91,7 +91,7 @@ def test_an_object_is_that_of_the_command() -> None:
     options = {"mask": "z>2 & angle<80", "along": "-z", "turn_deg": -30.0, "printer": "mask-50"}
     part = ObjectChoice("part.stl", options)
     arguments = parse(part.command("runs/stone-1", "runs/stone-1-object.3mf"))
-    assert given(arguments, WrapOptions) == options
+    assert given(arguments, *declared(WrapOptions)) == options
     assert str(arguments.mesh) == "part.stl"
     assert str(parse(ObjectChoice().command("runs/x", "runs/x.html")).preview) == "runs/x.html"
 
