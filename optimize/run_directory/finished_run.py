@@ -46,11 +46,6 @@ class FinishedRun:
         result_file(folder)
         return run
 
-    @property
-    def name(self) -> str:
-        """Name of the folder."""
-        return self.folder.name
-
     def repeating(self, repeats: Repeats | None) -> Self:
         """The same run, whose reliefs are tiles or not; as its settings say if `repeats` is None."""
         if repeats is None:

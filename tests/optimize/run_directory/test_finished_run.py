@@ -29,7 +29,7 @@ def folder(tmp_path: Path) -> Path:
 
 def test_original_and_result_are_reliefs_of_one_plate(folder: Path) -> None:
     run = FinishedRun.read(folder)
-    assert run.name == "run" == name_of(folder / "heights.exr")
+    assert name_of(folder / "heights.exr") == "run"
     np.testing.assert_allclose(run.result.heights, hills(0.9), atol=1e-6)
     np.testing.assert_array_equal(run.original.heights, run.design.heights)
     assert run.original.surface == run.result.surface and run.result.width_mm == WIDTH_MM
