@@ -6,9 +6,11 @@ gradient on pressures (Polonsky and Keer, Wear 231, 1999), preconditioned by the
 pressures of no force. Reliefs are solved in batches, and every item stops when it has converged.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from functools import partial
+from typing import Any, NamedTuple, Protocol
 
 import torch
 from torch import Tensor
@@ -16,10 +18,31 @@ from torch import Tensor
 from relief.ground.progress import stage, this_stage
 
 MAX_STEPS = 1000
-"""Conjugate gradient steps after which a contact counts as not converged; reliefs of 3 mm take about 100."""
+"""Conjugate gradient steps after which a contact counts as not converged; reliefs of 3 mm take about 50."""
 
-TOLERANCE = {torch.float32: 2e-5, torch.float64: 2e-10}
-"""Residual of gap and complementarity over the mean displacement; single precision stagnates below 2e-5."""
+
+class Stop(NamedTuple):
+    """Rule that ends a solution: the contact has converged where either number is reached.
+
+    Attributes:
+        residual: of gap and complementarity, over the mean displacement.
+        bound: of the energy's error, as in `ContactState.bound`.
+    """
+
+    residual: float = 0.0
+    bound: float = 0.0
+
+
+LARGEST_BOUND = 1e-5
+"""Bound of the energy's error, over the elastic energy, at which a contact in double precision has converged.
+V is then within 1e-4 of that of a tight solution, on 100 reliefs and fingers (docs/evidence/touch.md)."""
+
+TIGHT = Stop(residual=2e-10)
+"""Rule for references and Taylor tests: the bound is then about 1e-9."""
+
+STOPS = {torch.float32: Stop(residual=2e-5), torch.float64: Stop(bound=LARGEST_BOUND)}
+"""Rule by precision, where none is given. Steps of a descent are in single precision, whose residual ends at
+about 1e-6; at 2e-5 the bound is 2e-5 to 3e-4."""
 
 ROUNDING = 4.0
 """Residual, in units in the last place of the relief's height, that always counts as none: with stiff skin
@@ -30,7 +53,7 @@ GRADIENT_TOLERANCE = {torch.float32: 1e-4, torch.float64: 1e-9}
 
 
 class Compliance(Protocol):
-    """Elastic body as contact needs it: the compliance C and an approximate inverse."""
+    """Elastic body as contact needs it: the compliance C, the elastic energy and an approximate inverse."""
 
     def displacement(self, pressure: Tensor) -> Tensor:
         """Normal displacement C p (..., n, n), mm, of pressures (..., n, n) in units of Young's modulus.
@@ -44,6 +67,13 @@ class Compliance(Protocol):
         Linear, symmetric and positive definite. Its accuracy decides the number of steps, not the solution.
         """
 
+    def energy(self, pressure: Tensor) -> Tensor:
+        """(..., 1, 1) elastic energy 1/2 p'Cp of pressures (..., n, n), summed over the samples.
+
+        Bodies that have it for less than a displacement say so.
+        """
+        return 0.5 * (pressure * self.displacement(pressure)).sum((-2, -1), keepdim=True)
+
 
 @dataclass(frozen=True)
 class ContactState:
@@ -54,7 +84,10 @@ class ContactState:
         gap: (..., n, n) mm, >= 0 within tolerance, 0 where pressure is positive.
         approach: (...) mm: descent of the skin's rigid half since first touch with the plane z = 0.
         steps: number of conjugate gradient steps of the slowest item.
-        converged: (...) whether each item met the tolerance.
+        converged: (...) whether each item met the rule that ends a solution.
+        bound: (...) upper bound of the energy's error over the elastic energy. The error is what
+            1/2 p'Cp - h'p lies above its least value; its bound is the Frank-Wolfe gap, the work that the
+            pressures would release if all of the force acted where the gap is least.
     """
 
     pressure: Tensor
@@ -62,6 +95,7 @@ class ContactState:
     approach: Tensor
     steps: int
     converged: Tensor
+    bound: Tensor
 
 
 class ContactError(RuntimeError):
@@ -73,7 +107,7 @@ def solve_contact(
     heights: Tensor,
     mean_pressure: float,
     start: Tensor | None = None,
-    tolerance: float | None = None,
+    stop: Stop | None = None,
 ) -> ContactState:
     """Pressures and gaps of a batch of reliefs.
 
@@ -83,12 +117,12 @@ def solve_contact(
         mean_pressure: in units of Young's modulus.
         start: (..., n, n) pressures to start from, such as the last relief's in a descent; None: those of
             `bonded_pressure` that push.
-        tolerance: residual as a fraction of the mean displacement; None for that of the precision.
+        stop: rule that ends the solution; None for that of the precision.
 
     Raises:
         ContactError: an item did not converge in `MAX_STEPS` steps.
     """
-    state = approach_contact(body, heights, mean_pressure, start, MAX_STEPS, tolerance)
+    state = approach_contact(body, heights, mean_pressure, start, MAX_STEPS, stop)
     if not bool(state.converged.all()):
         lost = int((~state.converged).sum())
         raise ContactError(
@@ -101,6 +135,14 @@ SAME_LOAD = 8.0
 """Largest difference of two loads that counts as rounding, in units of the precision."""
 
 
+STALLED_STEPS, STALLED_FALL, ROUNDED_BOUND = 8, 0.9, 1e-3
+"""A contact in single precision is at its rounding if its residual has not fallen to 0.9 of its least in as
+many steps and the bound is at most this. Rounding grows with the number of samples: on a periodic half-space
+the residual ends at 4e-6 of the mean displacement on 128 samples a side, and at 1e-4 on 1024."""
+FAR_MM = 1e6
+"""Gap, mm, that keeps pixels in contact out of a least gap of the others."""
+
+
 @stage("pressing", total=1.0)
 def approach_contact(
     body: Compliance,
@@ -108,97 +150,167 @@ def approach_contact(
     mean_pressure: float,
     start: Tensor | None,
     max_steps: int,
-    tolerance: float | None = None,
+    stop: Stop | None = None,
 ) -> ContactState:
     """`solve_contact`, with the state after `max_steps` steps for items that have not converged by then."""
     shape = heights.shape
-    h = heights.detach().reshape(-1, *shape[-2:])
+    stop = STOPS[heights.dtype] if stop is None else stop
+    now = _start(body, heights.detach().reshape(-1, *shape[-2:]), mean_pressure, start)
+    tiny = torch.finfo(heights.dtype).tiny
+    pressure, gaps = torch.empty_like(now.h), torch.empty_like(now.h)
+    approaches, bounds = now.h.new_empty(len(now.h)), now.h.new_empty(len(now.h))
+    converged = torch.zeros(len(now.h), dtype=torch.bool)
+    for steps in range(max_steps + 1):
+        p, displacement = now.p, body.displacement(now.p)
+        # Masks are 1 or 0 in the precision of the heights: torch takes ten times as long over Booleans.
+        contact = p.sign()
+        gap = displacement - now.h
+        approach = _dot(gap, contact) / _sum(contact)
+        gap -= approach
+        off = _residual(p, contact, gap) / torch.maximum(stop.residual * _mean(displacement), now.rounding)
+        if stop.bound:
+            off = torch.minimum(off, _bound(p, gap, displacement) / stop.bound)
+        cut_short = steps / (max_steps + 1) if max_steps < MAX_STEPS else 0.0
+        this_stage().residual_at(off.max(), cut_short)
+        finished = off <= 1.0
+        if p.dtype == torch.float32:
+            finished |= _at_rounding(now, off, partial(_bound, p, gap, displacement))
+        leaving = torch.ones_like(finished) if steps == max_steps else finished
+        if bool(leaving.any()):
+            left, where = leaving.view(-1), now.number[leaving.view(-1)]
+            pressure[where], gaps[where] = p[left], gap[left]
+            approaches[where] = (approach - now.top)[leaving]
+            bounds[where] = _bound(p, gap, displacement)[leaving].clamp_min(0.0)
+            converged[where] = finished[leaving]
+            if bool(left.all()):
+                break
+            now, gap, contact = _Items(*(field[~left] for field in now)), gap[~left], contact[~left]
+        # The working set has the pixels in contact and those where the skin would pass through the relief.
+        working = torch.maximum(contact, torch.lt(gap, 0.0, out=torch.empty_like(gap)))
+        residual = _without_mean(gap, working)
+        z = body.precondition(residual)
+        # The set changes in nearly every step. Directions that stay conjugate to the last one as far as the
+        # sets have pixels in common take half of the steps of directions that start anew. The residual has no
+        # mean on the set, so that sums of its products need no mask.
+        rho = _dot(residual, z)
+        share = rho / now.rho.clamp_min(tiny)
+        downhill = rho + share * _dot(residual, now.direction)
+        kept = downhill > 0.0
+        direction = _without_mean(z.add_(now.direction.mul_(kept * share)), working)
+        length = torch.where(kept, downhill, rho) / (2.0 * body.energy(direction)).clamp_min(tiny)
+        p = torch.addcmul(now.p, direction, length, value=-1.0).clamp_min_(0.0)
+        p *= mean_pressure / _mean(p)
+        now = now._replace(p=p, direction=direction, rho=rho)
+
+    batch = shape[:-2]
+    results = (field.view(batch) for field in (approaches, converged, bounds))
+    return ContactState(pressure.view(shape), gaps.view(shape), next(results), steps, *results)
+
+
+def _at_rounding(now: "_Items", off: Tensor, bound: Callable[[], Tensor]) -> Tensor:
+    """Whether items (items, 1, 1) stand as near to the rule that ends them as single precision leads.
+
+    Args:
+        now: whose memory of earlier steps is brought up to date.
+        off: (items, 1, 1) distance from the rule, as a multiple of the rule's number.
+        bound: of the energy's error.
+    """
+    now.stalled.add_(1.0).mul_(off >= STALLED_FALL * now.least)
+    torch.minimum(now.least, off, out=now.least)
+    stalled = now.stalled >= STALLED_STEPS
+    return stalled & (bound() <= ROUNDED_BOUND) if bool(stalled.any()) else stalled
+
+
+class _Items(NamedTuple):
+    """Those items of a batch that have not converged, and where their solution stands.
+
+    Attributes:
+        number: (items,) in the batch.
+        h: (items, n, n) mm below the top of the relief.
+        top: (items, 1, 1) mm.
+        rounding: residual that counts as none, mm.
+        p: pressures.
+        direction: last direction of the pressures.
+        rho: product of the last residual and its preconditioned residual.
+        least: least distance so far from the rule that ends the solution, as a multiple of the rule's number.
+        stalled: number of steps since it fell.
+    """
+
+    number: Tensor
+    h: Tensor
+    top: Tensor
+    rounding: Tensor
+    p: Tensor
+    direction: Tensor
+    rho: Tensor
+    least: Tensor
+    stalled: Tensor
+
+
+def _start(body: Compliance, heights: Tensor, mean_pressure: float, start: Tensor | None) -> _Items:
+    """All items (batch, n, n) mm of a batch, under the pressures to start from."""
     # Heights count from the top of each relief: an offset common to all samples would cost digits of the gap.
-    top = h.amax((-2, -1), keepdim=True)
-    h = h - top
-    rounding = ROUNDING * torch.finfo(h.dtype).eps * h.abs().amax((-2, -1), keepdim=True)
-    tol = TOLERANCE[h.dtype] if tolerance is None else tolerance
-    tiny = torch.finfo(h.dtype).tiny
+    top = heights.amax((-2, -1), keepdim=True)
+    h, eps = heights - top, torch.finfo(heights.dtype).eps
     p = bonded_pressure(body, h, mean_pressure) if start is None else start.detach().reshape(h.shape)
     p = p.clamp_min(0.0)
     scale = mean_pressure / _mean(p)
     # Pressures that carry the load stay as they are: a contact that goes on from its own end is the same.
-    p = torch.where((scale - 1.0).abs() <= SAME_LOAD * torch.finfo(h.dtype).eps, p, p * scale)
+    p = torch.where((scale - 1.0).abs() <= SAME_LOAD * eps, p, p * scale)
+    rounding = ROUNDING * eps * h.abs().amax((-2, -1), keepdim=True)
+    ones = torch.ones_like(top)
+    number = torch.arange(len(h))
+    return _Items(number, h, top, rounding, p, torch.zeros_like(p), ones, math.inf * ones, 0.0 * ones)
 
-    result_p, result_g, result_a = torch.empty_like(h), torch.empty_like(h), h.new_empty(h.shape[0])
-    done = torch.zeros(h.shape[0], dtype=torch.bool)
-    items = torch.arange(h.shape[0])
-    direction, rho = torch.zeros_like(p), h.new_ones(p.shape[0], 1, 1)
-    working = torch.zeros_like(p, dtype=torch.bool)
-    displacement = body.displacement(p)
-    for steps in range(max_steps + 1):
-        contact = p > 0.0
-        gap = displacement - h
-        approach = _masked_mean(gap, contact)
-        gap = gap - approach
-        inside = (_sum(gap.square() * p) / _sum(p)).sqrt()
-        outside = -torch.where(contact, 0.0, gap).amin((-2, -1), keepdim=True)
-        allowed = torch.maximum(tol * _mean(displacement), rounding)
-        off = torch.maximum(inside, outside)
-        cut_short = steps / (max_steps + 1) if max_steps < MAX_STEPS else 0.0
-        this_stage().residual_at((off / allowed).max(), cut_short)
-        finished = (off <= allowed).view(-1)
-        leaving = torch.ones_like(finished) if steps == max_steps else finished
-        if bool(leaving.any()):
-            where = items[leaving]
-            result_p[where], result_g[where] = p[leaving], gap[leaving]
-            result_a[where] = (approach - top)[leaving].view(-1)
-            done[where] = finished[leaving]
-            stay = ~leaving
-            if not bool(stay.any()):
-                break
-            items, h, p, gap, contact = items[stay], h[stay], p[stay], gap[stay], contact[stay]
-            top, rounding, displacement = top[stay], rounding[stay], displacement[stay]
-            direction, rho, working = direction[stay], rho[stay], working[stay]
-        # The working set has the pixels in contact and those where the skin would pass through the relief;
-        # when the set changes, conjugacy is lost and the directions start anew.
-        before, working = working, contact | (gap < 0.0)
-        same = (before == working).all(-1, keepdim=True).all(-2, keepdim=True)
-        mask = working.to(h.dtype)
-        z = _preconditioned(body, _without_mean(gap, mask), mask)
-        rho_before, rho = rho, _sum(gap * z)
-        direction = z + torch.where(same, rho / rho_before, 0.0) * (mask * direction)
-        image = body.displacement(direction)
-        length = _sum(gap * direction) / _sum(direction * image).clamp_min(tiny)
-        moved = p - length * direction
-        p = moved.clamp_min(0.0)
-        scale = mean_pressure / _mean(p)
-        p, displacement = p * scale, (displacement - length * image) * scale
-        # The displacement is linear in the pressure except where pulling pressures were cut off.
-        cut = (moved < 0.0).any(-1).any(-1)
-        if bool(cut.any()):
-            displacement[cut] = body.displacement(p[cut])
 
-    batch = shape[:-2]
-    return ContactState(
-        result_p.view(shape), result_g.view(shape), result_a.view(batch), steps, done.view(batch)
-    )
+def _residual(p: Tensor, contact: Tensor, gap: Tensor) -> Tensor:
+    """(batch, 1, 1) largest residual of gap and complementarity, mm, by item.
+
+    Args:
+        p: (batch, n, n) pressures.
+        contact: 1 where there is pressure, else 0.
+        gap: of mean zero in contact, mm.
+    """
+    inside = (_dot(gap.square(), p) / _sum(p)).sqrt()
+    outside = -torch.add(gap, contact, alpha=FAR_MM).amin((-2, -1), keepdim=True)
+    return torch.maximum(inside, outside)
+
+
+def _bound(p: Tensor, gap: Tensor, displacement: Tensor) -> Tensor:
+    """(batch, 1, 1) bound of the energy's error over the elastic energy, as in `ContactState`.
+
+    Args:
+        p: (batch, n, n) pressures of the prescribed force.
+        gap: C p - h up to a constant, mm.
+        displacement: C p, mm.
+    """
+    released = _dot(p, gap) - _sum(p) * gap.amin((-2, -1), keepdim=True)
+    return released / (0.5 * _dot(p, displacement))
 
 
 Solver = Callable[[Compliance, Tensor, float, Tensor | None], ContactState]
 """Solver of contact, of body, heights (mm), mean pressure and pressures to start from (units of E)."""
 
+SINGLE_FIRST = Stop(bound=LARGEST_BOUND)
+"""Rule that ends the steps in single precision before those in double precision."""
 MAX_SINGLE_STEPS = 100
 """Most steps in single precision before those in double precision."""
 
 
 @dataclass(frozen=True, eq=False)
 class SingleFirst:
-    """Solver that finds the pixels in contact in single precision, and goes on in that of the heights.
+    """Solver that steps in single precision as far as that leads, and goes on in that of the heights.
 
-    Two thirds of the steps find out which pixels touch, and the last digits come at a fixed rate after that.
-    The result is as exact as that of `solve_contact`, in half of the time.
+    The result meets the same rule as that of `solve_contact`, in half of the time: mostly double precision
+    finds that no step is left.
 
     Attributes:
         single: the skin in single precision.
+        stop: rule that ends the solution; None for that of the heights' precision.
     """
 
     single: Compliance
+    stop: Stop | None = None
 
     def __call__(
         self, body: Compliance, heights: Tensor, mean_pressure: float, start: Tensor | None
@@ -207,8 +319,8 @@ class SingleFirst:
         relief = heights.detach()
         relief = (relief - relief.amax((-2, -1), keepdim=True)).float()
         begin = None if start is None else start.float()
-        near = approach_contact(self.single, relief, mean_pressure, begin, MAX_SINGLE_STEPS)
-        return solve_contact(body, heights, mean_pressure, near.pressure.to(heights.dtype))
+        near = approach_contact(self.single, relief, mean_pressure, begin, MAX_SINGLE_STEPS, SINGLE_FIRST)
+        return solve_contact(body, heights, mean_pressure, near.pressure.to(heights.dtype), self.stop)
 
 
 class _Press(torch.autograd.Function):
@@ -223,15 +335,16 @@ class _Press(torch.autograd.Function):
         start: Tensor | None,
         solve: Solver,
         tolerance: float,
-    ) -> tuple[Tensor, Tensor, Tensor]:
+    ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         state = solve(body, heights, mean_pressure, start)
         ctx.body, ctx.tolerance = body, tolerance
         ctx.save_for_backward(state.pressure > 0.0)
-        return state.pressure, state.gap, state.approach
+        ctx.mark_non_differentiable(state.bound)
+        return state.pressure, state.gap, state.approach, state.bound
 
     @staticmethod
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None, None, None, None, None]:
-        to_pressure, to_gap, to_approach = gradients
+        to_pressure, to_gap, to_approach, _ = gradients
         (contact,) = ctx.saved_tensors
         # Outside the contact gap = C p - h - approach; inside, the gap is zero whatever the heights.
         to_gap = torch.where(contact, torch.zeros_like(to_gap), to_gap)
@@ -248,8 +361,8 @@ def press(
     start: Tensor | None = None,
     solve: Solver = solve_contact,
     gradient_tolerance: float | None = None,
-) -> tuple[Tensor, Tensor, Tensor]:
-    """Pressure (units of E), gap and approach (mm), differentiable by the heights.
+) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Pressure (units of E), gap and approach (mm), differentiable by the heights, and their error's bound.
 
     The gradient is that of a fixed contact set, which is exact wherever no pixel is just touching. The
     gradient costs one conjugate-gradient solve restricted to the pixels in contact; the solver's own steps
@@ -264,14 +377,14 @@ def press(
         gradient_tolerance: relative residual of the adjoint system; None for that of the precision.
 
     Returns:
-        (..., n, n) pressure, (..., n, n) gap and (...) approach.
+        (..., n, n) pressure, (..., n, n) gap, (...) approach, and (...) bound as in `ContactState`.
 
     Raises:
         ContactError: the contact, or in the backward pass its adjoint, did not converge.
     """
     tolerance = GRADIENT_TOLERANCE[heights.dtype] if gradient_tolerance is None else gradient_tolerance
-    pressure, gap, approach = _Press.apply(heights, body, mean_pressure, start, solve, tolerance)
-    return pressure, gap, approach
+    pressure, gap, approach, bound = _Press.apply(heights, body, mean_pressure, start, solve, tolerance)
+    return pressure, gap, approach, bound
 
 
 @stage("gradient of the touch", total=1.0)
@@ -310,11 +423,11 @@ def adjoint_pressure(
         this_stage().residual_at((error / size).max() / tolerance)
         if not bool(unfinished.any()):
             return x
-        z = _preconditioned(body, residual, mask)
-        rho_before, rho = rho, _sum(residual * z)
-        direction = z + (rho / rho_before.clamp_min(tiny)) * direction
+        z = body.precondition(residual)
+        rho_before, rho = rho, _dot(residual, z)
+        direction = _without_mean(z.add_(direction.mul_(rho / rho_before.clamp_min(tiny))), mask)
         image = body.displacement(direction)
-        length = unfinished * rho / _sum(direction * image).clamp_min(tiny)
+        length = unfinished * rho / _dot(direction, image).clamp_min(tiny)
         x = x + length * direction
         residual = residual - length * image
     raise ContactError(f"gradient of contact not converged in {MAX_STEPS} steps")
@@ -330,18 +443,21 @@ def bonded_pressure(body: Compliance, heights: Tensor, mean_pressure: float) -> 
     return pressure + (mean_pressure - _mean(pressure))
 
 
-def _preconditioned(body: Compliance, residual: Tensor, mask: Tensor) -> Tensor:
-    """Preconditioned residual on the pixels of a mask, where both are to have no sum.
-
-    The force cannot change, so the system is that of pressures without a sum, and the orthogonal projection
-    onto these on both sides keeps the preconditioner symmetric and positive definite.
-    """
-    return _without_mean(body.precondition(residual), mask)
-
-
 def _without_mean(field: Tensor, mask: Tensor) -> Tensor:
-    """A field on the pixels of a mask (1 or 0), less its mean there; 0 elsewhere."""
-    return mask * (field - _sum(field * mask) / _sum(mask))
+    """A field on the pixels of a mask (1 or 0), less its mean there; 0 elsewhere.
+
+    The force cannot change, so directions have no sum; this orthogonal projection of residuals and directions
+    keeps the preconditioner symmetric and positive definite.
+    """
+    masked = field * mask
+    return masked.addcmul_(mask, _sum(masked) / _sum(mask), value=-1.0)
+
+
+def _dot(one: Tensor, other: Tensor) -> Tensor:
+    """(batch, 1, 1) sum of the products of two fields (batch, n, n)."""
+    if len(one) == 1:
+        return torch.dot(one.reshape(-1), other.reshape(-1)).view(1, 1, 1)
+    return _sum(one * other)
 
 
 def _sum(field: Tensor) -> Tensor:
@@ -350,8 +466,3 @@ def _sum(field: Tensor) -> Tensor:
 
 def _mean(field: Tensor) -> Tensor:
     return field.mean((-2, -1), keepdim=True)
-
-
-def _masked_mean(field: Tensor, mask: Tensor) -> Tensor:
-    weight = mask.to(field.dtype)
-    return _sum(field * weight) / _sum(weight)

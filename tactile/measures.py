@@ -40,6 +40,7 @@ class TouchMeasures:
         strain, pressure: (k, n, n) on the patches; pressure in MPa.
         gradients: (targets * k, rows * cols) of the targets' quantities by the heights, a sparse matrix if
             there are several locations; rows of one target follow one another. No rows if not asked for.
+        error_bound: largest bound of the error of a contact's energy, over the elastic energy.
     """
 
     model: ModelName
@@ -49,6 +50,7 @@ class TouchMeasures:
     strain: Array
     pressure: Array
     gradients: Array | sp.csr_matrix
+    error_bound: float
 
     @property
     def means(self) -> dict[str, float]:
@@ -68,7 +70,8 @@ class TouchMeasures:
 
     def __repr__(self) -> str:
         numbers = ", ".join(f"{name} {value:.4g}" for name, value in self.means.items())
-        return f"<touch by {self.model}: {numbers}, {100.0 * self.contact_fraction:.0f} % in contact>"
+        share = f"{100.0 * self.contact_fraction:.0f} % in contact"
+        return f"<touch by {self.model}: {numbers}, {share}, energy within {self.error_bound:.0e}>"
 
 
 def measure_touch(
@@ -170,4 +173,5 @@ def touch_measures(
         maps("strain"),
         maps("pressure"),
         np.zeros((0, columns)) if gradients is None else gradients,
+        max(float(touch.error_bound.max()) for touch in touches),
     )

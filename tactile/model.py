@@ -17,7 +17,7 @@ from relief.ground.threads import one_torch_thread
 from relief.patches import Patches
 from relief.places import patch_shape
 from relief.surface import Surface
-from tactile.contact import SingleFirst, Solver, solve_contact
+from tactile.contact import TIGHT, SingleFirst, Solver, solve_contact
 from tactile.elements.finite_elements import FiniteElementOperator, finite_element_operator
 from tactile.elements.round_pad import RoundPadOperator, round_pad_operator
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
@@ -83,7 +83,7 @@ class TouchModel:
         """
         modulus = self.skin.young_modulus_mpa
         finger = Press.of(self.skin, self.operator, self.solve, self.gradient_tolerance)
-        pressure, gap, approach = finger.contact(heights, None if start is None else start / modulus)
+        pressure, gap, approach, bound = finger.contact(heights, None if start is None else start / modulus)
         strain = finger.felt(pressure) - self.flat_strain
         return Touch(
             strain,
@@ -92,6 +92,7 @@ class TouchModel:
             approach,
             share_in_contact(pressure),
             self.operator.size_mm,
+            bound,
             self._receptors_over(heights.detach()),
         )
 
@@ -194,7 +195,7 @@ def _in_double(
         operator = elastic_layer_operator(skin, samples, size_mm, torch.float64)
     flat = torch.zeros(samples, samples, dtype=torch.float64)
     finger = Press.of(skin, operator)
-    pressure = finger.pressure(flat)
+    pressure = finger.pressure(flat, TIGHT)
     strain = finger.felt(pressure)
     receptors = None if skin.shape == "flat" else _touched(skin, pressure, strain, operator.size_mm)
     return operator, strain, receptors

@@ -48,8 +48,12 @@ OUTSIDE = -0.5
 
 def first_steps(body: Compliance, heights: Tensor, mean_pressure: float) -> ContactState:
     """State after `STEPS_BEFORE` solver steps from even pressure, of heights (..., n, n) in mm."""
-    # From even pressures, which the net has seen in its training.
-    return approach_contact(body, heights, mean_pressure, torch.ones_like(heights), STEPS_BEFORE)
+    # The net has seen steepest descent from even pressures in its training: each step starts anew.
+    pressure = torch.ones_like(heights)
+    for _ in range(STEPS_BEFORE):
+        state = approach_contact(body, heights, mean_pressure, pressure, 1)
+        pressure = state.pressure
+    return state
 
 
 def inputs(body: Compliance, heights: Tensor, state: ContactState, mean_pressure: float) -> Tensor:

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from relief.ground.limits import HEIGHT_LIMIT_MM
-from tactile.contact import Compliance, Solver, solve_contact
+from tactile.contact import Compliance, Solver, Stop, solve_contact
 from tactile.contact import press as differentiable_contact
 from tactile.skin import Skin
 from tactile.strain import principal_strain
@@ -65,8 +65,10 @@ class Press:
         load = skin.mean_pressure_mpa(operator.size_mm) / skin.young_modulus_mpa
         return cls(operator, load, solve, gradient_tolerance, skin.curvatures)
 
-    def contact(self, heights: Tensor, start: Tensor | None = None) -> tuple[Tensor, Tensor, Tensor]:
-        """Pressure (units of E), gap and approach (mm) on patches (..., n, n) mm, differentiable by them.
+    def contact(self, heights: Tensor, start: Tensor | None = None) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Pressure (units of E), gap and approach (mm) on patches (..., n, n) mm, and their error's bound.
+
+        They are as of `tactile.contact.press`, differentiable by the heights but for the bound.
 
         Heights of minus infinity are where a round finger has nothing below.
 
@@ -78,9 +80,9 @@ class Press:
             self.operator, relative, self.load, start, self.solve, self.gradient_tolerance
         )
 
-    def pressure(self, heights: Tensor) -> Tensor:
-        """The pressure alone (..., n, n), solved to the default tolerance and without gradient."""
-        return solve_contact(self.operator, self._relative_heights(heights), self.load).pressure
+    def pressure(self, heights: Tensor, stop: Stop | None = None) -> Tensor:
+        """The pressure alone (..., n, n), without gradient; `stop` as of `tactile.contact.solve_contact`."""
+        return solve_contact(self.operator, self._relative_heights(heights), self.load, stop=stop).pressure
 
     def _relative_heights(self, heights: Tensor) -> Tensor:
         """Heights (..., n, n) mm that a flat finger would have to meet to be pressed as this one is."""

@@ -20,6 +20,8 @@ class Touch:
         approach: (...) descent of the bone since first touch with the plane z = 0, mm.
         contact_fraction: (...) share of pixels under pressure (not differentiable).
         size_mm: side of the patch, mm.
+        error_bound: (...) upper bound of the error of the contact's energy, over the elastic energy (not
+            differentiable); see `tactile.contact.ContactState`.
         receptors: (n, n) or (..., n, n) 1 at the samples whose receptors count in roughness, else 0: those
             that a round finger touches on a flat plate, if the plate of the relief is below. None: all.
     """
@@ -30,6 +32,7 @@ class Touch:
     approach: Tensor
     contact_fraction: Tensor
     size_mm: float
+    error_bound: Tensor
     receptors: Tensor | None = None
 
     def __repr__(self) -> str:

@@ -47,6 +47,14 @@ def mi(cache_dir: Path) -> ModuleType:
     return load_mitsuba(colour=False)
 
 
+@pytest.fixture
+def tight_contact(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contacts in double precision to twelve digits, as finite differences and symmetries need."""
+    from tactile import contact
+
+    monkeypatch.setitem(contact.STOPS, torch.float64, contact.Stop(residual=1e-12))
+
+
 @pytest.fixture(autouse=True)
 def _seed() -> None:
     """The same random numbers for a test whichever tests run before it."""

@@ -113,7 +113,7 @@ class PressureWay(TouchLoss):
 
     def strain(self, net: nn.Module, examples: Examples) -> Tensor:
         zero = torch.zeros(len(examples["heights"]))
-        guess = ContactState(examples["guess_pressure"], examples["guess_gap"], zero, 0, zero > 0.0)
+        guess = ContactState(examples["guess_pressure"], examples["guess_gap"], zero, 0, zero > 0.0, zero)
         maps = inputs(self.operator, examples["heights"], guess, self.mean_pressure)
         found = pressure(net, maps, guess.pressure, self.mean_pressure)
         return smallest_eigenvalue(self.operator.strain(found)) - self.flat_strain

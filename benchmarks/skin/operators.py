@@ -55,8 +55,8 @@ def on_patch(plates: Array, size_mm: float, pitch_mm: float = PITCH_MM) -> Tenso
 def felt(operator: SkinOperator, skin: Skin, heights: Tensor) -> Felt:
     """Press a finger on plates (k, n, n) mm that `on_patch` laid out."""
     size, finger = operator.size_mm, Press.of(skin, operator)
-    flat, _, approach = finger.contact(torch.zeros_like(heights[0]))
-    pressure, _, _ = finger.contact(heights)
+    flat, _, approach, _ = finger.contact(torch.zeros_like(heights[0]))
+    pressure, *_ = finger.contact(heights)
     touched = flat > 0.0
     counted = (touched & (heights[0] > BELOW_MM)).to(heights.dtype)
     strain = finger.felt(pressure) - finger.felt(flat)

@@ -16,7 +16,7 @@ from scipy.interpolate import CubicSpline
 from torch import Tensor
 
 from relief.ground.arrays import Array
-from tactile.contact import ContactError, approach_contact
+from tactile.contact import Compliance, ContactError, Stop, approach_contact
 from tactile.layer.layer_response import layer_response
 from tactile.layer.layered_response import layered_response
 from tactile.skin import Skin
@@ -43,7 +43,7 @@ FAR_MM = -20.0
 
 
 @dataclass(frozen=True)
-class QuarterLayer:
+class QuarterLayer(Compliance):
     """Compliance of the layer for pressures that are even about both axes (..., rows, cols).
 
     Attributes:
@@ -101,7 +101,7 @@ def _pressed(
     """Pressure (units of E), gap and descent (mm) of a quarter, by force over the base's modulus, mm²."""
     mean = force_over_modulus / (2.0 * layer.half_mm) ** 2
     for tolerance in TOLERANCES:
-        state = approach_contact(layer, torch.as_tensor(heights), mean, start, STEPS, tolerance)
+        state = approach_contact(layer, torch.as_tensor(heights), mean, start, STEPS, Stop(tolerance))
         if bool(state.converged):
             return state.pressure, state.gap, float(state.approach)
         start = None

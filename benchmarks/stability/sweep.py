@@ -28,7 +28,7 @@ from optimize.descent.gauss_newton.step_look import EDGE_SAMPLES, REFINEMENT, ST
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.heightmap import load_heights
-from tactile.contact import solve_contact
+from tactile.contact import Stop, solve_contact
 from tactile.model import TouchModel, touch_model
 from tactile.strain import smallest_eigenvalue
 from visual.exact.discontinuities import EdgeSamples
@@ -291,7 +291,7 @@ def descents(name: Any, case: Case) -> TouchModel:
 def converged(name: Any, case: Case) -> TouchModel:
     """A model in double precision that is solved to `TIGHT`."""
     model = touch_model(case.skin, case.samples, case.size_mm, torch.float64, name)
-    solve = partial(solve_contact, tolerance=TIGHT)
+    solve = partial(solve_contact, stop=Stop(residual=TIGHT))
     mean = case.skin.mean_pressure_mpa(case.size_mm) / case.skin.young_modulus_mpa
     flat = solve(model.operator, torch.zeros_like(model.flat_strain), mean).pressure
     return replace(

@@ -91,6 +91,7 @@ def _touch(settings: Run, problem: Problem, outcome: Outcome) -> Touch:
         verified_by=felt.model if outcome.iterations else None,
         contact_fraction=felt.contact_fraction,
         initial_contact_fraction=first.contact_fraction,
+        contact_error_bound=max(first.error_bound, felt.error_bound),
         jnd_from_original=jnd_apart(after, before) if before > 0.0 and after > 0.0 else None,
         feel_of=outcome.feel_of,
         fingers=_weighted(outcome.fingers, settings),

@@ -186,6 +186,8 @@ class Touch(Section):
         verified_by: the verifying model; None without verification, as the values of `verified`.
         contact_fraction, initial_contact_fraction: share of the plate under pressure of the result and of
             the original, means over the places by the model of `verified`.
+        contact_error_bound: largest bound of the error of a contact's energy, over the elastic energy, of
+            original and result by the same model.
         jnd_from_original: just-noticeable differences; None if one of the reliefs is smooth.
         surface_bands: change of the skin's surface by bands of wavelength, from short to long; None where two
             models pressed on original and result.
@@ -199,6 +201,7 @@ class Touch(Section):
     verified_by: str | None = None
     contact_fraction: float
     initial_contact_fraction: float | None = None
+    contact_error_bound: float | None = None
     jnd_from_original: float | None = None
     feel_of: FeelOf | None = None
     fingers: Fingers | None = None

@@ -108,6 +108,11 @@ class Curvature(TensorFields):
         moved = ((loads @ self.face.mT) * self.signs.mT) @ self.face
         return _together(moved, amplitudes.shape)
 
+    def energy(self, amplitudes: Tensor) -> Tensor:
+        """(..., 1, 1) half the work that is added, from amplitudes (..., m, m) of the pressure."""
+        work = ((_by_parity(amplitudes) @ self.face.mT).square() * self.signs.mT).sum((0, 2))
+        return 0.5 * work.view(*amplitudes.shape[:-2], 1, 1)
+
     def strain(self, amplitudes: Tensor) -> Tensor:
         """(..., 6, m, m) what is added, from amplitudes (..., m, m) of the pressure."""
         felt = (_by_parity(amplitudes) @ self.strain_in.mT) @ self.strain_out
@@ -145,6 +150,12 @@ class RoundPadOperator(CosineLayer):
         moved, cutoff = self.symbol * amplitudes, self.curvature.cutoff
         moved[..., :cutoff, :cutoff] += self.curvature.displacement(amplitudes[..., :cutoff, :cutoff])
         return self.field(moved)
+
+    def energy(self, pressure: Tensor) -> Tensor:
+        """(..., 1, 1) elastic energy 1/2 p'Cp."""
+        amplitudes, cutoff = self.amplitudes(pressure), self.curvature.cutoff
+        layer = 0.5 * (self.symbol * amplitudes.square()).sum((-2, -1), keepdim=True)
+        return layer + self.curvature.energy(amplitudes[..., :cutoff, :cutoff])
 
     def strain_modes(self, amplitudes: Tensor) -> Tensor:
         """Amplitudes (..., 6, n, n) of the strain, from those (..., n, n) of the pressure."""

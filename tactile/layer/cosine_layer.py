@@ -99,6 +99,10 @@ class CosineLayer(TensorFields):
         """Inverse of the layer's compliance: that of a block nearly, away from the smoothest modes."""
         return self.field(self.amplitudes(residual) / self.symbol)
 
+    def energy(self, pressure: Tensor) -> Tensor:
+        """(..., 1, 1) elastic energy 1/2 p'Cp: half of the transforms of a displacement."""
+        return 0.5 * (self.symbol * self.amplitudes(pressure).square()).sum((-2, -1), keepdim=True)
+
     def strain(self, pressure: Tensor) -> Tensor:
         """Strain (..., 6, n, n) at depth, components as in `tactile.strain.STRAIN_COMPONENTS`."""
         return self.strain_of(self.amplitudes(pressure))

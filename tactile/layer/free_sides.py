@@ -55,6 +55,12 @@ class FreeSides(TensorFields):
         nodal = moved.transpose(0, 1).reshape(*pressure.shape[:-2], 4, side, side)
         return self.hats @ (_side_by_side(nodal) @ self.hats.T)
 
+    def energy(self, pressure: Tensor) -> Tensor:
+        """(..., 1, 1) half the work of pressures (..., n, n), in units of Young's modulus."""
+        loads = _quarters(self.hats.T @ pressure @ self.hats)
+        work = torch.bmm(loads, self.face.mT).square().sum((0, 2))
+        return 0.5 * work.view(*pressure.shape[:-2], 1, 1)
+
     def strain(self, pressure: Tensor) -> Tensor:
         """(..., 6, n, n), from pressures (..., n, n) in units of Young's modulus."""
         loads = _quarters(self.hats.T @ pressure @ self.hats)
@@ -95,6 +101,11 @@ class FreeSidedLayer(CosineLayer):
         """Normal displacement (..., n, n) of the skin, mm, away from the texture: C p."""
         layer = super().displacement(pressure)
         return layer if self.free_sides is None else layer + self.free_sides.displacement(pressure)
+
+    def energy(self, pressure: Tensor) -> Tensor:
+        """(..., 1, 1) elastic energy 1/2 p'Cp."""
+        layer = super().energy(pressure)
+        return layer if self.free_sides is None else layer + self.free_sides.energy(pressure)
 
     def strain(self, pressure: Tensor) -> Tensor:
         """Strain (..., 6, n, n) at receptor depth, components as in `tactile.strain.STRAIN_COMPONENTS`."""

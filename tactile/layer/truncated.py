@@ -80,6 +80,7 @@ class TruncatedSolver:
             gap=gap.to(dtype).view(heights.shape),
             approach=state.approach.to(dtype).view(batch),
             converged=state.converged.view(batch),
+            bound=state.bound.to(dtype).view(batch),
         )
 
     def _refined(self, state: ContactState, heights: Tensor, mean_pressure: float) -> ContactState:
@@ -116,4 +117,4 @@ def _gap_share(state: ContactState, heights: Tensor) -> Tensor:
 
 
 def _tensors(state: ContactState) -> tuple[Tensor, ...]:
-    return state.pressure, state.gap, state.approach, state.converged
+    return state.pressure, state.gap, state.approach, state.converged, state.bound

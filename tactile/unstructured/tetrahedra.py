@@ -25,7 +25,7 @@ from torch import Tensor
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.limits import PATCH_SIDE_MM
-from tactile.contact import solve_contact
+from tactile.contact import TIGHT, Compliance, solve_contact
 from tactile.elements.condensation import condensed_onto_loads
 from tactile.layer.layer_response import layer_response
 from tactile.skin import Skin
@@ -48,7 +48,7 @@ SIGNS = (-1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True)
-class TetrahedralOperator:
+class TetrahedralOperator(Compliance):
     """Normal displacement and strain at depth of a meshed skin under pressures on an n x n grid.
 
     A `tactile.model.SkinOperator` without gradients of the strain. Pressures have shape (..., n, n) and are
@@ -201,8 +201,8 @@ def press_tetrahedra(
         sizing = sizing or Sizing(contact_mm=min(size_mm / samples, 0.8))
         operator = tetrahedral_operator(skin, tetrahedralise(surface, sizing), samples, size_mm)
     mean = skin.mean_pressure_mpa(size_mm) / skin.young_modulus_mpa
-    state = solve_contact(operator, heights - operator.rise_mm, mean)
-    flat = solve_contact(operator, -operator.rise_mm, mean)
+    state = solve_contact(operator, heights - operator.rise_mm, mean, stop=TIGHT)
+    flat = solve_contact(operator, -operator.rise_mm, mean, stop=TIGHT)
     strains = [principal_strain(operator, contact.pressure) for contact in (state, flat)]
     return Touch(
         strains[0] - strains[1],
@@ -211,6 +211,7 @@ def press_tetrahedra(
         state.approach,
         share_in_contact(state.pressure),
         size_mm,
+        state.bound,
     )
 
 

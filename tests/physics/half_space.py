@@ -1,13 +1,16 @@
 """Elastic half-spaces that `tactile.contact` can press: unbounded and periodic. Unit Young's modulus."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import torch
 from torch import Tensor
 
+from tactile.contact import Compliance
+
 
 @dataclass(frozen=True)
-class HalfSpace:
+class HalfSpace(Compliance):
     """A half-space loaded on an n x n patch only; pressures outside the patch are zero.
 
     Attributes:
@@ -49,7 +52,7 @@ class HalfSpace:
 
 
 @dataclass(frozen=True)
-class PeriodicHalfSpace:
+class PeriodicHalfSpace(Compliance):
     """A half-space whose load repeats with the patch.
 
     The mean displacement of a periodically loaded half-space is infinite; here the mean mode has the
@@ -62,21 +65,44 @@ class PeriodicHalfSpace:
 
     def displacement(self, pressure: Tensor) -> Tensor:
         """Normal displacement (mm): 2 (1 - nu²) / (E k) per wavenumber k (Johnson, 13.2)."""
-        return self._filtered(pressure, self._symbol(pressure.dtype))
+        return self._filtered(pressure, self._symbols(pressure.dtype)[0])
 
     def precondition(self, residual: Tensor) -> Tensor:
-        return self._filtered(residual, 1.0 / self._symbol(residual.dtype))
+        return self._filtered(residual, self._symbols(residual.dtype)[1])
 
-    def _symbol(self, dtype: torch.dtype) -> Tensor:
-        n = self.samples
-        longest = 2.0 * torch.pi / self.size_mm
-        rows = torch.fft.fftfreq(n, 1.0 / n, dtype=dtype) * longest
-        columns = torch.fft.rfftfreq(n, 1.0 / n, dtype=dtype) * longest
-        k = torch.hypot(rows[:, None], columns[None, :]).clamp_min(longest)
-        return 2.0 * (1.0 - self.poisson_ratio**2) / k
+    def energy(self, pressure: Tensor) -> Tensor:
+        """By Parseval's theorem."""
+        spectrum = torch.fft.rfft2(pressure)
+        energy = torch.linalg.vecdot(
+            (spectrum * self._symbols(pressure.dtype)[2]).flatten(-2), spectrum.flatten(-2)
+        )
+        return energy.real[..., None, None]
+
+    def _symbols(self, dtype: torch.dtype) -> tuple[Tensor, Tensor, Tensor]:
+        return _symbols(self.samples, self.size_mm, self.poisson_ratio, dtype)
 
     def _filtered(self, field: Tensor, symbol: Tensor) -> Tensor:
-        return torch.fft.irfft2(symbol * torch.fft.rfft2(field), s=(self.samples, self.samples))
+        return torch.fft.irfft2(torch.fft.rfft2(field).mul_(symbol), s=(self.samples, self.samples))
+
+
+@lru_cache(maxsize=8)
+def _symbols(
+    n: int, size_mm: float, poisson_ratio: float, dtype: torch.dtype
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Compliance (n, n // 2 + 1) in mm of the waves of a real Fourier transform, its inverse, and the energy.
+
+    Of the half spectrum, columns count twice in the energy but for the first and, if n is even, the last.
+    """
+    longest = 2.0 * torch.pi / size_mm
+    rows = torch.fft.fftfreq(n, 1.0 / n, dtype=dtype) * longest
+    columns = torch.fft.rfftfreq(n, 1.0 / n, dtype=dtype) * longest
+    k = torch.hypot(rows[:, None], columns[None, :]).clamp_min(longest)
+    symbol = 2.0 * (1.0 - poisson_ratio**2) / k
+    counts = torch.full((n // 2 + 1,), 2.0, dtype=dtype)
+    counts[0] = 1.0
+    if n % 2 == 0:
+        counts[-1] = 1.0
+    return symbol, 1.0 / symbol, 0.5 * symbol * counts / n**2
 
 
 def _corner(x: Tensor, y: Tensor) -> Tensor:

@@ -11,6 +11,8 @@ from tactile.layer.elastic_layer import elastic_layer_operator
 from tests.tactile.reliefs import SIZE, bumps, grating, manufactured, waves
 from tests.taylor import gradient, slope_error, taylor_rates
 
+pytestmark = pytest.mark.usefixtures("tight_contact")
+
 SAMPLES = 32
 MEAN_PRESSURE = Skin().mean_pressure_mpa(SIZE) / Skin().young_modulus_mpa
 TOUCH: dict[str, Callable[[Tensor], Tensor]] = {

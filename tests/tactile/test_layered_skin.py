@@ -20,6 +20,8 @@ from tests.tactile.folded_block import face_response
 from tests.tactile.reliefs import SIZE, bumps, grating, waves
 from tests.taylor import gradient, slope_error
 
+pytestmark = pytest.mark.usefixtures("tight_contact")
+
 SAMPLES = 32
 STIFF_OVER_SOFT = Skin(young_modulus_mpa=0.4, layers=((0.7, 2.0),))
 """Epidermis over softer tissue, the receptors just below the boundary."""

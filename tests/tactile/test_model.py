@@ -21,9 +21,9 @@ SOFT = Skin(young_modulus_mpa=0.25)
 def test_a_flat_plate_has_no_roughness_and_touches_everywhere() -> None:
     touch = press(FLAT)
     assert float(touch.contact_fraction) == 1.0
-    torch.testing.assert_close(touch.strain, FLAT, atol=1e-9, rtol=0.0)
-    torch.testing.assert_close(touch.gap, FLAT, atol=1e-8, rtol=0.0)
-    assert float(roughness(touch.strain)) < 1e-9
+    torch.testing.assert_close(touch.strain, FLAT, atol=1e-6, rtol=0.0)
+    torch.testing.assert_close(touch.gap, FLAT, atol=1e-6, rtol=0.0)
+    assert float(roughness(touch.strain)) < 1e-7
 
 
 def test_taller_reliefs_are_rougher_and_touch_less() -> None:
@@ -73,6 +73,7 @@ def test_numpy_arrays_of_any_layout_are_taken() -> None:
     assert press(heights.astype(np.float32)).strain.dtype == torch.float32
 
 
+@pytest.mark.usefixtures("tight_contact")
 def test_starting_from_the_last_pressures_gives_the_same_touch() -> None:
     before, after = press(waves(32, 0.6)), waves(32, 0.7)
     cold, warm = press(after), press(after, start=before.pressure)

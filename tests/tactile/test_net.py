@@ -66,7 +66,7 @@ def test_where_there_is_pressure_there_is_no_gap() -> None:
 
 def test_a_flat_plate_strains_nothing() -> None:
     touch = model(0.0).press(torch.full((SAMPLES, SAMPLES), 0.7, dtype=torch.float64))
-    assert float(touch.strain.abs().max()) < 2e-3
+    assert float(touch.strain.abs().max()) < 3e-3
     assert float(touch.contact_fraction) == 1.0
 
 

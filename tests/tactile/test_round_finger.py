@@ -68,7 +68,7 @@ def test_a_smooth_object_is_touched_by_its_shape_and_is_not_rough() -> None:
         along_x = tactile.press(smooth, side, dataclasses.replace(finger, curved_x_mm=12.0))
         rows, columns = (int((along_x.pressure > 0.0).any(axis).sum()) for axis in (1, 0))
         assert columns < rows
-        assert float(along_x.strain.abs().max()) < 1e-6
+        assert float(along_x.strain.abs().max()) < 1e-5
         hollow = tactile.press(smooth, side, dataclasses.replace(finger, curved_x_mm=-40.0))
         bulging = tactile.press(smooth, side, dataclasses.replace(finger, curved_x_mm=40.0))
         assert float(hollow.contact_fraction) > float(bulging.contact_fraction)

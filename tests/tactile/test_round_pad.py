@@ -53,6 +53,9 @@ def rise(skin: Skin, samples: int, size: float) -> torch.Tensor:
 def test_compliance_is_its_own_adjoint_and_positive(operator: RoundPadOperator) -> None:
     first, second = random_field(2)
     assert dot_test(operator.displacement, operator.displacement, first, second) < 1e-13
+    assert float(operator.energy(first)) == pytest.approx(
+        0.5 * float((first * operator.displacement(first)).sum())
+    )
     every = torch.eye(SAMPLES**2, dtype=torch.float64).view(-1, SAMPLES, SAMPLES)
     matrix = operator.displacement(every).reshape(SAMPLES**2, -1)
     assert float(torch.linalg.eigvalsh(matrix).min()) > 0.0

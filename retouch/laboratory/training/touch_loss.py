@@ -57,7 +57,7 @@ class TouchLoss:
         them.
         """
         zero = torch.zeros(len(examples["heights"]))
-        guess = ContactState(examples["guess_pressure"], examples["guess_gap"], zero, 0, zero > 0.0)
+        guess = ContactState(examples["guess_pressure"], examples["guess_gap"], zero, 0, zero > 0.0, zero)
         maps = inputs(self.operator, examples["heights"], guess, self.mean_pressure)
         pressures = pressure(net, maps, guess.pressure, self.mean_pressure)
         strain = principal_strain(self.operator, pressures) - self.flat_strain

@@ -114,7 +114,7 @@ def predicted(one: Measurement, skin: tactile.Skin) -> float:
         row = np.where(within < 0.5 * one.groove_mm, -FLOOR_MM, 0.0).astype(np.float32)
         heights = torch.from_numpy(np.tile(row, (samples, 1)))
     operator = elastic_layer_operator(pressed, heights.shape[-1], side, heights.dtype)
-    pressure, gap, _ = Press.of(pressed, operator).contact(heights)
+    pressure, gap, *_ = Press.of(pressed, operator).contact(heights)
     if one.groove_mm is None:
         return float((pressure > 0.0).sum()) * (side / len(heights)) ** 2
     middle = slice(len(heights) // 2 - 1, len(heights) // 2 + 1)
