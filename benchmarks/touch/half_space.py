@@ -1,81 +1,107 @@
-"""Contact solver of Retouch beside others, on a body that all of them have: a periodic half-space."""
+"""Contact solver of Retouch beside Tamaas, on a body that both have: a periodic half-space."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 import torch
+from scipy.ndimage import zoom
 from torch import Tensor
 
-from benchmarks.shared.common import median_seconds
-from benchmarks.touch.pressed_reliefs import SIDE, SIZE_MM, twelve
-from benchmarks.touch.relief_pressing import MEAN, REPEATS, SKIN, Array
-from tactile.contact import solve_contact
+from benchmarks.shared.pairs import in_pairs, ratio
+from benchmarks.touch.pressed_reliefs import SIDE, SIZE_MM
+from benchmarks.touch.relief_pressing import MEAN, SKIN
+from mitsuba_scenes import find_texture
+from relief.ground.arrays import Array
+from relief.heightmap import load_heights
+from tactile import sparse
+from tactile.contact import SingleFirst, Stop
 from tests.physics.half_space import PeriodicHalfSpace
 
 TOLERANCE = 1e-8
-"""Residual of contact over the mean displacement, the same for every solver."""
+"""Residual of contact over the mean displacement, by one measure for both solvers."""
+FACTOR = 10.0**0.25
+"""Step of Tamaas's own tolerance, on the search of the largest one that meets `TOLERANCE`."""
+PAIRS = {128: 15, 512: 7, 1024: 5}
+"""Pairs of runs by the samples along a side."""
 
 
-def half_space() -> list[dict[str, Any]]:
-    """Seconds on a periodic half-space beside Tamaas and ContactMechanics, where installed."""
-    body = PeriodicHalfSpace(SIDE, SIZE_MM, SKIN.poisson_ratio)
-    rivals = {"Tamaas": tamaas_pressure, "ContactMechanics": contact_mechanics_pressure}
-    rows = []
-    for name, relief in list(twelve().items())[::3]:
-        heights = torch.as_tensor(relief)
+def beside_tamaas() -> Iterator[dict[str, Any]]:
+    """Rows by samples along a side: CPU seconds of both to one residual; a note where Tamaas is missing."""
+    # Once Pardiso has run, Tamaas takes the Fourier transforms of its library, MKL, and a third of the time.
+    sparse.factorised(sp.identity(2, format="csr"))
+    tile = np.asarray(load_heights(find_texture("gravel-tile")), dtype=np.float64)
+    for samples, pairs in PAIRS.items():
+        scale = samples / SIDE
+        heights = tile if scale == 1.0 else zoom(tile, scale, order=3, mode="grid-wrap", grid_mode=True)
+        heights = np.ascontiguousarray(heights)
+        body = PeriodicHalfSpace(samples, SIZE_MM, SKIN.poisson_ratio)
+        theirs = tamaas_pressure(heights)
+        if theirs is None:
+            yield {"samples": samples, "note": "Tamaas is not installed"}
+            continue
+        tolerance = TOLERANCE * FACTOR**8
+        while measured(body, heights, theirs(tolerance))["residual"] > TOLERANCE:
+            tolerance /= FACTOR
+        field, solver = torch.as_tensor(heights), SingleFirst(body, Stop(residual=TOLERANCE))
 
-        def ours(heights: Tensor = heights) -> Array:
-            return solve_contact(body, heights, MEAN, tolerance=TOLERANCE).pressure.numpy()
+        def ours(solver: SingleFirst = solver, body: Any = body, field: Tensor = field) -> Array:
+            return solver(body, field, MEAN, None).pressure.numpy()
 
-        row: dict[str, Any] = {"relief": name, "ours s": median_seconds(ours, REPEATS)}
-        for rival, solver in rivals.items():
-            solve = solver(np.ascontiguousarray(relief))
-            if solve is not None:
-                seconds, pressure = median_seconds(solve, REPEATS), solve()
-                off = np.abs(ours() - pressure).max() / pressure.max()
-                row |= {
-                    f"{rival} s": seconds,
-                    f"{rival} / ours": seconds / row["ours s"],
-                    f"pressures off {rival}": float(off),
-                }
-        rows.append(row)
-    return rows
+        pressures = ours(), theirs(tolerance)
+        seconds = in_pairs(cpu_of(ours), cpu_of(lambda t=tolerance, solve=theirs: solve(t)), pairs)
+        yield {
+            "samples": samples,
+            **ratio(seconds[1], seconds[0]),
+            "ours": measured(body, heights, pressures[0]),
+            "tamaas": measured(body, heights, pressures[1]),
+            "pressures_off": float(np.abs(pressures[0] - pressures[1]).max() / pressures[1].max()),
+        }
 
 
-def tamaas_pressure(heights: Array) -> Callable[[], Array] | None:
-    """Polonsky-Keer by Tamaas; None if not installed."""
+def cpu_of(work: Callable[[], object]) -> Callable[[], float]:
+    """A call that returns the CPU seconds of another."""
+
+    def timed() -> float:
+        began = time.process_time()
+        work()
+        return time.process_time() - began
+
+    return timed
+
+
+def measured(body: PeriodicHalfSpace, heights: Array, pressure: Array) -> dict[str, float]:
+    """Residual over the mean displacement and bound of the energy's error, as in `tactile.contact`."""
+    p = torch.as_tensor(pressure)
+    displacement, contact = body.displacement(p), p > 0.0
+    gap = displacement - torch.as_tensor(heights)
+    gap -= gap[contact].mean()
+    inside = ((gap.square() * p).sum() / p.sum()).sqrt()
+    outside = -gap[~contact].min()
+    released = (p * gap).sum() - p.sum() * gap.min()
+    return {
+        "residual": float(torch.maximum(inside, outside) / displacement.mean()),
+        "bound": float(released / (0.5 * (p * displacement).sum())),
+    }
+
+
+def tamaas_pressure(heights: Array) -> Callable[[float], Array] | None:
+    """Pressures (units of E) by Tamaas's Polonsky-Keer to a tolerance of its own; None if not installed."""
     try:
         import tamaas
     except ImportError:
         return None
     tamaas.set_log_level(tamaas.LogLevel.warning)
-    model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, [SIZE_MM] * 2, [SIDE] * 2)
+    model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, [SIZE_MM] * 2, list(heights.shape))
     model.E, model.nu = 1.0, SKIN.poisson_ratio
 
-    def solve() -> Array:
+    def solve(tolerance: float) -> Array:
         model.traction[...] = 0.0
-        tamaas.PolonskyKeerRey(model, heights, TOLERANCE).solve(MEAN)
+        tamaas.PolonskyKeerRey(model, heights, tolerance).solve(MEAN)
         return np.array(model.traction)
-
-    return solve
-
-
-def contact_mechanics_pressure(heights: Array) -> Callable[[], Array] | None:
-    """Constrained conjugate gradient of ContactMechanics; None if not installed."""
-    try:
-        from ContactMechanics import PeriodicFFTElasticHalfSpace, make_system
-        from SurfaceTopography import Topography
-    except ImportError:
-        return None
-    modulus = 1.0 / (1.0 - SKIN.poisson_ratio**2)
-    half = PeriodicFFTElasticHalfSpace((SIDE, SIDE), modulus, (SIZE_MM, SIZE_MM))
-    system = make_system(substrate=half, surface=Topography(heights, (SIZE_MM, SIZE_MM), periodic=True))
-
-    def solve() -> Array:
-        result = system.minimize_proxy(external_force=MEAN * SIZE_MM**2, pentol=TOLERANCE)
-        return np.abs(np.asarray(result.jac)) * (SIDE / SIZE_MM) ** 2
 
     return solve

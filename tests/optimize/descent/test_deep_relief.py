@@ -58,6 +58,7 @@ def deep_problem(scene: Scene, jnd: float) -> Problem:
     return Problem(Relief(scene.heights, SIZE), SKIN, targets, scene, touch="quick", look="fast")
 
 
+@pytest.mark.usefixtures("tight_contact")
 def test_the_contact_is_that_of_the_whole_relief_and_of_a_deeper_cut() -> None:
     heights = pyramids(32)
     cut = [np.maximum(heights, DEPTH_MM - depth) for depth in (3.0, 4.0, DEPTH_MM)]

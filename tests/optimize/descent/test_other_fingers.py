@@ -57,6 +57,7 @@ def test_fingers_feel_what_results_tell_of_them(problem: Problem, felt: FingersF
     np.testing.assert_allclose(felt.values, expected, rtol=0.01)
 
 
+@pytest.mark.usefixtures("tight_contact")
 def test_gradients_are_those_of_finite_differences(
     problem: Problem, others: OtherFingers, felt: FingersFelt
 ) -> None:
@@ -72,7 +73,7 @@ def test_gradients_are_those_of_finite_differences(
 
 def test_distances_count_in_jnd(felt: FingersFelt) -> None:
     """The original is one just-noticeable difference below goals that are one above the original."""
-    np.testing.assert_allclose(felt.jnd_off, -1.0, rtol=1e-9)
+    np.testing.assert_allclose(felt.jnd_off, -1.0, rtol=1e-6)
     assert felt.percent == pytest.approx(20.0)
     met = replace(felt, values=felt.goals)
     assert met.percent == 0.0 and not met.soft_targets().wanted.any()

@@ -55,6 +55,7 @@ def test_a_tile_is_felt_at_each_place_as_by_a_finger_there_alone(tile: Problem) 
             assert values[number] == pytest.approx(alone[name][0], rel=1e-6)
 
 
+@pytest.mark.usefixtures("tight_contact")
 @pytest.mark.parametrize("seed", [0, 1])
 def test_gradients_of_all_places_come_from_one_press(tile: Problem, seed: int) -> None:
     direction = np.random.default_rng(seed).standard_normal(tile.heights.shape)
@@ -67,6 +68,7 @@ def test_gradients_of_all_places_come_from_one_press(tile: Problem, seed: int) -
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("tight_contact")
 def test_the_gradient_by_splines_is_that_of_the_relief(scene: Scene) -> None:
     plate = np.pad(tile_of(144), ((0, 0), (0, 36)), mode="wrap")[:, :180]
     problem = Problem(
@@ -224,6 +226,7 @@ def test_steps_of_a_rolled_tile_are_the_rolled_steps(texture: Path, masking: flo
     assert np.linalg.norm(here - there) < 0.007 * np.linalg.norm(here)
 
 
+@pytest.mark.usefixtures("tight_contact")
 def test_a_press_between_the_places_is_told_by_its_place(tile: Problem) -> None:
     middle = between(tile.surface, tile.spacing_mm)
     measures = measure_touch(Relief(tile.heights, SIZE, tile.relief.repeats), tile.skin, "layer", at=middle)

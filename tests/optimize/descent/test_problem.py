@@ -50,6 +50,7 @@ def difference(problem: Problem, direction: np.ndarray, step: float) -> np.ndarr
     return np.array(change) / (2.0 * step)
 
 
+@pytest.mark.usefixtures("tight_contact")
 @pytest.mark.parametrize("seed", [0, 1])
 def test_both_gradients_predict_the_change_of_the_feel(problem_with: ProblemWith, seed: int) -> None:
     problem = problem_with(Targets.of(0.01, roughness=0.1, contact_area_mm2=50.0))

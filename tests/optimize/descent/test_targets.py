@@ -58,6 +58,7 @@ def test_each_target_has_its_own_tolerance() -> None:
     assert not targets.met({"roughness": 0.102, "contact_area_mm2": 45.0})
 
 
+@pytest.mark.usefixtures("tight_contact")
 def test_the_gradient_of_a_third_quantity_is_right(problem_with: ProblemWith) -> None:
     problem = problem_with(Targets((Target(MEAN_STRAIN, 0.05, TOLERANCE),)))
     direction = np.random.default_rng(0).standard_normal(problem.heights.shape)

@@ -24,10 +24,10 @@ def reliefs() -> np.ndarray:
 
 def test_a_flat_plate_is_felt_as_nothing() -> None:
     touched = touch_fields(np.zeros((1, SIDE, SIDE)), SIZE, SKIN, "layer")
-    np.testing.assert_allclose(touched["strain"], 0.0, atol=1e-7)
-    np.testing.assert_allclose(touched["gap"], 0.0, atol=1e-7)
+    np.testing.assert_allclose(touched["strain"], 0.0, atol=1e-6)
+    np.testing.assert_allclose(touched["gap"], 0.0, atol=1e-6)
     assert touched["roughness"] == pytest.approx(0.0, abs=1e-7)
-    assert touched["contact_area_mm2"] == pytest.approx(SIZE**2)
+    assert touched["contact_area_mm2"] == pytest.approx(SIZE**2, rel=1e-5)
     assert touched["contact_fraction"] == pytest.approx(1.0)
 
 
@@ -36,12 +36,12 @@ def test_reliefs_in_batches_are_felt_as_each_alone(reliefs: np.ndarray, model: s
     touched = touch_fields(reliefs, SIZE, SKIN, model)  # type: ignore[arg-type]
     for number in (0, BATCH - 1, BATCH, len(reliefs) - 1):
         alone = tactile.press(reliefs[number], SIZE, SKIN, model)  # type: ignore[arg-type]
-        np.testing.assert_allclose(touched["strain"][number], alone.strain, atol=1e-6)
-        np.testing.assert_allclose(touched["gap"][number], alone.gap, atol=1e-6)
+        np.testing.assert_allclose(touched["strain"][number], alone.strain, atol=1e-5)
+        np.testing.assert_allclose(touched["gap"][number], alone.gap, atol=1e-5)
         roughness = tactile.roughness(alone.strain, SIZE).item()
-        assert touched["roughness"][number] == pytest.approx(roughness, rel=1e-5)
+        assert touched["roughness"][number] == pytest.approx(roughness, rel=1e-4)
         area = tactile.contact_area(alone.gap, SIZE).item()
-        assert touched["contact_area_mm2"][number] == pytest.approx(area, rel=1e-5)
+        assert touched["contact_area_mm2"][number] == pytest.approx(area, rel=1e-4)
         assert touched["contact_fraction"][number] == pytest.approx(alone.contact_fraction.item(), abs=2e-3)
 
 
