@@ -22,11 +22,11 @@ MAX_STEPS = 1000
 
 
 class Stop(NamedTuple):
-    """Rule that ends a solution: the contact has converged where either number is reached.
+    """Rule that ends a solution: the contact has converged where the bound, or else the residual, is reached.
 
     Attributes:
         residual: of gap and complementarity, over the mean displacement.
-        bound: of the energy's error, as in `ContactState.bound`.
+        bound: of the energy's error, as in `ContactState.bound`; 0 where the residual counts.
     """
 
     residual: float = 0.0
@@ -45,8 +45,8 @@ STOPS = {torch.float32: Stop(residual=2e-5), torch.float64: Stop(bound=LARGEST_B
 about 1e-6; at 2e-5 the bound is 2e-5 to 3e-4."""
 
 ROUNDING = 4.0
-"""Residual, in units in the last place of the relief's height, that always counts as none: with stiff skin
-the tolerance lies below the rounding of the heights."""
+"""Residual, in units in the last place of the relief's height, that counts as none: with stiff skin the
+tolerance of the residual lies below the rounding of the heights."""
 
 GRADIENT_TOLERANCE = {torch.float32: 1e-4, torch.float64: 1e-9}
 """Relative residual of the adjoint system, by precision; a gradient's relative error is about as large."""
@@ -167,9 +167,11 @@ def approach_contact(
         gap = displacement - now.h
         approach = _dot(gap, contact) / _sum(contact)
         gap -= approach
-        off = _residual(p, contact, gap) / torch.maximum(stop.residual * _mean(displacement), now.rounding)
         if stop.bound:
-            off = torch.minimum(off, _bound(p, gap, displacement) / stop.bound)
+            off = _bound(p, gap, displacement) / stop.bound
+        else:
+            allowed = torch.maximum(stop.residual * _mean(displacement), now.rounding)
+            off = _residual(p, contact, gap) / allowed
         cut_short = steps / (max_steps + 1) if max_steps < MAX_STEPS else 0.0
         this_stage().residual_at(off.max(), cut_short)
         finished = off <= 1.0

@@ -136,8 +136,7 @@ class _CosineTransform(torch.autograd.Function):
     @staticmethod
     def forward(ctx: Any, field: Tensor, inverse: bool) -> Tensor:
         ctx.inverse = inverse
-        transform = scipy.fft.idctn if inverse else scipy.fft.dctn
-        return torch.from_numpy(transform(field.numpy(), axes=(-2, -1), norm="ortho"))
+        return _transform(field, inverse)
 
     @staticmethod
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None]:
@@ -145,8 +144,15 @@ class _CosineTransform(torch.autograd.Function):
 
 
 def _fast_transform(field: Tensor, inverse: bool) -> Tensor:
+    if not field.requires_grad:
+        return _transform(field, inverse)
     result: Tensor = _CosineTransform.apply(field, inverse)
     return result
+
+
+def _transform(field: Tensor, inverse: bool) -> Tensor:
+    transform = scipy.fft.idctn if inverse else scipy.fft.dctn
+    return torch.from_numpy(transform(field.numpy(), axes=(-2, -1), norm="ortho"))
 
 
 def sliding_layer(skin: Skin, samples: int, size_mm: float) -> CosineLayer:
