@@ -22,8 +22,10 @@ def _no_collection() -> Iterator[None]:
         yield
     finally:
         if collected:
-            gc.freeze()
-            gc.unfreeze()
+            # An application may have frozen objects of its own, which stay so.
+            if not gc.get_freeze_count():
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()
 
 
