@@ -241,10 +241,11 @@ def evaluate(
             if on_shape and model == "net":
                 raise InputError('on_shape: the net is trained for flat objects; use model "layer"')
             made_by = printer_of(printer)
-            felt = _solids().press_solid(relief, without_texture, model, finger, made_by, on_shape)
-            files = () if colours is None else _solids().write_colours(Path(colours), relief, felt[0], name)
-            of_print = {"printer": made_by, "printed": felt[1]}
-            return Evaluation(relief, felt[0], model, finger, name, files=files, **of_print)
+            feel, printed = _solids().press_solid(relief, without_texture, model, finger, made_by, on_shape)
+            files = () if colours is None else _solids().write_colours(Path(colours), relief, feel, name)
+            return Evaluation(
+                relief, feel, model, finger, name, files=files, printer=made_by, printed=printed
+            )
     of_solids = {"units": units, "without_texture": without_texture, "colours": colours}
     refuse("print files", of_solids | {"on_shape": on_shape or None})
     felt = relief_of(relief, **lengths, repeats=repeats, printer=printer)
