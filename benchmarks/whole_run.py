@@ -52,7 +52,7 @@ def main() -> None:
     elif arguments.what == "start":
         rows = start(arguments.before)
         save("whole_run", load("whole_run") | {"start": {"machine": machine(), "rows": rows}})
-        texts = {"start": as_text(rows)}
+        texts = {"start": as_text(by_version(rows))}
     else:
         rows = OTHERS[arguments.what]()
         save("whole_run", load("whole_run") | {"machine": machine(), arguments.what: rows})
@@ -76,6 +76,15 @@ def seconds(before: str | None, names: Sequence[str], repeats: int) -> dict[str,
             cost = f"{row['wall_s']:.1f} s, {row['cpu_s']:.1f} CPU seconds"
             print(f"{row['case']}, {row['version']}: {cost}", flush=True)
     return texts_of(rows, list(trees), here)
+
+
+def by_version(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """CPU seconds of each command, one column a version."""
+    commands = dict.fromkeys(row["command"] for row in rows)
+    return [
+        {"command": name, **{row["version"]: row["cpu_s"] for row in rows if row["command"] == name}}
+        for name in commands
+    ]
 
 
 def stale(
