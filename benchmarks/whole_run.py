@@ -6,6 +6,7 @@ python -m benchmarks.whole_run --before 340f9f0 --cases tile 256x256 --repeats 3
 python -m benchmarks.whole_run change                     # error of the picture change by samples
 python -m benchmarks.whole_run rules                      # seconds with and without each rule of visual.needs
 python -m benchmarks.whole_run memory                     # peak memory of each verb
+python -m benchmarks.whole_run start --before 3b5b75a0    # commands that are over soon, in turns
 
 Cases: the six demo runs, exact and fast, the tile demo, gravel of 256 x 256 samples, and plates of 25, 40 and
 80 mm (two JND rougher all over, by the fast look; 80 mm are solved window by window). Every run is a process
@@ -21,7 +22,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from benchmarks.runs import turns
-from benchmarks.runs.costs import change_by_samples, memory
+from benchmarks.runs.costs import change_by_samples, memory, start
 from benchmarks.runs.rules import rules
 from benchmarks.shared.checkouts import NOW, checkouts, version_of
 from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, publish, save, table
@@ -41,13 +42,17 @@ HEADINGS = {
 
 def main() -> None:
     parser = parser_of(__doc__)
-    parser.add_argument("what", nargs="?", default="seconds", choices=("seconds", *OTHERS))
+    parser.add_argument("what", nargs="?", default="seconds", choices=("seconds", "start", *OTHERS))
     parser.add_argument("--before", metavar="COMMIT")
     parser.add_argument("--cases", nargs="+", choices=turns.CASES, default=list(turns.CASES), metavar="NAME")
     parser.add_argument("--repeats", type=int, default=1, help="of cases below 40 mm; medians are shown")
     arguments = parser.parse_args()
     if arguments.what == "seconds":
         texts = seconds(arguments.before, arguments.cases, arguments.repeats)
+    elif arguments.what == "start":
+        rows = start(arguments.before)
+        save("whole_run", load("whole_run") | {"start": {"machine": machine(), "rows": rows}})
+        texts = {"start": as_text(by_version(rows))}
     else:
         rows = OTHERS[arguments.what]()
         save("whole_run", load("whole_run") | {"machine": machine(), arguments.what: rows})
@@ -71,6 +76,15 @@ def seconds(before: str | None, names: Sequence[str], repeats: int) -> dict[str,
             cost = f"{row['wall_s']:.1f} s, {row['cpu_s']:.1f} CPU seconds"
             print(f"{row['case']}, {row['version']}: {cost}", flush=True)
     return texts_of(rows, list(trees), here)
+
+
+def by_version(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """CPU seconds of each command, one column a version."""
+    commands = dict.fromkeys(row["command"] for row in rows)
+    return [
+        {"command": name, **{row["version"]: row["cpu_s"] for row in rows if row["command"] == name}}
+        for name in commands
+    ]
 
 
 def stale(

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy import ndimage
 from scipy.fft import next_fast_len
 
 from relief.depth import within_reach
@@ -115,7 +115,7 @@ class Patches:
         if n == len(at) and np.allclose(at, np.arange(n), rtol=0.0, atol=1e-9 * n):
             return None
         positions = np.meshgrid(at, np.arange(n), indexing="ij")
-        return np.asarray(ndimage.map_coordinates(np.eye(n), positions, order=3, mode="mirror"))
+        return np.asarray(scipy.ndimage.map_coordinates(np.eye(n), positions, order=3, mode="mirror"))
 
     @cached_property
     def _first(self) -> Index:

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from retouch.verbs.comparison import compare as compare
     from retouch.verbs.evaluation import Evaluation as Evaluation
     from retouch.verbs.evaluation import evaluate as evaluate
-    from retouch.verbs.evaluation import read_solid as read_solid
     from retouch.verbs.exporting import Exported as Exported
     from retouch.verbs.exporting import export as export
     from retouch.verbs.learning import DatasetMade as DatasetMade
@@ -56,6 +55,7 @@ if TYPE_CHECKING:
     from retouch.verbs.scans.coupons import scan_coupon as scan_coupon
     from retouch.verbs.scans.scanned_print import ScannedPrint as ScannedPrint
     from retouch.verbs.scans.scanning import scan as scan
+    from retouch.verbs.solid_evaluation import read_solid as read_solid
     from retouch.verbs.stimulus_plates import redraw_stimuli as redraw_stimuli
     from retouch.verbs.stimulus_plates import stimuli as stimuli
     from retouch.verbs.studying import StudyTables as StudyTables

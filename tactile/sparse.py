@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
@@ -62,7 +61,10 @@ def factorised(
         with the function.
     """
     if portable or not has_pardiso():
-        factor = spla.splu(sp.csc_matrix(matrix), permc_spec="COLAMD", options={"SymmetricMode": True})
+        # Here, because all of `scipy.linalg` comes with it, and Pardiso needs none.
+        from scipy.sparse.linalg import splu
+
+        factor = splu(sp.csc_matrix(matrix), permc_spec="COLAMD", options={"SymmetricMode": True})
         return lambda rhs: factor.solve(rhs)
 
     upper = sp.csr_matrix(sp.triu(matrix, format="csr"))

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+import retouch
+
 ROOT = Path(__file__).parents[1]
 WITH_NICEGUI = pytest.mark.skipif(importlib.util.find_spec("nicegui") is None, reason="without the extra app")
 PACKAGES = ("retouch", "optimize", "visual", "tactile", "surrogate", "relief", "mitsuba_scenes")
@@ -259,6 +261,35 @@ def test_a_package_imports_without_mitsuba(package: str) -> None:
         [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
     )
     assert process.stdout.strip() == ""
+
+
+SOLIDS = "manifold3d potpourri3d trimesh lxml networkx relief.solids.meshes.solid"
+RENDERERS = "mitsuba drjit visual.scene optimize.descent.problem"
+SOLVERS = "pypardiso skfem scipy.linalg scipy.ndimage scipy.optimize scipy.spatial scipy.stats"
+PAGES = "jinja2 skimage flip_evaluator matplotlib"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("script", "unused"),
+    [
+        ("main(['evaluate', 'gravel', '--json'])", f"{SOLIDS} {RENDERERS} {SOLVERS} {PAGES}"),
+        (
+            "main(['optimize', 'gravel', '--jnd', '2', '--fast', '--dry-run'])",
+            f"{SOLIDS} skfem scipy.linalg scipy.optimize scipy.spatial scipy.stats skimage matplotlib",
+        ),
+    ],
+)
+def test_a_verb_loads_what_it_uses(script: str, unused: str) -> None:
+    retouch.evaluate("gravel")  # the operator is now on disk
+    script = (
+        f"import sys; from retouch.commands.main import main; {script}\n"
+        f"print('loaded', *sorted(set('{unused}'.split()) & sys.modules.keys()))"
+    )
+    process = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert process.stdout.splitlines()[-1] == "loaded"
 
 
 MOST_MODULES = 16

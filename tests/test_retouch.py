@@ -89,6 +89,19 @@ def test_the_pages_use_names_that_exist(page: str) -> None:
     assert used <= set(retouch.__all__)
 
 
+def test_the_command_leaves_what_it_has_loaded_as_it_is() -> None:
+    """The interpreter searches all objects for cycles as it ends, but for those that are frozen."""
+    script = (
+        "import atexit, gc, sys; from retouch.__main__ import main\n"
+        "atexit.register(lambda: print(len(gc.get_objects()) < gc.get_freeze_count()))\n"
+        "sys.argv = ['retouch', '--version']; main()"
+    )
+    child = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert child.stdout.splitlines()[1:] == ["True"]
+
+
 def test_cycles_are_not_collected_while_names_load(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lazy, "resolve_name", lambda name: (name, gc.isenabled()))
     package = ModuleType("package")
@@ -99,5 +112,6 @@ def test_cycles_are_not_collected_while_names_load(monkeypatch: pytest.MonkeyPat
             (gc.enable if enabled else gc.disable)()
             assert load("optimize") == ("retouch.verbs.runs:optimize", False)
             assert gc.isenabled() is enabled
+        assert any(one is package.optimize for one in gc.get_objects(generation=2))
     finally:
         gc.enable()

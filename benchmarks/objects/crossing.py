@@ -27,7 +27,7 @@ from relief.solids.meshes.mesh import Mesh, read_mesh
 from relief.solids.objects.table import OBJECTS
 from relief.solids.wrapping.surfaces import Settings
 from relief.solids.wrapping.wrapped_body import Covering, wrap
-from retouch.verbs.evaluation import read_solid
+from retouch.verbs.solid_evaluation import read_solid
 
 PLACES, FACES, APART_MM = 100, 150_000, 22.0
 """Most places, triangles of a ball in gravel, and the distance of the balls, mm."""

@@ -1,7 +1,8 @@
-"""What final pictures and verbs cost: error of the picture change by samples, memory of each verb."""
+"""What final pictures and verbs cost: error of the picture change by samples, memory and start of verbs."""
 
 from __future__ import annotations
 
+import statistics
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.runs.turns import DONE, finer
-from benchmarks.shared.checkouts import DEMO_RUNS, process
+from benchmarks.shared.checkouts import DEMO_RUNS, NOW, checkouts, process, version_of
 from benchmarks.shared.common import ROOT
 from optimize.settings.run_file import load_run
 from optimize.verification.converged import converged
@@ -21,6 +22,15 @@ from visual.picture_noise import Batches
 from visual.scene import Scene, load_scene
 
 REFERENCE_SAMPLES = 2048
+STARTS: dict[str, tuple[str, ...]] = {
+    "import torch": ("-c", "import torch"),
+    "retouch --help": ("-m", "retouch", "--help"),
+    "retouch evaluate gravel": ("-m", "retouch", "evaluate", "gravel"),
+    "retouch optimize gravel --jnd 2": ("-m", "retouch", "optimize", "gravel", "--jnd", "2", "--force", "-q"),
+}
+"""Arguments of Python by the command whose start is measured. The first is what no version can change."""
+TURNS = 11
+"""Runs of each command by each version, in turns; medians are shown."""
 
 
 def change_by_samples() -> list[dict[str, Any]]:
@@ -86,5 +96,25 @@ def memory() -> list[dict[str, Any]]:
                 # Memory may be measured beside other work, and seconds on the wall may not.
                 del found["wall_s"]
                 rows.append({"verb": verb, "samples": samples, **found})
+                print(rows[-1], flush=True)
+    return rows
+
+
+def start(before: str | None) -> list[dict[str, Any]]:
+    """CPU seconds of commands that are over soon, by this version and by an earlier one, in turns."""
+    rows = []
+    with checkouts(before) as trees, tempfile.TemporaryDirectory() as folder:
+        versions = {version_of(ROOT) if name == NOW else name: tree for name, tree in trees.items()}
+        for name, command in STARTS.items():
+            found: dict[str, list[float]] = {version: [] for version in versions}
+            # After one that is not counted, which builds operators, kernels and bytecode.
+            for turn in range(1 + TURNS):
+                for version in list(versions)[:: -1 if turn % 2 else 1]:
+                    out = ("-o", str(Path(folder) / version)) if "optimize" in command else ()
+                    seconds = process(versions[version], [*command, *out], DONE)["cpu_s"]
+                    found[version] += [seconds] * bool(turn)
+            for version, each in found.items():
+                rows.append({"command": name, "version": version, "cpu_s": statistics.median(each)})
+                rows[-1] |= {"least": min(each), "most": max(each)}
                 print(rows[-1], flush=True)
     return rows

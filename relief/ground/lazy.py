@@ -12,13 +12,20 @@ from typing import Any
 
 @contextmanager
 def _no_collection() -> Iterator[None]:
-    """Pause the collection of cycles, which would search what imports make, and what stays, many times."""
+    """Pause the collection of cycles, which would search what imports make, and what stays, many times.
+
+    At the end all objects are put into the oldest generation, as if they had been searched.
+    """
     collected = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
         if collected:
+            # An application may have frozen objects of its own, which stay so.
+            if not gc.get_freeze_count():
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()
 
 

@@ -2,36 +2,30 @@
 
 import os
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self, Unpack
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, Self, Unpack
 
 import numpy as np
 
 from mitsuba_scenes import find_file
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.estimates.change_curves import Reach
-from optimize.estimates.reach import reach as reach_of
 from optimize.settings.skins import OWN, described_skin, load_skin
-from optimize.verification.solids.mesh_feel import ESTIMATED, TAKEN_OUT, UNDER, MeshFeel, feel_of
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
 from relief.ground.formats import MESHES
 from relief.ground.formatting import number, percent
 from relief.ground.lengths import Lengths
-from relief.ground.limits import MOST_MESH_PLACES, PATCH_SIDE_MM
-from relief.ground.progress import Progress, say, stage
+from relief.ground.limits import PATCH_SIDE_MM
+from relief.ground.progress import Progress, stage
 from relief.patches import Patches
 from relief.places import centres_mm, places
 from relief.printers import Printer, printer_of
 from relief.relief import Relief
-from relief.solids.export.printed_parts import PrintedPart, print_part
-from relief.solids.mending.repair import mended
-from relief.solids.meshes import Mesh, outer_body, read_mesh
-from relief.solids.objects.table import OBJECTS
+from relief.solids.meshes import Mesh
 from relief.surface import Repeats
-from retouch.pages.objects.mesh_colouring import write_coloured
-from retouch.pages.sentences import print_deviation
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source, refuse, relief_of
 from tactile.jnd import jnd_unless_smooth
@@ -39,7 +33,11 @@ from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import CONTACT_AREA, LARGEST_JND, LIMIT_PERCENT, ROUGHNESS
 from tactile.skin import Skin
-from visual.scene import Scene, load_scene
+
+if TYPE_CHECKING:
+    from optimize.verification.solids.mesh_feel import MeshFeel
+    from relief.solids.export.printed_parts import PrintedPart
+    from visual.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +74,7 @@ class Evaluation:
     """
 
     relief: Relief | Mesh
-    touch: TouchMeasures | MeshFeel
+    touch: "TouchMeasures | MeshFeel"
     model: ModelName
     skin: Skin
     skin_name: str
@@ -84,7 +82,7 @@ class Evaluation:
     scene: Path | None = None
     files: tuple[Path, ...] = ()
     printer: Printer | None = None
-    printed: PrintedPart | None = None
+    printed: "PrintedPart | None" = None
 
     @property
     def name(self) -> str:
@@ -109,7 +107,7 @@ class Evaluation:
     @property
     def places(self) -> TouchedPlaces:
         """Where the fingers pressed, and the values there."""
-        if isinstance(self.touch, MeshFeel):
+        if not isinstance(self.touch, TouchMeasures):
             centres = np.array([crop.frame.at for crop in self.touch.crops])
         else:
             assert isinstance(self.relief, Relief)
@@ -142,16 +140,8 @@ class Evaluation:
             of_mean = f"{percent(self.reach.limit_percent_of_mean)} of the mean picture"
             limit = f"its pictures in {self.scene.stem} change by {of_mean} ({LIMIT_PERCENT:g} % of white)"
             yield f"{self.name} can be made {_ways(self.reach)} before {limit}."
-        if not isinstance(felt := self.touch, MeshFeel):
-            return
-        sides = " x ".join(number(side) for side in felt.sides_mm)
-        own = f"The object's own curvature is {felt.curvature}"
-        if felt.curvature == ESTIMATED:
-            own += f"; with it roughness is {number(float(felt.as_pressed[ROUGHNESS.name].mean()))}"
-        yield f"{self.name} ({sides} mm): {_pressed_places(felt)}. {own}."
-        if (printed := self.printed) is not None:
-            deviation = print_deviation(printed.rms_mm, printed.lost)
-            yield f"As printed by {printed.printer.name}: {deviation}"
+        if not isinstance(self.touch, TouchMeasures):
+            yield from _solids().solid_lines(self.name, self.touch, self.printed)
         if self.files:
             yield f"Roughness in colours: {', '.join(map(str, self.files))}"
 
@@ -161,7 +151,7 @@ class Evaluation:
         Args:
             first: with `jnd_from_first`, counted from this one.
         """
-        solid = self.touch if isinstance(self.touch, MeshFeel) else None
+        solid = None if isinstance(self.touch, TouchMeasures) else self.touch
         entry = {"texture": self.name, **self.numbers, **({} if solid is None else solid.details())}
         if first is not None:
             entry |= {"jnd_from_first": self.jnd_from(first)}
@@ -178,6 +168,13 @@ class Evaluation:
         return entry | {"skin": of_skin, "model": self.model, "printer": printer}
 
 
+def _solids() -> ModuleType:
+    """The module for solids, imported with the first of them: 0.15 s that height maps do not need."""
+    from retouch.verbs import solid_evaluation
+
+    return solid_evaluation
+
+
 def _ways(reach: Reach) -> str:
     """A reach in words."""
     ways = []
@@ -186,21 +183,6 @@ def _ways(reach: Reach) -> str:
         beyond = way.jnd >= LARGEST_JND or not way.arrived
         ways.append(f"{jnd} or more {sense}" if beyond else f"about {jnd} {sense}")
     return " or ".join(ways)
-
-
-def _pressed_places(felt: MeshFeel) -> str:
-    """Where the finger pressed on a solid, and which places were left out."""
-    count = len(felt.crops)
-    pressed = "felt at one place" if count == 1 else f"mean over {count} places"
-    if felt.crops[0].on_edge:
-        where = "on an edge" if count == 1 else "all on edges"
-        return (
-            f"{pressed}, {where}, where a finger feels the shape (of a plate as small as a finger, "
-            "evaluate the height map or the folder of its run)"
-        )
-    if felt.curvature in (TAKEN_OUT, UNDER):
-        return f"{pressed}; {felt.edges} on edges or without texture are left out"
-    return f"{pressed}; {felt.edges} on edges and {felt.flat} flat ones are left out"
 
 
 def evaluate(
@@ -213,7 +195,7 @@ def evaluate(
     on_shape: bool = False,
     model: ModelName = "layer",
     skin: Skin | str | os.PathLike[str] = DEFAULT_SKIN,
-    reach: Scene | str | os.PathLike[str] | None = None,
+    reach: "Scene | str | os.PathLike[str] | None" = None,
     colours: str | os.PathLike[str] | None = None,
     quiet: bool | None = None,
     progress: Callable[[Progress], None] | None = None,
@@ -247,19 +229,23 @@ def evaluate(
     """
     name, finger = (OWN, skin) if isinstance(skin, Skin) else (str(skin), load_skin(skin))
     if isinstance(relief, str | os.PathLike) and Path(relief).suffix.lower() in MESHES:
-        relief = read_solid(relief, units=units)
+        relief = _solids().read_solid(relief, units=units)
     if isinstance(relief, Mesh):
         of_reliefs = {**lengths, "repeats": repeats, "reach": reach}
         refuse("height maps; a print file is felt as it is", of_reliefs)
         if not isinstance(without_texture, Mesh | None):
-            without_texture = read_solid(without_texture, units=units)
+            without_texture = _solids().read_solid(without_texture, units=units)
         with followed(progress, quiet):
             if on_shape and without_texture is None:
                 raise InputError("on_shape: needs the solid before its texture; state without_texture")
             if on_shape and model == "net":
                 raise InputError('on_shape: the net is trained for flat objects; use model "layer"')
             made_by = printer_of(printer)
-            return _of_solid(relief, without_texture, model, finger, name, colours, made_by, on_shape)
+            feel, printed = _solids().press_solid(relief, without_texture, model, finger, made_by, on_shape)
+            files = () if colours is None else _solids().write_colours(Path(colours), relief, feel, name)
+            return Evaluation(
+                relief, feel, model, finger, name, files=files, printer=made_by, printed=printed
+            )
     of_solids = {"units": units, "without_texture": without_texture, "colours": colours}
     refuse("print files", of_solids | {"on_shape": on_shape or None})
     felt = relief_of(relief, **lengths, repeats=repeats, printer=printer)
@@ -267,55 +253,12 @@ def evaluate(
         touch = measure_touch(felt, finger, model)
         if reach is None:
             return Evaluation(felt, touch, model, finger, name, printer=felt.printer)
+        # Here, because nothing else renders: descents and pictures take 0.15 s to import.
+        from optimize.estimates.reach import reach as reach_of
+        from visual.scene import Scene, load_scene
+
         with stage(f"reach of {Path(felt.name).name}"):
             if not isinstance(reach, Scene):
                 reach = load_scene(find_file(reach, ".xml"), relief=felt)
             found = reach_of(reach, finger)
             return Evaluation(felt, touch, model, finger, name, found, reach.file, printer=felt.printer)
-
-
-def read_solid(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh:
-    """Read a print file, which must be a solid, or make an object that comes with Retouch.
-
-    Where its faces pass through one another, or parts lie within others, the outer surface is taken: a finger
-    meets nothing else. Cracks are closed, and slivers and repeated faces dropped. Lines say so.
-
-    Args:
-        path: STL, OBJ, PLY, GLB or 3MF, or the name of a bundled object.
-        units: of the file, where it does not state its own or a wrong one: "um", "mm", "cm", "m", "in" or
-            "ft".
-
-    Raises:
-        InputError: the file cannot be read, or its mesh is open, inverted or without volume.
-    """
-    path = Path(path)
-    if (thing := OBJECTS.get(str(path))) is not None:
-        return Mesh(thing.make(), None, path)
-    mesh = read_mesh(path, units=units)
-    work = mended(mesh.body, path)
-    body, crossings = outer_body(work.body, path)
-    lines = (*mesh.warnings, *work.lines, *crossings)
-    mesh = replace(mesh, body=body, uv=None, warnings=lines, folded=bool(crossings))
-    for line in mesh.warnings:
-        say(f"{path}: {line}")
-    return mesh
-
-
-def _of_solid(
-    mesh: Mesh,
-    without_texture: Mesh | None,
-    model: ModelName,
-    skin: Skin,
-    skin_name: str,
-    colours: str | os.PathLike[str] | None,
-    printer: Printer | None,
-    on_shape: bool,
-) -> Evaluation:
-    files: tuple[Path, ...] = ()
-    with naming(mesh.path), stage(f"feeling {mesh.path.name}"):
-        printed = None if printer is None else print_part(mesh.body, printer)
-        body = None if printed is None else printed.body
-        feel = feel_of(mesh, skin, model, MOST_MESH_PLACES, without_texture, body, on_shape)
-    if colours is not None:
-        files = write_coloured(Path(colours), mesh.path.stem, feel, Path(skin_name).stem)
-    return Evaluation(mesh, feel, model, skin, skin_name, files=files, printer=printer, printed=printed)

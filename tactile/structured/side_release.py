@@ -16,7 +16,7 @@ from itertools import combinations_with_replacement
 from typing import Protocol
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from relief.ground.arrays import Array
 from tactile.layer.cosine_layer import Parity

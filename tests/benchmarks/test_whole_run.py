@@ -131,3 +131,8 @@ def test_stages_of_touch_are_in_the_code() -> None:
 def test_the_command_of_a_version_is_found(tmp_path: Path) -> None:
     assert module_of(ROOT) == "retouch"
     assert module_of(tmp_path) == "optimize"
+
+
+def test_a_command_has_one_line_with_a_column_for_each_version() -> None:
+    rows = [{"command": "a", "version": v, "cpu_s": s, "least": 0.0} for v, s in (("old", 2.0), ("new", 1.0))]
+    assert whole_run.by_version(rows) == [{"command": "a", "old": 2.0, "new": 1.0}]

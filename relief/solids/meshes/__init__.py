@@ -1,7 +1,15 @@
 """Meshes: read from files of other programs, checked as solids, and unrolled around a point."""
 
-from relief.solids.meshes.intersections import self_intersections
-from relief.solids.meshes.mesh import Mesh, read_mesh
-from relief.solids.meshes.solid import check_solid, outer_body
+import sys
+from typing import TYPE_CHECKING
 
-__all__ = ["Mesh", "check_solid", "outer_body", "read_mesh", "self_intersections"]
+from relief.ground.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from relief.solids.meshes.intersections import self_intersections as self_intersections
+    from relief.solids.meshes.mesh import Mesh as Mesh
+    from relief.solids.meshes.mesh import read_mesh as read_mesh
+    from relief.solids.meshes.solid import check_solid as check_solid
+    from relief.solids.meshes.solid import outer_body as outer_body
+
+__getattr__, __dir__, __all__ = lazy_names(sys.modules[__name__])

@@ -4,8 +4,8 @@ import base64
 import io
 
 import numpy as np
+import scipy
 from PIL import Image
-from scipy.spatial import cKDTree
 
 from relief.ground.arrays import Array
 from relief.relief_shading import facing
@@ -75,7 +75,7 @@ def _nearest(colours: Array, seen: Array, heights: Array, covered: Array, size: 
     pitch = size / len(heights)
     places = [(col + 0.5) * pitch - 0.5 * size, 0.5 * size - (row + 0.5) * pitch, heights[row, col]]
     result = np.ones((*heights.shape, 3))
-    result[row, col] = colours[cKDTree(seen).query(np.stack(places, axis=1))[1]]
+    result[row, col] = colours[scipy.spatial.cKDTree(seen).query(np.stack(places, axis=1))[1]]
     return result
 
 

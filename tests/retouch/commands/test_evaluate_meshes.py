@@ -101,7 +101,7 @@ def test_parts_that_cross_are_felt_from_outside_with_a_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("retouch.verbs.evaluation.MOST_MESH_PLACES", 2)
+    monkeypatch.setattr("retouch.verbs.solid_evaluation.MOST_MESH_PLACES", 2)
     Path("part.stl").write_bytes(stl(joined(cube(), cube(10.0, (5.0, 6.0, 15.0)))))
     assert main(["evaluate", "part.stl", "--json"]) == 0
     told = capsys.readouterr()
@@ -163,7 +163,7 @@ def test_a_bundled_object_is_taken_out_by_its_name(
     bumps: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("retouch.verbs.evaluation.MOST_MESH_PLACES", 3)
+    monkeypatch.setattr("retouch.verbs.solid_evaluation.MOST_MESH_PLACES", 3)
     bare = OBJECTS["ball"].make()
     part = wrap(bare, [Covering(Tile(bumps, 15.0 / 96))], Settings(edge_mm=0.8)).body
     Path("part.stl").write_bytes(stl(part))
