@@ -42,11 +42,6 @@ MODELS = {
         "Rounded skins: gravel at 40 x 40 under blocks 5 mm thick whose lower face is a spherical cap, by "
         "tetrahedra (seconds with meshing and factors)."
     ),
-    "half-space": (
-        "Our contact solver on a periodic half-space, tolerance 1e-8, beside Tamaas 2.9 and ContactMechanics "
-        "1.8 in the same run (optional checks: `pip install tamaas ContactMechanics`; each stops by its own "
-        "criterion). Largest difference of pressure over the peak."
-    ),
 }
 
 

@@ -33,18 +33,15 @@ import tactile
 from benchmarks.runs.rules import median_cpu
 from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
 from benchmarks.sight import gradients
-from benchmarks.touch.half_space import TOLERANCE, tamaas_pressure
-from benchmarks.touch.relief_pressing import MEAN, SKIN
+from benchmarks.touch.half_space import beside_tamaas
 from optimize.descent.gauss_newton import method as gauss_newton
 from optimize.descent.gauss_newton import step_look
 from optimize.runs.preparation import Prepared, prepare
 from optimize.settings.run_file import load_run
 from relief.ground.arrays import Array
 from tactile import sparse
-from tactile.contact import solve_contact
 from tactile.model import ModelName
 from tactile.pair_variation import PAIR_DISTANCE_MM, PAIR_SPREAD_MM, Quadrature
-from tests.physics.half_space import PeriodicHalfSpace
 from visual.looks import EXACT, FAST, FixedSamples
 
 PAGE = DOCS / "evidence" / "speed.md"
@@ -342,24 +339,18 @@ def peers(_rates: dict[str, float]) -> Iterator[dict[str, Any]]:
 
 
 def _contact_of_others() -> Iterator[dict[str, Any]]:
-    """Cold contacts on a periodic half-space, which both have, to one tolerance."""
-    heights = _patches(torch.float64)[0]
-    body = PeriodicHalfSpace(heights.shape[-1], tile().problem.patches.size_mm, SKIN.poisson_ratio)
-
-    def ours() -> Array:
-        return solve_contact(body, heights, MEAN, tolerance=TOLERANCE).pressure.numpy()
-
-    yield {"what": "contact on a periodic half-space", "by": "Retouch", "cpu_s": median_cpu(ours)}
-    # Once Pardiso has run, Tamaas takes the Fourier transforms of its library, MKL, and a third of the time.
-    sparse.factorised(sp.identity(2, format="csr"))
-    theirs = tamaas_pressure(np.ascontiguousarray(heights))
-    row = {"what": "contact on a periodic half-space", "by": "Tamaas"}
-    if theirs is None:
-        yield row | {"note": "not installed"}
-        return
-    pressure = theirs()
-    off = float(np.abs(ours() - pressure).max() / pressure.max())
-    yield row | {"cpu_s": median_cpu(theirs), "note": f"pressures differ by at most {off:.1g} of their peak"}
+    """Cold contacts on a periodic half-space, which both have, to one residual, in pairs."""
+    for row in beside_tamaas():
+        what = {"what": f"contact, periodic half-space, {row['samples']} x {row['samples']}"}
+        if "note" in row:
+            yield what | {"by": "Tamaas", "note": row["note"]}
+            continue
+        ours, theirs = row["ours"], row["tamaas"]
+        ends = "residual {residual:.1e}, bound {bound:.1e}"
+        yield what | {"by": "Retouch", "cpu_s": row["over_cpu_s"], "note": ends.format(**ours)}
+        times = f"{row['ratio']:.2f} ({row['low']:.2f} to {row['high']:.2f}) times as long"
+        note = f"{times}; {ends.format(**theirs)}; pressures {row['pressures_off']:.0e} of their peak apart"
+        yield what | {"by": "Tamaas", "cpu_s": row["cpu_s"], "note": note, "pairs": row["pairs"]}
 
 
 def _gradients_of_others() -> Iterator[dict[str, Any]]:

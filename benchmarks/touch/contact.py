@@ -2,7 +2,7 @@
 
 python -m benchmarks.touch.contact           # every part that is not in the results yet
 python -m benchmarks.touch.contact many      # one part: meshes, finer, elastic_layer, bare, many,
-                                             # tetrahedra, fingertips, half-space
+                                             # tetrahedra, fingertips
 python -m benchmarks.touch.contact --again many
 
 Reliefs are 128 x 128 (`benchmarks.touch.pressed_reliefs`), V over all offsets, float64. The finest model is
@@ -25,7 +25,6 @@ import numpy as np
 import torch
 
 from benchmarks.shared.common import load, machine, parser_of, save, table
-from benchmarks.touch.half_space import half_space
 from benchmarks.touch.pressed_reliefs import SIDE, SIZE_MM, many, twelve
 from benchmarks.touch.relief_pressing import SKIN, Array, Measured, compared, measure, resampled, stacked
 from benchmarks.touch.unstructured import fingertips, tetrahedra
@@ -191,7 +190,6 @@ PARTS: dict[str, Callable[[], Any]] = {
     "many": many_reliefs,
     "tetrahedra": tetrahedra,
     "fingertips": fingertips,
-    "half-space": half_space,
 }
 
 

@@ -5,7 +5,7 @@ python -m benchmarks.touch.press_pairs --before 80cde0d4    # about three minute
 Textures under the flat and the measured finger, cold, in double and in single precision, and 16 places of
 gravel as a tile by the layer and by finite elements. Both versions run in processes of their own on one
 thread; pairs in the order ABBA. The bound of the energy's error is that of this version for both. Writes
-results/press_pairs.json and a place of docs/evidence/speed.md.
+results/press_pairs.json and a place of docs/evidence/touch.md.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from benchmarks.shared.pairs import in_pairs, ratio
 from benchmarks.touch.press_server import prepared
 from tactile.pressing import Press
 
-PAGE = DOCS / "evidence" / "speed.md"
+PAGE = DOCS / "evidence" / "touch.md"
 TEXTURES = ("gravel", "bark", "leather", "knit")
 CASES = [
     *[(skin, texture, "layer", precision)
