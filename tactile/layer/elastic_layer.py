@@ -71,8 +71,10 @@ def elastic_layer_operator(
 def _operator(
     skin: Skin, n: int, size: float, dtype: torch.dtype, coarse: int, free: bool
 ) -> ElasticLayerOperator:
+    if dtype != torch.float64:
+        return _operator(skin, n, size, torch.float64, coarse, free).to(dtype)
     sides = _free_sides(skin, n, size, coarse) if free else None
-    return ElasticLayerOperator(**vars(sliding_layer(skin, n, size)), free_sides=sides).to(dtype)
+    return ElasticLayerOperator(**vars(sliding_layer(skin, n, size)), free_sides=sides)
 
 
 def _free_sides(skin: Skin, n: int, size: float, coarse: int) -> FreeSides:
