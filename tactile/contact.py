@@ -159,7 +159,7 @@ def approach_contact(
     tiny = torch.finfo(heights.dtype).tiny
     pressure, gaps = torch.empty_like(now.h), torch.empty_like(now.h)
     approaches, bounds = now.h.new_empty(len(now.h)), now.h.new_empty(len(now.h))
-    converged = torch.zeros(len(now.h), dtype=torch.bool)
+    converged = torch.zeros(len(now.h), dtype=torch.bool, device=now.h.device)
     for steps in range(max_steps + 1):
         p, displacement = now.p, body.displacement(now.p)
         # Masks are 1 or 0 in the precision of the heights: torch takes ten times as long over Booleans.
@@ -261,7 +261,7 @@ def _start(body: Compliance, heights: Tensor, mean_pressure: float, start: Tenso
     p = torch.where((scale - 1.0).abs() <= SAME_LOAD * eps, p, p * scale)
     rounding = ROUNDING * eps * h.abs().amax((-2, -1), keepdim=True)
     ones = torch.ones_like(top)
-    number = torch.arange(len(h))
+    number = torch.arange(len(h), device=h.device)
     return _Items(number, h, top, rounding, p, torch.zeros_like(p), ones, math.inf * ones, 0.0 * ones)
 
 

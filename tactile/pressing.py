@@ -105,6 +105,6 @@ def rise_mm(curvatures: tuple[float, float], like: Tensor, size_mm: float) -> Te
         size_mm: side of the patch, in whose middle the finger is lowest.
     """
     n = like.shape[-1]
-    away = (torch.arange(n, dtype=like.dtype) - 0.5 * (n - 1)) * (size_mm / n)
+    away = (torch.arange(n, dtype=like.dtype, device=like.device) - 0.5 * (n - 1)) * (size_mm / n)
     along, across = (0.5 * curvature * away.square() for curvature in curvatures)
     return along[:, None] + across
