@@ -22,7 +22,7 @@ MAX_STEPS = 1000
 
 
 class Stop(NamedTuple):
-    """Rule that ends a solution: the contact has converged where the bound, or else the residual, is reached.
+    """Rule that ends a solution: the largest bound, or else the largest residual, of a converged contact.
 
     Attributes:
         residual: of gap and complementarity, over the mean displacement.
@@ -38,7 +38,7 @@ LARGEST_BOUND = 1e-5
 V is then within 1e-4 of that of a tight solution, on 100 reliefs and fingers (docs/evidence/touch.md)."""
 
 TIGHT = Stop(residual=2e-10)
-"""Rule for references and Taylor tests: the bound is then about 1e-9."""
+"""Rule for references: the bound is then about 1e-9."""
 
 STOPS = {torch.float32: Stop(residual=2e-5), torch.float64: Stop(bound=LARGEST_BOUND)}
 """Rule by precision, where none is given. Steps of a descent are in single precision, whose residual ends at
@@ -156,7 +156,6 @@ def approach_contact(
     shape = heights.shape
     stop = STOPS[heights.dtype] if stop is None else stop
     now = _start(body, heights.detach().reshape(-1, *shape[-2:]), mean_pressure, start)
-    tiny = torch.finfo(heights.dtype).tiny
     pressure, gaps = torch.empty_like(now.h), torch.empty_like(now.h)
     approaches, bounds = now.h.new_empty(len(now.h)), now.h.new_empty(len(now.h))
     converged = torch.zeros(len(now.h), dtype=torch.bool, device=now.h.device)
@@ -187,26 +186,32 @@ def approach_contact(
             if bool(left.all()):
                 break
             now, gap, contact = _Items(*(field[~left] for field in now)), gap[~left], contact[~left]
-        # The working set has the pixels in contact and those where the skin would pass through the relief.
-        working = torch.maximum(contact, torch.lt(gap, 0.0, out=torch.empty_like(gap)))
-        residual = _without_mean(gap, working)
-        z = body.precondition(residual)
-        # The set changes in nearly every step. Directions that stay conjugate to the last one as far as the
-        # sets have pixels in common take half of the steps of directions that start anew. The residual has no
-        # mean on the set, so that sums of its products need no mask.
-        rho = _dot(residual, z)
-        share = rho / now.rho.clamp_min(tiny)
-        downhill = rho + share * _dot(residual, now.direction)
-        kept = downhill > 0.0
-        direction = _without_mean(z.add_(now.direction.mul_(kept * share)), working)
-        length = torch.where(kept, downhill, rho) / (2.0 * body.energy(direction)).clamp_min(tiny)
-        p = torch.addcmul(now.p, direction, length, value=-1.0).clamp_min_(0.0)
-        p *= mean_pressure / _mean(p)
-        now = now._replace(p=p, direction=direction, rho=rho)
+        now = _stepped(body, now, gap, contact, mean_pressure)
 
     batch = shape[:-2]
     results = (field.view(batch) for field in (approaches, converged, bounds))
     return ContactState(pressure.view(shape), gaps.view(shape), next(results), steps, *results)
+
+
+def _stepped(body: Compliance, now: "_Items", gap: Tensor, contact: Tensor, mean_pressure: float) -> "_Items":
+    """The items after one more step, by their gaps (items, n, n) mm and 1 where they have pressure, else 0."""
+    tiny = torch.finfo(gap.dtype).tiny
+    # The working set has the pixels in contact and those where the skin would pass through the relief.
+    working = torch.maximum(contact, torch.lt(gap, 0.0, out=torch.empty_like(gap)))
+    residual = _without_mean(gap, working)
+    z = body.precondition(residual)
+    # The set changes in nearly every step. Directions that stay conjugate to the last one as far as the sets
+    # have pixels in common take half of the steps of directions that start anew. The residual has no mean on
+    # the set, so that sums of its products need no mask.
+    rho = _dot(residual, z)
+    share = rho / now.rho.clamp_min(tiny)
+    downhill = rho + share * _dot(residual, now.direction)
+    kept = downhill > 0.0
+    direction = _without_mean(z.add_(now.direction.mul_(torch.where(kept, share, 0.0))), working)
+    length = torch.where(kept, downhill, rho) / (2.0 * body.energy(direction)).clamp_min(tiny)
+    p = torch.addcmul(now.p, direction, length, value=-1.0).clamp_min_(0.0)
+    p *= mean_pressure / _mean(p)
+    return now._replace(p=p, direction=direction, rho=rho)
 
 
 def _at_rounding(now: "_Items", off: Tensor, bound: Callable[[], Tensor]) -> Tensor:
@@ -296,7 +301,7 @@ Solver = Callable[[Compliance, Tensor, float, Tensor | None], ContactState]
 SINGLE_FIRST = Stop(bound=LARGEST_BOUND)
 """Rule that ends the steps in single precision before those in double precision."""
 MAX_SINGLE_STEPS = 100
-"""Most steps in single precision before those in double precision."""
+"""Most of these steps."""
 
 
 @dataclass(frozen=True, eq=False)
