@@ -194,7 +194,7 @@ def approach_contact(
 
 
 def _stepped(body: Compliance, now: "_Items", gap: Tensor, contact: Tensor, mean_pressure: float) -> "_Items":
-    """The items after one more step, by their gaps (items, n, n) mm and 1 where they have pressure, else 0."""
+    """The items after one more step; with their gaps (items, n, n) mm, and 1 where they touch, else 0."""
     tiny = torch.finfo(gap.dtype).tiny
     # The working set has the pixels in contact and those where the skin would pass through the relief.
     working = torch.maximum(contact, torch.lt(gap, 0.0, out=torch.empty_like(gap)))
