@@ -199,10 +199,9 @@ def _fast_models() -> str:
 
 `python -m benchmarks.learned.touch_net`: the layer cut short after so many steps of its solver (the bold
 row is `touch.model = "quick"`), and the trained net between three steps (`"net"`), against finite elements,
-on textures of sources that no net has seen, and on such after a descent that the fast models steered
-(`python -m benchmarks.learned.optimised`). Errors: median / mean / 95th percentile; the paper's nets: V 5.3
-/ 8.0 %, optimised 6.4 / 8.4 %, A 2.7 % in the mean. Cosine: median / 5th percentile. Milliseconds of one
-texture in single precision: forward / with the gradient of roughness.
+on textures of sources that no net has seen. Errors: median / mean / 95th percentile; the paper's nets: V 5.3
+/ 8.0 %, A 2.7 % in the mean. Cosine: median / 5th percentile. Milliseconds of one texture in single
+precision, beside other work: forward / with the gradient of roughness.
 
 {touch_net.as_text(load("touch_net"))}
 

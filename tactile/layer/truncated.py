@@ -16,7 +16,7 @@ from tactile.contact import Compliance, ContactState, approach_contact
 from tactile.layer.elastic_layer import ElasticLayerOperator
 
 STEPS = 5
-"""Steps of the solver, from those pressures of bonded skin that push: V errs by 0.3 % in the median
+"""Steps of the solver, from those pressures of bonded skin that push: V errs by 0.18 % in the median
 (docs/evidence/learned.md)."""
 FULL_PITCH_MM = 0.0625
 """Distance between samples, mm, from which `STEPS` suffice; on a finer grid the number grows with the square.
