@@ -7,7 +7,6 @@ import tactile.contact
 from tactile import ContactError, Skin, press, roughness
 from tactile.contact import (
     LARGEST_BOUND,
-    LARGEST_BOUND,
     STOPS,
     TIGHT,
     ContactState,
