@@ -71,7 +71,7 @@ class TouchMeasures:
     def __repr__(self) -> str:
         numbers = ", ".join(f"{name} {value:.4g}" for name, value in self.means.items())
         share = f"{100.0 * self.contact_fraction:.0f} % in contact"
-        return f"<touch by {self.model}: {numbers}, {share}, energy within {self.error_bound:.0e}>"
+        return f"<touch by {self.model}: {numbers}, {share}, contact's energy within {self.error_bound:.0e}>"
 
 
 def measure_touch(

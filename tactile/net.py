@@ -48,7 +48,7 @@ OUTSIDE = -0.5
 
 def first_steps(body: Compliance, heights: Tensor, mean_pressure: float) -> ContactState:
     """State after `STEPS_BEFORE` solver steps from even pressure, of heights (..., n, n) in mm."""
-    # The net has seen steepest descent from even pressures in its training: each step starts anew.
+    # The net has seen steepest descent from even pressures in its training; steps of one call are conjugate.
     pressure = torch.ones_like(heights)
     for _ in range(STEPS_BEFORE):
         state = approach_contact(body, heights, mean_pressure, pressure, 1)

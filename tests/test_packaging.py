@@ -23,8 +23,8 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PACKAGES = {"mitsuba_scenes", "optimize", "relief", "retouch", "surrogate", "tactile", "visual"}
 INSTALLED_BY = {"benchmarks": "dev", "tests": "dev"}
 """Folders outside the wheel, and the extra that brings what they import."""
-COMPARED_WITH = {"ContactMechanics", "SurfaceTopography", "bpy", "build123d", "mathutils", "tamaas"}
-"""Solvers, Blender and a CAD kernel, for benchmarks run by hand; they do not install everywhere."""
+COMPARED_WITH = {"bpy", "build123d", "mathutils", "tamaas"}
+"""A solver, Blender and a CAD kernel, for benchmarks run by hand; they do not install everywhere."""
 
 
 def checkout_files(package: str) -> set[str]:

@@ -101,7 +101,9 @@ def _pressed(
     """Pressure (units of E), gap and descent (mm) of a quarter, by force over the base's modulus, mm²."""
     mean = force_over_modulus / (2.0 * layer.half_mm) ** 2
     for tolerance in TOLERANCES:
-        state = approach_contact(layer, torch.as_tensor(heights), mean, start, STEPS, Stop(tolerance))
+        state = approach_contact(
+            layer, torch.as_tensor(heights), mean, start, STEPS, Stop(residual=tolerance)
+        )
         if bool(state.converged):
             return state.pressure, state.gap, float(state.approach)
         start = None

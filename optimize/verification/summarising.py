@@ -25,7 +25,7 @@ from optimize.verification.verification import (
     described,
 )
 from relief.ground.arrays import Array
-from tactile.jnd import jnd_apart
+from tactile.jnd import jnd_unless_smooth
 from tactile.quantities import QUANTITIES, ROUGHNESS, means
 
 PACKAGES = ("retouch", "mitsuba", "drjit", "torch", "numpy", "scipy")
@@ -92,7 +92,7 @@ def _touch(settings: Run, problem: Problem, outcome: Outcome) -> Touch:
         contact_fraction=felt.contact_fraction,
         initial_contact_fraction=first.contact_fraction,
         contact_error_bound=max(first.error_bound, felt.error_bound),
-        jnd_from_original=jnd_apart(after, before) if before > 0.0 and after > 0.0 else None,
+        jnd_from_original=jnd_unless_smooth(after, before),
         feel_of=outcome.feel_of,
         fingers=_weighted(outcome.fingers, settings),
         measured=outcome.measured,

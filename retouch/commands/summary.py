@@ -79,7 +79,10 @@ def _feel(touch: "Touch", verbose: bool) -> Iterator[tuple[str, str]]:
     if verbose:
         yield "in contact", f"{100.0 * touch.contact_fraction:.0f} % of the patch; {GAPS_COUNT}"
         if (bound := touch.contact_error_bound) is not None:
-            yield "contact solved", f"within {bound:.0e} of its elastic energy at every place"
+            yield (
+                "contact solved",
+                f"error of its energy at most {bound:.0e} of the elastic energy, at every place",
+            )
         for line, band in enumerate(touch.surface_bands or ()):
             yield "" if line else "skin's surface", surface_band(band)
 

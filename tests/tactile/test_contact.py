@@ -1,10 +1,12 @@
 """Contact: forces balance, pressure and gap exclude one another, and only the relief decides."""
 
+from dataclasses import replace
+
 import pytest
 import torch
 
 import tactile.contact
-from tactile import ContactError, Skin, press, roughness
+from tactile import ContactError, Skin, press, roughness, touch_model
 from tactile.contact import (
     LARGEST_BOUND,
     STOPS,
@@ -82,7 +84,7 @@ def test_gap_is_displacement_less_relief_and_approach(operator: ElasticLayerOper
 
 def test_a_manufactured_contact_is_recovered(operator: ElasticLayerOperator) -> None:
     heights, pressure, gap = manufactured(operator, MEAN_PRESSURE)
-    state = solved(operator, heights, stop=Stop(1e-12))
+    state = solved(operator, heights, stop=Stop(residual=1e-12))
     torch.testing.assert_close(state.pressure, pressure, atol=1e-8, rtol=0.0)
     torch.testing.assert_close(state.gap, gap, atol=1e-10, rtol=0.0)
     assert abs(float(state.approach)) < 1e-10
@@ -96,7 +98,7 @@ def potential(operator: ElasticLayerOperator, heights: torch.Tensor, p: torch.Te
 @EVERY_RELIEF
 def test_the_bound_is_above_the_error_of_the_energy(operator: ElasticLayerOperator, name: str) -> None:
     heights = RELIEFS[name]
-    least = potential(operator, heights, solved(operator, heights, stop=Stop(1e-12)).pressure)
+    least = potential(operator, heights, solved(operator, heights, stop=Stop(residual=1e-12)).pressure)
     for steps in (0, 1, 2, 4, 8):
         state = approach_contact(operator, heights, MEAN_PRESSURE, torch.ones_like(heights), steps)
         error = potential(operator, heights, state.pressure) - least
@@ -162,9 +164,9 @@ def test_a_contact_that_starts_from_its_answer_keeps_every_digit_of_it(
 
 
 def test_the_tolerance_does_not_matter(operator: ElasticLayerOperator) -> None:
-    tight = solved(operator, RELIEFS["waves"], stop=Stop(1e-12))
+    tight = solved(operator, RELIEFS["waves"], stop=Stop(residual=1e-12))
     for tolerance in (1e-6, 1e-8, 1e-10):
-        loose = solved(operator, RELIEFS["waves"], stop=Stop(tolerance))
+        loose = solved(operator, RELIEFS["waves"], stop=Stop(residual=tolerance))
         error = (loose.pressure - tight.pressure).norm() / tight.pressure.norm()
         assert float(error) < 1e3 * tolerance
 
@@ -178,6 +180,46 @@ def test_a_batch_is_its_items(operator: ElasticLayerOperator) -> None:
             alone = solved(operator, heights[i, j])
             torch.testing.assert_close(together.pressure[i, j], alone.pressure, atol=1e-8, rtol=0.0)
             torch.testing.assert_close(together.approach[i, j], alone.approach, atol=1e-10, rtol=0.0)
+
+
+@pytest.mark.usefixtures("tight_contact")
+def test_gradients_of_a_batch_of_batches_are_those_of_its_items() -> None:
+    heights = torch.stack((RELIEFS["waves"], RELIEFS["noise"], waves(SAMPLES, 2.0, seed=3)))
+    weights = torch.tensor([1e-4, 1.0, 1e4], dtype=torch.float64)
+
+    def gradient(fields: torch.Tensor, weight: torch.Tensor) -> torch.Tensor:
+        field = fields.clone().requires_grad_()
+        (slope,) = torch.autograd.grad((weight * roughness(press(field).strain)).sum(), field)
+        return slope
+
+    together = gradient(heights[None], weights)[0]
+    for number, weight in enumerate(weights):
+        alone = gradient(heights[number], weight)
+        torch.testing.assert_close(together[number], alone, rtol=0.0, atol=1e-5 * float(alone.abs().max()))
+
+
+@pytest.mark.parametrize("name", ["waves", "noise"])
+def test_gradients_where_the_bound_ends_are_those_of_a_tight_solution(name: str) -> None:
+    slopes = []
+    for solve in (solve_contact, lambda *given: solve_contact(*given, stop=TIGHT)):
+        model = replace(touch_model(SKIN, SAMPLES, SIZE), solve=solve)
+        field = RELIEFS[name].clone().requires_grad_()
+        slopes.append(torch.autograd.grad(roughness(model.press(field)), field)[0])
+    assert float((slopes[0] - slopes[1]).norm() / slopes[1].norm()) < 0.01
+
+
+def test_a_residual_stalls_when_it_has_not_fallen_for_some_steps() -> None:
+    def stalled(factors: list[float]) -> bool:
+        now = tactile.contact._start(HalfSpace(4, 1.0, 0.3), torch.zeros(1, 4, 4), 1.0, torch.ones(1, 4, 4))
+        off = torch.ones(1, 1, 1)
+        for factor in factors:
+            off = off * factor
+            result = tactile.contact._stalled(now, off)
+        return bool(result)
+
+    steps = tactile.contact.STALLED_STEPS
+    assert stalled([0.5] + [1.0] * steps) and stalled([0.5] + [1.01, 0.99] * steps)
+    assert not stalled([0.5] + [1.0] * (steps - 1)) and not stalled([0.95] * 3 * steps)
 
 
 def test_single_precision_gives_the_same_roughness() -> None:
@@ -194,6 +236,7 @@ def test_single_precision_converges_for_tall_reliefs_on_stiff_skin(modulus: floa
     skin = Skin(young_modulus_mpa=modulus)
     single, double = press(heights.float(), skin=skin), press(heights, skin=skin)
     torch.testing.assert_close(single.gap.double(), double.gap, atol=1e-3, rtol=0.0)
+    assert float(single.error_bound.max()) <= 0.05
 
 
 def test_single_precision_converges_for_a_spike_on_stiff_skin() -> None:
@@ -244,7 +287,7 @@ def test_a_contact_that_does_not_converge_is_an_error(
 ) -> None:
     monkeypatch.setattr(tactile.contact, "MAX_STEPS", 3)
     with pytest.raises(ContactError, match="1 of 2 reliefs"):
-        solved(operator, torch.stack((RELIEFS["waves"], RELIEFS["flat"] + 0.0)), stop=Stop(1e-3))
+        solved(operator, torch.stack((RELIEFS["waves"], RELIEFS["flat"] + 0.0)), stop=Stop(residual=1e-3))
 
 
 def test_a_contact_cut_short_is_where_the_solver_stood_then(operator: ElasticLayerOperator) -> None:

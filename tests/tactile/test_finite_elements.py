@@ -62,7 +62,7 @@ def strain_map(
     if tolerance is None:
         pressure, *_ = press(operator, heights, MEAN_PRESSURE)
     else:
-        pressure = solve_contact(operator, heights, MEAN_PRESSURE, stop=Stop(tolerance)).pressure
+        pressure = solve_contact(operator, heights, MEAN_PRESSURE, stop=Stop(residual=tolerance)).pressure
     flat = solve_contact(operator, torch.zeros_like(heights), MEAN_PRESSURE).pressure
     return smallest_eigenvalue(operator.strain(pressure)) - smallest_eigenvalue(operator.strain(flat))
 

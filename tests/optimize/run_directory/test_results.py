@@ -32,6 +32,7 @@ from relief.ground.errors import InputError
 from relief.relief import Relief
 from retouch.pages import run_report
 from retouch.pages.content import Report
+from tactile.contact import LARGEST_BOUND
 from tactile.measures import measure_touch
 from tests.optimize.conftest import ProblemWith
 from tests.optimize.descent.one_touch import one_touch
@@ -223,6 +224,7 @@ def test_what_was_verified_stands_beside_what_was_believed(problem: Problem, set
     touch = told["touch"]
     assert touch["roughness"] == iterate(3).means["roughness"]
     assert (touch["verified_roughness"], touch["verified_by"]) == (verified.means["roughness"], "layer")
+    assert verified.error_bound <= touch["contact_error_bound"] <= LARGEST_BOUND
     assert touch["jnd_from_original"] == pytest.approx(
         tactile.jnd_apart(verified.means["roughness"], touch["initial_roughness"])
     )
