@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 import torch
 from scipy.ndimage import zoom
-from torch import Tensor
 
 from benchmarks.shared.pairs import in_pairs, ratio
 from benchmarks.touch.pressed_reliefs import SIDE, SIZE_MM
@@ -49,11 +49,9 @@ def beside_tamaas() -> Iterator[dict[str, Any]]:
             tolerance /= FACTOR
         field, solver = torch.as_tensor(heights), SingleFirst(body, Stop(residual=TOLERANCE))
 
-        def ours(solver: SingleFirst = solver, body: Any = body, field: Tensor = field) -> Array:
-            return solver(body, field, MEAN, None).pressure.numpy()
-
-        pressures = ours(), theirs(tolerance)
-        seconds = in_pairs(cpu_of(ours), cpu_of(lambda t=tolerance, solve=theirs: solve(t)), pairs)
+        ours = partial(solver, body, field, MEAN, None)
+        pressures = ours().pressure.numpy(), theirs(tolerance)
+        seconds = in_pairs(cpu_of(ours), cpu_of(partial(theirs, tolerance)), pairs)
         yield {
             "samples": samples,
             **ratio(seconds[1], seconds[0]),

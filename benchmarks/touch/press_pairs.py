@@ -85,7 +85,7 @@ def row_of(case: tuple[str, ...], before: Server, now: Server) -> dict[str, Any]
     seconds = in_pairs(
         lambda: now.press(case), lambda: before.press(case), PAIRS_OF_TILES if tiled else PAIRS
     )
-    row = dict(zip(("skin", "texture", "model", "precision"), case, strict=True))
+    row: dict[str, Any] = dict(zip(("skin", "texture", "model", "precision"), case, strict=True))
     row |= {**ratio(*seconds), "bound_before": bounds[0], "bound": bounds[1]}
     print(row, flush=True)
     return row
@@ -93,7 +93,7 @@ def row_of(case: tuple[str, ...], before: Server, now: Server) -> dict[str, Any]
 
 def bound_of(case: tuple[str, ...], pressure_mpa: Any) -> float:
     """Largest bound of the energy's error of pressures (places, n, n), as in `tactile.contact`, in double."""
-    model, fields = prepared(*case[:3], "float64")
+    model, fields = prepared(case[0], case[1], case[2], "float64")
     press = Press.of(model.skin, model.operator)
     heights = press._relative_heights(fields)
     p = torch.as_tensor(pressure_mpa).view(heights.shape) / model.skin.young_modulus_mpa

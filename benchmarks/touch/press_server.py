@@ -10,6 +10,7 @@ import json
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -32,7 +33,7 @@ def serve() -> None:
         key = str(case)
         if key not in ready:
             model, fields = prepared(*case)
-            ready[key] = lambda model=model, fields=fields: model.press(fields)
+            ready[key] = partial(model.press, fields)
             np.save(file, ready[key]().pressure.double().numpy())
         began = time.process_time()
         ready[key]()

@@ -1,6 +1,7 @@
 """Contact: forces balance, pressure and gap exclude one another, and only the relief decides."""
 
 from dataclasses import replace
+from functools import partial
 
 import pytest
 import torch
@@ -201,7 +202,7 @@ def test_gradients_of_a_batch_of_batches_are_those_of_its_items() -> None:
 @pytest.mark.parametrize("name", ["waves", "noise"])
 def test_gradients_where_the_bound_ends_are_those_of_a_tight_solution(name: str) -> None:
     slopes = []
-    for solve in (solve_contact, lambda *given: solve_contact(*given, stop=TIGHT)):
+    for solve in (solve_contact, partial(solve_contact, stop=TIGHT)):
         model = replace(touch_model(SKIN, SAMPLES, SIZE), solve=solve)
         field = RELIEFS[name].clone().requires_grad_()
         slopes.append(torch.autograd.grad(roughness(model.press(field)), field)[0])

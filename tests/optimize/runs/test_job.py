@@ -167,7 +167,7 @@ KEYS: dict[str, dict[str, type | tuple[type, ...]]] = {
         "verified_roughness": NUMBER,
         "verified_by": TEXT,
         "contact_area_mm2": NUMBER,
-        "contact_fraction": NUMBER,
+        **dict.fromkeys(("contact_fraction", "contact_error_bound"), NUMBER),
         "jnd_from_original": NUMBER,
     },
     "verification": {"resolution": int, "miss_percent": NUMBER, "rounds": list},
