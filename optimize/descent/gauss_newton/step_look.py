@@ -25,8 +25,9 @@ the scene `in-hand` takes 27 steps and 127 CPU s at twice the film's resolution,
 own."""
 EDGE_SAMPLES = EdgeSamples(shadows=2, visibility=4)
 """Samples along moving edges: their motion is then about as noisy as these pictures."""
-DIRECTIONS = 16
-"""Number of parallel lights that approximate each light that is not parallel."""
+DIRECTIONS, AMBIENT_STRATA = 16, 1
+"""Number of parallel lights that approximate each light that is not parallel, and samples along a pixel's side
+under these lights together. Twice as many of either change no result by 1 % (gravel, brick)."""
 
 Look = tuple[Pictures, ...]
 """Pictures of a relief, camera by camera."""
@@ -64,7 +65,9 @@ class StepLook:
         aslant = scene.passes_from_sides > 0
         refinement, strata = (SIDE_REFINEMENT, SIDE_STRATA) if aslant else (REFINEMENT, STRATA)
         resolution = refinement * max(scene.resolution)
-        samples = FixedSamples(resolution, problem.seed, strata, EDGE_SAMPLES, DIRECTIONS)
+        samples = FixedSamples(
+            resolution, problem.seed, strata, EDGE_SAMPLES, DIRECTIONS, AMBIENT_STRATA
+        )
         self._views = scene.look(problem.look).views(samples)
         overhead = all(view.overhead for view in self._views)
         self.periodic = problem.relief.repeats if overhead else (False, False)
