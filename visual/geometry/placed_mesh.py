@@ -112,7 +112,7 @@ class PlacedMesh:
             x, y, z = toward.T
             lit = z - self.slopes[0][face] * x - self.slopes[1][face] * y > 0.0
         facing = np.flatnonzero(lit)
-        directions = np.broadcast_to(toward, points.shape)[facing]
-        reach = np.broadcast_to(distance, len(points))[facing]
+        directions = toward if toward.ndim == 1 else toward[facing]
+        reach = distance[facing] if isinstance(distance, np.ndarray) else distance
         lit[facing] = ~blocked(self.scene, points[facing], directions, reach)
         return lit
