@@ -43,10 +43,17 @@ class PictureSamples:
 
 
 def film_points(camera: Projection, strata: int, generator: np.random.Generator) -> Array:
-    """Jittered film points (samples, 2), `strata` x `strata` in each pixel."""
+    """Multi-jittered film points (samples, 2), `strata` x `strata` in each pixel (Chiu, Shirley, Wang 1994).
+
+    No two points of a pixel share one of its `strata`² rows or columns: edges along the axes, which shadows of
+    a grid often have, then cut off their share of the points more exactly.
+    """
     row, col = np.meshgrid(np.arange(camera.rows * strata), np.arange(camera.cols * strata), indexing="ij")
-    jitter = generator.uniform(size=(2, *row.shape))
-    return np.stack(((col + jitter[0]).ravel(), (row + jitter[1]).ravel()), axis=1) / strata
+    shape = camera.rows, strata, camera.cols, strata
+    jitter = generator.uniform(size=(2, *shape))
+    column, line = (generator.uniform(size=shape).argsort(axis).reshape(row.shape) for axis in (1, 3))
+    across, down = jitter.reshape(2, *row.shape) + (column, line)
+    return np.stack(((col + across / strata).ravel(), (row + down / strata).ravel()), axis=1) / strata
 
 
 def samples_from_above(
