@@ -4,11 +4,12 @@ python -m benchmarks.runs.best_known                      # measures what is mis
 python -m benchmarks.runs.best_known --ways now --again   # the default of this tree anew: six minutes
 python -m benchmarks.runs.best_known --ways               # the tables alone
 
-Twelve textures in the studio, and four in `in-hand` and in `evening`, two JND rougher. Each run is a process of
-its own and leaves its directory in runs/best-known, its row in results/best_known.json. Changes of pictures are those of reliefs rendered anew by Mitsuba, with the same
-random numbers before and after, less noise: rms in % of the mean picture, at twice the film's resolution,
-which is that of a step, and at four times. Results differ in feel by up to 1 %; a change is divided by the
-share of the distance to the target that the run went.
+Twelve textures in the studio, and four in `in-hand` and in `evening`, two JND rougher. Each run is a process
+of its own, whose directory stays in runs/best-known and whose row stays in results/best_known.json. Changes
+of pictures are rms, in % of the mean picture, at the resolution of a step's pictures: in the studio, by
+pictures rendered anew with the same random numbers, at twice the film's; elsewhere by the run's final
+pictures, at the film's own. Results differ in feel by up to 1 %: each change is divided by the share of the
+distance to the target that the run went.
 """
 
 from __future__ import annotations
@@ -36,9 +37,9 @@ from visual.scene import load_scene
 PAGE, RUNS, DONE = DOCS / "evidence" / "descent.md", ROOT / "runs" / "best-known", (0, 3)
 BEFORE = "3b5b75a0"
 """The commit with 2 x 2 samples a pixel of a step's pictures."""
-FEW = ("gravel", "brick", "waves", "bark")
+STUDIO, FEW = "studio", ("gravel", "brick", "waves", "bark")
 CASES = [
-    *(("studio", texture) for texture in TEXTURES),
+    *((STUDIO, texture) for texture in TEXTURES),
     *((scene, texture) for scene in ("in-hand", "evening") for texture in FEW),
 ]
 """Scenes and textures."""
@@ -95,7 +96,7 @@ def main() -> None:
         return run_with(*sys.argv[2:])
     parser = parser_of(__doc__)
     parser.add_argument("--ways", nargs="*", choices=WAYS, default=list(WAYS), metavar="WAY")
-    parser.add_argument("--cases", nargs="+", choices=sorted({s for s, _ in CASES}), default=["studio"])
+    parser.add_argument("--cases", nargs="+", choices=sorted({s for s, _ in CASES}), default=[STUDIO])
     parser.add_argument("--again", action="store_true", help="measure rows anew that are there")
     arguments = parser.parse_args()
     for scene, texture in CASES:
@@ -113,7 +114,7 @@ def main() -> None:
 
 
 def measured(scene: str, texture: str, name: str) -> dict[str, Any]:
-    """Make a run by a way, unless its directory is there, and look at the result."""
+    """Make a run by a way, and look at the result."""
     way, out = WAYS[name], RUNS / f"{scene}-{texture}" / name.replace(", ", "-").replace(" ", "-")
     settings = [part for each in way.settings for part in ("--set", each)]
     command = [
@@ -156,7 +157,9 @@ def measured(scene: str, texture: str, name: str) -> dict[str, Any]:
         "steps": result["stop"]["steps"],
         "off_target_percent": 100.0 * (felt / goal - 1.0),
         "way_to_target": (felt - before) / (goal - before),
-        **changes(run),
+        "mean_1_percent": result["look"]["change_percent"],
+        "rms_1_percent": result["look"]["change_rms_percent"],
+        **(changes(run) if scene == STUDIO else {}),
     }
 
 
@@ -201,8 +204,8 @@ def run_with(constants: str, start: str, *command: str) -> None:
 
 
 def at_equal_feel(row: Mapping[str, Any]) -> float:
-    """Change of the pictures, rms in % at twice the film's resolution, of a run that goes all the way."""
-    return float(row["rms_2_percent"] / row["way_to_target"])
+    """Change of the pictures of a run, rms in %, as if it had gone all the way to its target."""
+    return float(row.get("rms_2_percent", row["rms_1_percent"]) / row["way_to_target"])
 
 
 def as_text(rows: Mapping[str, Mapping[str, Any]]) -> str:

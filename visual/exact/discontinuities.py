@@ -36,8 +36,8 @@ with 8 samples along each edge, 3 to 6 with 32."""
 class EdgeSamples(NamedTuple):
     """Numbers of samples along each edge that casts a shadow and along each primary-visibility edge.
 
-    Shadow edges have so many under a high light, and up to `LOW_SUN` times as many under a low one. Under lights
-    of many directions they have `ambient`; None: `SHADOW_SHARE` of `shadows`.
+    Shadow edges have so many under a high light, and up to `LOW_SUN` times as many under a low one. Under
+    lights of many directions they have `ambient`; None: `SHADOW_SHARE` of `shadows`.
     """
 
     shadows: int = SHADOW_EDGE_SAMPLES
