@@ -24,15 +24,16 @@ from typing import Any, NamedTuple
 
 from benchmarks.shared.checkouts import checkouts, process, version_of
 from benchmarks.shared.common import DOCS, ROOT, kept, load, parser_of, publish, table
+from mitsuba_scenes import find_texture
 from optimize.descent.driver import Iterate
 from optimize.descent.gauss_newton.method import GaussNewton
-from optimize.run_directory.finished_run import FinishedRun
+from optimize.run_directory.finished_run import read_result
 from optimize.run_directory.key import RESULT
 from optimize.verification.picture_change import change
 from relief.ground.arrays import Array
 from surrogate.corpus.bundled_textures import TEXTURES
 from visual.picture_noise import Batches, batched
-from visual.scene import load_scene
+from visual.scene import Scene, load_scene
 
 PAGE, RUNS, DONE = DOCS / "evidence" / "descent.md", ROOT / "runs" / "best-known", (0, 3)
 BEFORE = "3b5b75a0"
@@ -147,9 +148,10 @@ def measured(scene: str, texture: str, name: str) -> dict[str, Any]:
             command = ["-m", "retouch", *command]
         seconds = process(tree, command, DONE)
         commit = version_of(tree)
-    run = FinishedRun.read(out)
-    touch, result = run.verification.touch, json.loads((out / RESULT).read_text())
-    before, goal, felt = (each["roughness"] for each in (touch.initial, touch.target, touch.verified))
+    result = json.loads((out / RESULT).read_text())
+    before, goal, felt = (
+        result["touch"][f"{which}_roughness"] for which in ("initial", "target", "verified")
+    )
     return {
         "commit": commit,
         "cpu_s": seconds["cpu_s"],
@@ -159,16 +161,19 @@ def measured(scene: str, texture: str, name: str) -> dict[str, Any]:
         "way_to_target": (felt - before) / (goal - before),
         "mean_1_percent": result["look"]["change_percent"],
         "rms_1_percent": result["look"]["change_rms_percent"],
-        **(changes(run) if scene == STUDIO else {}),
+        **(changes(load_scene(scene, texture=find_texture(texture)), out) if scene == STUDIO else {}),
     }
 
 
-def changes(run: FinishedRun) -> dict[str, float]:
-    """Root mean square change of pictures at twice and four times the film's resolution, % of their mean."""
-    settings = run.settings
-    scene = load_scene(settings.scene, settings.define, relief=run.original)
+def changes(scene: Scene, run_dir: Path) -> dict[str, float]:
+    """Root mean square change of pictures at twice and four times the film's resolution, % of their mean.
+
+    Args:
+        scene: with the original.
+        run_dir: with the result. Its settings may name files of another version of the code, which is gone.
+    """
     finest = 4 * max(scene.resolution)
-    reliefs = run.original.heights, run.result.heights
+    reliefs = scene.heights, read_result(run_dir).heights
     every = [batched(scene, relief, SAMPLES, resolution=finest) for relief in reliefs]
     found = {}
     for times, side in ((4, 1), (2, 2)):
@@ -193,7 +198,7 @@ def run_with(constants: str, start: str, *command: str) -> None:
         plain = getattr(import_module(module), constant)
         setattr(import_module(module), constant, type(plain)(*value) if isinstance(value, list) else value)
     if start:
-        relief, begin = FinishedRun.read(Path(start)).result.heights, GaussNewton.begin
+        relief, begin = read_result(Path(start)).heights, GaussNewton.begin
 
         def begin_there(self: GaussNewton, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
             return begin(self, step, heights if step else relief, memory)

@@ -48,8 +48,8 @@ class PictureSamples:
 def film_points(camera: Projection, strata: int, generator: np.random.Generator) -> Array:
     """Multi-jittered film points (samples, 2), `strata` x `strata` in each pixel (Chiu, Shirley, Wang 1994).
 
-    No two points of a pixel share one of its `strata`² rows or columns. The boundaries of shadows mostly follow
-    the grid; they then cut off their share of the points more exactly.
+    No two points of a pixel share one of its `strata`² rows or columns. The boundaries of shadows mostly
+    follow the grid; they then cut off their share of the points more exactly.
     """
     row, col = np.meshgrid(np.arange(camera.rows * strata), np.arange(camera.cols * strata), indexing="ij")
     orders = np.array([generator.permutation(strata) for _ in range(ORDERS)])

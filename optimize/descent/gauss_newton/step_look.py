@@ -18,7 +18,8 @@ from visual.looks import FixedSamples
 REFINEMENT, STRATA = 2, 5
 """Resolution of a step's pictures in units of the film's, and samples along a pixel's side. At twice the
 resolution waves of two pixels show, the system is sparser, and the look holds at both resolutions. With 2
-samples, pixels on boundaries of shadows are so noisy that steps follow the noise (docs/evidence/descent.md)."""
+samples, pixels on boundaries of shadows are so noisy that steps follow their noise
+(docs/evidence/descent.md)."""
 MOST_SAMPLES, FEWEST_STRATA = 2**23, 2
 """Most samples of a picture, 0.6 GB, above which pixels have fewer strata, and their least number."""
 SIDE_REFINEMENT, SIDE_STRATA = 1, 3
@@ -67,13 +68,10 @@ class StepLook:
         self._problem = problem
         scene = problem.scene
         aslant = scene.passes_from_sides > 0
-        refinement, most_strata = (SIDE_REFINEMENT, SIDE_STRATA) if aslant else (REFINEMENT, STRATA)
+        refinement, strata = (SIDE_REFINEMENT, SIDE_STRATA) if aslant else (REFINEMENT, STRATA)
         resolution = refinement * max(scene.resolution)
-        pixels = math.prod(scene.size_of(resolution))
-        strata = max(FEWEST_STRATA, min(most_strata, math.isqrt(MOST_SAMPLES // pixels)))
-        samples = FixedSamples(
-            resolution, problem.seed, strata, EDGE_SAMPLES, DIRECTIONS, AMBIENT_STRATA
-        )
+        strata = affordable(strata, math.prod(scene.size_of(resolution)))
+        samples = FixedSamples(resolution, problem.seed, strata, EDGE_SAMPLES, DIRECTIONS, AMBIENT_STRATA)
         self._views = scene.look(problem.look).views(samples)
         overhead = all(view.overhead for view in self._views)
         self.periodic = problem.relief.repeats if overhead else (False, False)
@@ -123,6 +121,11 @@ class StepLook:
             difference = (share * picture - root * self.original[number]).ravel()
             mask = None if self._roots is None else self._roots[number].ravel()
             yield Residual(share * jacobian, difference, mask)
+
+
+def affordable(strata: int, pixels: int) -> int:
+    """Samples along a pixel's side: `strata`, fewer in pictures of very many pixels."""
+    return max(FEWEST_STRATA, min(strata, math.isqrt(MOST_SAMPLES // pixels)))
 
 
 def _conditions(look: Look) -> list[tuple[sp.csr_matrix, Array]]:
