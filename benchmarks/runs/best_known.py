@@ -225,7 +225,7 @@ def as_text(rows: Mapping[str, Mapping[str, Any]]) -> str:
             above = [made[name] / best * 100.0 - 100.0 if name in made else None for name in WAYS]
             cpu_s = [row and round(row["cpu_s"], 1) for row in ways.values()]
             lines.append((scene, texture, best, *above, *cpu_s))
-    head = (f"{name}: {what}" for what in ("above the best known, %", "CPU s") for name in WAYS)
+    head = (f"{name}, {what}" for what in ("% above", "CPU s") for name in WAYS)
     return table(("scene", "texture", "best known, rms %", *head), lines)
 
 
