@@ -18,6 +18,7 @@ import json
 import runpy
 import sys
 from collections.abc import Mapping, Sequence
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -104,13 +105,7 @@ def main() -> None:
     for scene, texture in CASES:
         for name in arguments.ways if scene in arguments.cases else ():
             row = f"{scene}, {texture}: {name}"
-            kept(
-                "best_known",
-                "rows",
-                row,
-                lambda s=scene, t=texture, n=name: measured(s, t, n),
-                arguments.again,
-            )
+            kept("best_known", "rows", row, partial(measured, scene, texture, name), arguments.again)
     publish(PAGE, "best known", "benchmarks.runs.best_known", as_text(load("best_known").get("rows", {})))
     return None
 
