@@ -4,7 +4,8 @@ python -m benchmarks.runs.best_known                      # measures what is mis
 python -m benchmarks.runs.best_known --ways now --again   # the default of this tree anew: six minutes
 python -m benchmarks.runs.best_known --ways               # the tables alone
 
-Twelve textures in the studio, and four in `in-hand` and in `evening`, two JND rougher. Each run is a process
+Twelve textures in the studio, four in `in-hand` and in `evening`, two JND rougher; kept rows of the last two
+scenes are of gravel, and of brick and waves in `evening`. Each run is a process
 of its own, whose directory stays in runs/best-known and whose row stays in results/best_known.json. Changes
 of pictures are rms, in % of the mean picture, at the resolution of a step's pictures: in the studio, by
 pictures rendered anew with the same random numbers, at twice the film's; elsewhere by the run's final
