@@ -50,6 +50,7 @@ class FixedSamples(NamedTuple):
         strata: samples along a pixel's side.
         edge_samples: along edges whose motion changes the pictures.
         directions: lights that represent each light that is neither directional nor a point.
+        ambient_strata: samples along a pixel's side under lights of many directions; None: half of `strata`.
     """
 
     resolution: int | None = None
@@ -57,6 +58,7 @@ class FixedSamples(NamedTuple):
     strata: int = 4
     edge_samples: EdgeSamples | None = None
     directions: int = FIXED_DIRECTIONS
+    ambient_strata: int | None = None
 
 
 class StepView(Protocol):

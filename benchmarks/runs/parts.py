@@ -274,6 +274,7 @@ def look(rates: dict[str, float]) -> Iterator[dict[str, Any]]:
         step_look.STRATA,
         step_look.EDGE_SAMPLES,
         step_look.DIRECTIONS,
+        step_look.AMBIENT_STRATA,
     )
     for name in (EXACT, FAST):
         views = problem.scene.look(name).views(samples)

@@ -27,7 +27,7 @@ def blocked(
     Args:
         scene: Mitsuba scene with a plate.
         origins: (rays, 3) mm.
-        directions: (rays, 3) unit vectors.
+        directions: (rays, 3) unit vectors, or one (3,) of all rays.
         distance: (rays,) mm, to where each ray ends at the latest.
 
     Returns:
@@ -65,7 +65,7 @@ def first_hits(scene: Any, origins: Array, directions: Array) -> tuple[NDArray[n
 
 def _rays(origins: Array, directions: Array) -> Any:
     o, d = (
-        mi.Vector3f(*(mi.Float(np.ascontiguousarray(v[:, a], dtype=np.float32)) for a in range(3)))
+        mi.Vector3f(*(mi.Float(np.ascontiguousarray(v[..., a], dtype=np.float32)) for a in range(3)))
         for v in (origins, directions)
     )
     return mi.Ray3f(mi.Point3f(o), d)

@@ -36,11 +36,13 @@ with 8 samples along each edge, 3 to 6 with 32."""
 class EdgeSamples(NamedTuple):
     """Numbers of samples along each edge that casts a shadow and along each primary-visibility edge.
 
-    Shadow edges have so many under a high light, and up to `LOW_SUN` times as many under a low one.
+    Shadow edges have so many under a high light, and up to `LOW_SUN` times as many under a low one. Under
+    lights of many directions they have `ambient`; None: `SHADOW_SHARE` of `shadows`.
     """
 
     shadows: int = SHADOW_EDGE_SAMPLES
     visibility: int = VISIBILITY_EDGE_SAMPLES
+    ambient: int | None = None
 
 
 @dataclass(frozen=True)
@@ -50,16 +52,18 @@ class Jitter:
     Attributes:
         shadows: (edges, samples) in [0, 1), of edges that cast shadows, as many as a low light needs.
         visibility: (edges, samples) in [0, 1), of primary-visibility edges.
+        ambient: number of positions along shadow edges under lights of many directions.
     """
 
     shadows: Array
     visibility: Array
+    ambient: int
 
     def of_shadows(self, lights: LightSet) -> Array:
         """(edges, samples): the first positions along shadow edges, as many as these lights are worth."""
         high = self.shadows.shape[1] // LOW_SUN
         if len(lights) != 1:
-            return self.shadows[:, : max(1, int(SHADOW_SHARE * high))]
+            return self.shadows[:, : self.ambient]
         ((x, y, z),) = lights.toward_from(np.zeros(1, dtype=int), np.zeros((1, 3)))
         longer = np.hypot(x, y) / max(z, 1e-9) / FULL_SUN
         return self.shadows[:, : int(high * np.clip(longer, 1.0, LOW_SUN))]
@@ -76,7 +80,8 @@ def edge_jitter(plate: PlateTopology, generator: np.random.Generator, samples: E
     shadows = generator.uniform(size=(edges, samples.shadows))
     visibility = generator.uniform(size=(edges, samples.visibility))
     more = generator.uniform(size=(edges, (LOW_SUN - 1) * samples.shadows))
-    return Jitter(np.concatenate((shadows, more), axis=1), visibility)
+    ambient = samples.ambient or max(1, int(SHADOW_SHARE * samples.shadows))
+    return Jitter(np.concatenate((shadows, more), axis=1), visibility, ambient)
 
 
 def discontinuity_entries(

@@ -44,17 +44,19 @@ def face_shading(bsdf: Any, camera: Projection, lights: LightSet, mesh: PlacedMe
     return shade(bsdf, *mesh.slopes, lights, view, places)
 
 
-def of_faces(shading: Shading, lights: LightSet, samples: PictureSamples, mesh: PlacedMesh) -> PairRadiance:
+def of_faces(
+    shading: Shading, lights: LightSet, samples: PictureSamples, points: Array, mesh: PlacedMesh
+) -> PairRadiance:
     """Pair radiance of faces that have one radiance each.
 
     Args:
         shading: of the faces under these lights.
         lights: shine together.
         samples: of the picture.
+        points: (samples, 3) mm, from which shadow rays start.
         mesh: the plate.
     """
     shares = np.empty((len(lights), len(samples.pair_pixel)))
-    points = mesh.lifted(samples.face, samples.x, samples.y)
     for number in range(len(lights)):
         lit = np.flatnonzero(lit_by(mesh, lights, number, samples.face, points))
         shares[number] = np.bincount(samples.pair[lit], minlength=len(samples.pair_pixel))
@@ -70,7 +72,8 @@ def of_faces(shading: Shading, lights: LightSet, samples: PictureSamples, mesh: 
 
 def lit_by(mesh: PlacedMesh, lights: LightSet, number: int, face: Index, points: Array) -> NDArray[np.bool_]:
     """Whether points (points, 3) on faces see one of some lights."""
-    return mesh.sees(lights.toward_from(number, points), face, points, lights.distance(number, points))
+    distance = lights.distance(number, points) if isinstance(lights, NearLights) else np.inf
+    return mesh.sees(lights.toward_from(number, points), face, points, distance)
 
 
 def _at_first_vertex(values: list[Array], mesh: PlacedMesh, face: Index, points: Array) -> None:
@@ -81,7 +84,12 @@ def _at_first_vertex(values: list[Array], mesh: PlacedMesh, face: Index, points:
 
 
 def of_samples(
-    bsdf: Any, camera: Projection, lights: LightSet, samples: PictureSamples, mesh: PlacedMesh
+    bsdf: Any,
+    camera: Projection,
+    lights: LightSet,
+    samples: PictureSamples,
+    points: Array,
+    mesh: PlacedMesh,
 ) -> PairRadiance:
     """Pair radiance of a textured plate, sample by sample.
 
@@ -90,10 +98,10 @@ def of_samples(
         camera: takes the picture.
         lights: shine together.
         samples: of the picture.
+        points: (samples, 3) mm, from which shadow rays start.
         mesh: the plate.
     """
     sums = np.zeros((4, len(samples.pair_pixel)))
-    points = mesh.lifted(samples.face, samples.x, samples.y)
     sliding = isinstance(lights, NearLights) or not camera.overhead
     for number in range(len(lights)):
         lit = np.flatnonzero(lit_by(mesh, lights, number, samples.face, points))

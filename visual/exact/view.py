@@ -56,9 +56,16 @@ class Illumination:
 
 
 class _ViewSamples(NamedTuple):
-    """Samples of a picture and of its edges, under one light or under lights of many directions."""
+    """Samples of a picture and of its edges, under one light or under lights of many directions.
+
+    Attributes:
+        samples: of the picture.
+        points: (samples, 3) mm, from which their shadow rays start.
+        edges: primary-visibility edges; None if none are wanted.
+    """
 
     samples: PictureSamples
+    points: Array
     edges: VisibilityEdges | None
 
 
@@ -153,18 +160,19 @@ class View:
         else:
             samples = samples_by_rays(mesh, self._camera, self._film[many], self._strata[many] ** 2)
         positions = self._jitter.of_visibility(many)
-        return _ViewSamples(samples, visibility_edges(mesh, self._camera, positions) if edges else None)
+        visible = visibility_edges(mesh, self._camera, positions) if edges else None
+        return _ViewSamples(samples, mesh.lifted(samples.face, samples.x, samples.y), visible)
 
     def _lit_by(
         self, light: Illumination, of_view: _ViewSamples, mesh: PlacedMesh, jacobian: bool, edges: bool
     ) -> tuple[Array, Any]:
         """Picture (pixels,) and Jacobian (pixels, heights) under a set of lights that shine together."""
-        plate, camera, lights, samples = self._plate, self._camera, light.lights, of_view.samples
+        plate, camera, lights, (samples, points, visible) = self._plate, self._camera, light.lights, of_view
         if mesh.textured:
-            shading, pairs = None, of_samples(self._bsdf, camera, lights, samples, mesh)
+            shading, pairs = None, of_samples(self._bsdf, camera, lights, samples, points, mesh)
         else:
             shading = face_shading(self._bsdf, camera, lights, mesh)
-            pairs = of_faces(shading, lights, samples, mesh)
+            pairs = of_faces(shading, lights, samples, points, mesh)
         behind = light.background(samples.missed_direction) / samples.per_pixel
         picture: Array = np.zeros(camera.pixels)
         picture += np.bincount(samples.pair_pixel, pairs.radiance, minlength=camera.pixels)
@@ -183,7 +191,7 @@ class View:
         if edges:
             shadows = shadow_edges(mesh, lights, self._jitter.of_shadows(lights), camera.overhead)
             parts += discontinuity_entries(
-                mesh, camera, self._bsdf, lights, shading, light.background, shadows, of_view.edges
+                mesh, camera, self._bsdf, lights, shading, light.background, shadows, visible
             )
         r, c, v = (np.concatenate(p) for p in zip(*parts, strict=True))
         by_heights = sp.csr_matrix((v, (r, c)), shape=(camera.pixels, plate.rows * plate.cols))

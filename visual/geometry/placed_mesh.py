@@ -17,6 +17,8 @@ LIFT_MM = 3e-5
 the gradient of a smooth relief under a light at 20 degrees is 13 % off, at 1e-4 2.4 %, from 3e-5 down to 3e-6
 within the 1 % noise of finite differences. At 0 edges shadow themselves."""
 
+RAYS_AT_ONCE = 2**20
+"""Most shadow rays at once, which take 0.1 GB."""
 FROM_EDGE = 1e-6
 """Least product of the unnormalised normal of a seen face and the direction toward the camera."""
 
@@ -111,8 +113,10 @@ class PlacedMesh:
         else:
             x, y, z = toward.T
             lit = z - self.slopes[0][face] * x - self.slopes[1][face] * y > 0.0
-        facing = np.flatnonzero(lit)
-        directions = np.broadcast_to(toward, points.shape)[facing]
-        reach = np.broadcast_to(distance, len(points))[facing]
-        lit[facing] = ~blocked(self.scene, points[facing], directions, reach)
+        every = np.flatnonzero(lit)
+        for first in range(0, len(every), RAYS_AT_ONCE):
+            facing = every[first : first + RAYS_AT_ONCE]
+            directions = toward if toward.ndim == 1 else toward[facing]
+            reach = distance[facing] if isinstance(distance, np.ndarray) else distance
+            lit[facing] = ~blocked(self.scene, points[facing], directions, reach)
         return lit

@@ -1,5 +1,6 @@
 """The look of a step: pictures of a relief with their Jacobians, beside the pictures of the original."""
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -14,19 +15,24 @@ from visual.exact.discontinuities import EdgeSamples
 from visual.exact.view import Pictures
 from visual.looks import FixedSamples
 
-REFINEMENT, STRATA = 2, 2
-"""Resolution of a step's pictures in units of the film's, and samples along a pixel's side. As many rays as
-4 x 4 samples at the film's own resolution; waves of two pixels show, the system is sparser, and the look
-holds at both resolutions."""
+REFINEMENT, STRATA = 2, 5
+"""Resolution of a step's pictures in units of the film's, and samples along a pixel's side. At twice the
+resolution waves of two pixels show, the system is sparser, and the look holds at both resolutions. With 2
+samples, pixels on boundaries of shadows are so noisy that steps follow their noise
+(docs/evidence/descent.md)."""
+MOST_SAMPLES, FEWEST_STRATA = 2**23, 2
+"""Most samples of a picture, 0.6 GB, above which pixels have fewer strata, and their least number."""
 SIDE_REFINEMENT, SIDE_STRATA = 1, 3
 """Resolution and samples where a camera does not look straight down. A rising face moves in such a picture,
 and its edge changes one pixel until it reaches the next: finer pixels give shorter steps. Gravel at +2 JND in
 the scene `in-hand` takes 27 steps and 127 CPU s at twice the film's resolution, 5 steps and 21 CPU s at its
 own."""
-EDGE_SAMPLES = EdgeSamples(shadows=2, visibility=4)
-"""Samples along moving edges: their motion is then about as noisy as these pictures."""
-DIRECTIONS = 16
-"""Number of parallel lights that approximate each light that is not parallel."""
+EDGE_SAMPLES = EdgeSamples(shadows=8, visibility=4, ambient=1)
+"""Samples along moving edges. With 2 along a shadow's edge, the Jacobian puts the edge's motion into wrong
+pixels (docs/evidence/descent.md)."""
+DIRECTIONS, AMBIENT_STRATA = 16, 1
+"""Number of parallel lights that approximate each light that is not parallel, and samples along a pixel's
+side under these lights together. With twice as many of either gravel and brick end within 1.5 %."""
 
 Look = tuple[Pictures, ...]
 """Pictures of a relief, camera by camera."""
@@ -64,7 +70,8 @@ class StepLook:
         aslant = scene.passes_from_sides > 0
         refinement, strata = (SIDE_REFINEMENT, SIDE_STRATA) if aslant else (REFINEMENT, STRATA)
         resolution = refinement * max(scene.resolution)
-        samples = FixedSamples(resolution, problem.seed, strata, EDGE_SAMPLES, DIRECTIONS)
+        strata = affordable(strata, math.prod(scene.size_of(resolution)))
+        samples = FixedSamples(resolution, problem.seed, strata, EDGE_SAMPLES, DIRECTIONS, AMBIENT_STRATA)
         self._views = scene.look(problem.look).views(samples)
         overhead = all(view.overhead for view in self._views)
         self.periodic = problem.relief.repeats if overhead else (False, False)
@@ -114,6 +121,11 @@ class StepLook:
             difference = (share * picture - root * self.original[number]).ravel()
             mask = None if self._roots is None else self._roots[number].ravel()
             yield Residual(share * jacobian, difference, mask)
+
+
+def affordable(strata: int, pixels: int) -> int:
+    """Samples along a pixel's side: `strata`, fewer in pictures of very many pixels."""
+    return max(FEWEST_STRATA, min(strata, math.isqrt(MOST_SAMPLES // pixels)))
 
 
 def _conditions(look: Look) -> list[tuple[sp.csr_matrix, Array]]:

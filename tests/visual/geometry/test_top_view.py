@@ -102,6 +102,17 @@ def test_every_pixel_has_its_samples(resolution: int) -> None:
     np.testing.assert_array_equal(row * resolution + col, pixel)
 
 
+@pytest.mark.parametrize("strata", [1, 2, 5])
+def test_no_two_samples_of_a_pixel_share_a_fine_row_or_column(strata: int) -> None:
+    camera = from_above(SIZE_MM, 3, 4)
+    film = film_points(camera, strata, np.random.default_rng(0))
+    row, col = np.meshgrid(np.arange(3 * strata), np.arange(4 * strata), indexing="ij")
+    np.testing.assert_array_equal(np.floor(film * strata), np.stack((col.ravel(), row.ravel()), axis=1))
+    for axis in (0, 1):
+        fine = np.stack((camera.pixel(film), np.floor(film[:, axis] * strata**2)))
+        assert len(np.unique(fine, axis=1).T) == len(film)
+
+
 def test_under_an_overhead_light_all_of_a_plate_is_lit(scene_of: Callable[..., Scene]) -> None:
     flat = np.full((SIDE, SIDE), 0.5)
     pictures = scene_of(sun(90), heights=flat).views()[0].evaluate(flat, jacobian=False)

@@ -1,0 +1,234 @@
+"""Distance of results from the best known: long descents by three ways, and the default before and now.
+
+python -m benchmarks.runs.best_known                      # measures what is missing: about an hour for all
+python -m benchmarks.runs.best_known --ways now --again   # the default of this tree anew: six minutes
+python -m benchmarks.runs.best_known --ways               # the tables alone
+
+Twelve textures in the studio, four in `in-hand` and in `evening`, two JND rougher; kept rows of the last two
+scenes are of gravel, and of brick and waves in `evening`. Each run is a process
+of its own, whose directory stays in runs/best-known and whose row stays in results/best_known.json. Changes
+of pictures are rms, in % of the mean picture, at the resolution of a step's pictures: in the studio, by
+pictures rendered anew with the same random numbers, at twice the film's; elsewhere by the run's final
+pictures, at the film's own. Results differ in feel by up to 1 %: each change is divided by the share of the
+distance to the target that the run went.
+"""
+
+from __future__ import annotations
+
+import json
+import runpy
+import sys
+from collections.abc import Mapping, Sequence
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from benchmarks.shared.checkouts import checkouts, process, version_of
+from benchmarks.shared.common import DOCS, ROOT, kept, load, parser_of, publish, table
+from mitsuba_scenes import find_texture
+from optimize.descent.driver import Iterate
+from optimize.descent.gauss_newton.method import GaussNewton
+from optimize.run_directory.finished_run import read_result
+from optimize.run_directory.key import RESULT
+from optimize.verification.picture_change import change
+from relief.ground.arrays import Array
+from surrogate.corpus.bundled_textures import TEXTURES
+from visual.picture_noise import Batches, batched
+from visual.scene import Scene, load_scene
+
+PAGE, RUNS, DONE = DOCS / "evidence" / "descent.md", ROOT / "runs" / "best-known", (0, 3)
+BEFORE = "3b5b75a0"
+"""The commit with 2 x 2 samples a pixel of a step's pictures."""
+STUDIO, FEW = "studio", ("gravel", "brick", "waves", "bark")
+CASES = [
+    *((STUDIO, texture) for texture in TEXTURES),
+    *((scene, texture) for scene in ("in-hand", "evening") for texture in FEW),
+]
+"""Scenes and textures."""
+LOOK, LOOP = "optimize.descent.gauss_newton.step_look", "optimize.descent.gauss_newton.method"
+TO_THE_END = {
+    f"{LOOP}.LEAST_GAIN": 1e-3,
+    "optimize.descent.driver.STALL": -1.0,
+    "optimize.runs.preparation.STEPS_AN_ITERATION": 5,
+}
+"""Constants of a descent that goes on while a step promises a thousandth."""
+MANY = {
+    f"{LOOK}.STRATA": 8,
+    f"{LOOK}.SIDE_STRATA": 5,
+    f"{LOOK}.EDGE_SAMPLES": [12, 12],
+}
+"""Constants of pictures with many samples."""
+
+
+class Way(NamedTuple):
+    """A way to a result.
+
+    Attributes:
+        settings: of the run.
+        constants: of modules, by their dotted names.
+        start: way whose result is the first relief of the descent; None: the original.
+        commit: of the code; None: this tree.
+    """
+
+    settings: Sequence[str]
+    constants: Mapping[str, Any] = {}
+    start: str | None = None
+    commit: str | None = None
+
+
+LONG = ("verify.baseline=false", "verify.samples=16", "descent.tolerance=0.002")
+# Where the fast look cannot show a scene, as two bounces in `evening`, the ways by it are by the exact one.
+WAYS: Mapping[str, Way] = {
+    "fast, long": Way((*LONG, "look.model=auto", "descent.steps=20"), TO_THE_END),
+    "exact, many samples": Way((*LONG, "descent.steps=12"), TO_THE_END | MANY),
+    "fast, then exact": Way((*LONG, "descent.steps=5", "seed=1"), TO_THE_END | MANY, "fast, long"),
+    "before": Way((), commit=BEFORE),
+    "now": Way(()),
+    "now, fast": Way(("look.model=auto",)),
+}
+SAMPLES = 16
+"""Samples in each of the small pixels of pictures at four times the film's resolution. 64 samples say 0.5 %
+more on gravel."""
+LONG_WAYS = {name for name, way in WAYS.items() if way.constants}
+TOLERANCE = 1.0
+"""Relative error up to which a target counts as met, %."""
+
+
+def main() -> None:
+    if sys.argv[1:2] == ["--run"]:
+        return run_with(*sys.argv[2:])
+    parser = parser_of(__doc__)
+    parser.add_argument("--ways", nargs="*", choices=WAYS, default=list(WAYS), metavar="WAY")
+    parser.add_argument("--cases", nargs="+", choices=sorted({s for s, _ in CASES}), default=[STUDIO])
+    parser.add_argument("--again", action="store_true", help="measure rows anew that are there")
+    arguments = parser.parse_args()
+    for scene, texture in CASES:
+        for name in arguments.ways if scene in arguments.cases else ():
+            row = f"{scene}, {texture}: {name}"
+            kept("best_known", "rows", row, partial(measured, scene, texture, name), arguments.again)
+    publish(PAGE, "best known", "benchmarks.runs.best_known", as_text(load("best_known").get("rows", {})))
+    return None
+
+
+def measured(scene: str, texture: str, name: str) -> dict[str, Any]:
+    """Make a run by a way, and look at the result."""
+    way, out = WAYS[name], RUNS / f"{scene}-{texture}" / name.replace(", ", "-").replace(" ", "-")
+    settings = [part for each in way.settings for part in ("--set", each)]
+    command = [
+        "optimize",
+        texture,
+        "--scene",
+        scene,
+        "--jnd",
+        "2",
+        *settings,
+        "-o",
+        str(out),
+        "-q",
+        "--force",
+    ]
+    start = "" if way.start is None else str(RUNS / f"{scene}-{texture}" / way.start.replace(", ", "-"))
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with checkouts(way.commit) as trees:
+        tree = trees[way.commit] if way.commit else ROOT
+        if way.constants:
+            command = [
+                "-m",
+                "benchmarks.runs.best_known",
+                "--run",
+                json.dumps(way.constants),
+                start,
+                *command,
+            ]
+        else:
+            command = ["-m", "retouch", *command]
+        seconds = process(tree, command, DONE)
+        commit = version_of(tree)
+    result = json.loads((out / RESULT).read_text())
+    before, goal, felt = (
+        result["touch"][f"{which}_roughness"] for which in ("initial", "target", "verified")
+    )
+    return {
+        "commit": commit,
+        "cpu_s": seconds["cpu_s"],
+        "descent_cpu_s": result["cpu_s"]["descent"],
+        "steps": result["stop"]["steps"],
+        "off_target_percent": 100.0 * (felt / goal - 1.0),
+        "way_to_target": (felt - before) / (goal - before),
+        "mean_1_percent": result["look"]["change_percent"],
+        "rms_1_percent": result["look"]["change_rms_percent"],
+        **(changes(load_scene(scene, texture=find_texture(texture)), out) if scene == STUDIO else {}),
+    }
+
+
+def changes(scene: Scene, run_dir: Path) -> dict[str, float]:
+    """Root mean square change of pictures at twice and four times the film's resolution, % of their mean.
+
+    Args:
+        scene: with the original.
+        run_dir: with the result. Its settings may name files of another version of the code, which is gone.
+    """
+    finest = 4 * max(scene.resolution)
+    reliefs = scene.heights, read_result(run_dir).heights
+    every = [batched(scene, relief, SAMPLES, resolution=finest) for relief in reliefs]
+    found = {}
+    for times, side in ((4, 1), (2, 2)):
+        before, after = (_pooled(each, side) for each in every)
+        weights = scene.plate_weights(finest // side)
+        changed = change(before, after, weights=weights)
+        found[f"rms_{times}_percent"] = 100.0 * changed.rms_less_noise / float((weights * before.mean).mean())
+    return found
+
+
+def _pooled(batches: Batches, side: int) -> Batches:
+    """Means over squares of `side` x `side` pixels."""
+    *outer, rows, cols = batches.pictures.shape
+    squares = batches.pictures.reshape(*outer, rows // side, side, cols // side, side)
+    return Batches(squares.mean((-3, -1)), batches.samples)
+
+
+def run_with(constants: str, start: str, *command: str) -> None:
+    """Run Retouch's command with other constants, and from the result in a folder, if one is given."""
+    for name, value in json.loads(constants).items():
+        module, _, constant = name.rpartition(".")
+        plain = getattr(import_module(module), constant)
+        setattr(import_module(module), constant, type(plain)(*value) if isinstance(value, list) else value)
+    if start:
+        relief, begin = read_result(Path(start)).heights, GaussNewton.begin
+
+        def begin_there(self: GaussNewton, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
+            return begin(self, step, heights if step else relief, memory)
+
+        GaussNewton.begin = begin_there  # type: ignore[method-assign]
+    sys.argv = ["retouch", *command]
+    runpy.run_module("retouch", run_name="__main__", alter_sys=True)
+
+
+def at_equal_feel(row: Mapping[str, Any]) -> float:
+    """Change of the pictures of a run, rms in %, as if it had gone all the way to its target."""
+    return float(row.get("rms_2_percent", row["rms_1_percent"]) / row["way_to_target"])
+
+
+def as_text(rows: Mapping[str, Mapping[str, Any]]) -> str:
+    """The best known of every case, and every way's distance from it and CPU seconds."""
+    lines = []
+    for scene, texture in CASES:
+        ways = {name: rows.get(f"{scene}, {texture}: {name}") for name in WAYS}
+        made = {name: at_equal_feel(row) for name, row in ways.items() if row and met(row)}
+        if made.keys() >= LONG_WAYS:
+            best = min(made[name] for name in LONG_WAYS)
+            above = [made[name] / best * 100.0 - 100.0 if name in made else None for name in WAYS]
+            cpu_s = [row and round(row["cpu_s"], 1) for row in ways.values()]
+            lines.append((scene, texture, best, *above, *cpu_s))
+    head = (f"{name}, {what}" for what in ("% above", "CPU s") for name in WAYS)
+    return table(("scene", "texture", "best known, rms %", *head), lines)
+
+
+def met(row: Mapping[str, Any]) -> bool:
+    """Whether a run meets its target by finite elements."""
+    return abs(row["off_target_percent"]) <= TOLERANCE
+
+
+if __name__ == "__main__":
+    main()
