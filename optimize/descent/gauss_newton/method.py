@@ -111,8 +111,8 @@ class GaussNewton:
             heights = term.begin(heights, memory)
         touch = self._press(heights, memory.get("pressure"))
         bounded = self._target_forces
-        rising = self._predictable and self._slopes_hold and bounded.rising(bounded.values(touch.values))
-        trust = Trust(*memory["trust"]) if "trust" in memory else Trust.first(rising)
+        rising, holds = bounded.rising(bounded.values(touch.values)), self._predictable and self._slopes_hold
+        trust = Trust(*memory["trust"]) if "trust" in memory else Trust.first(rising, holds)
         return self._iterate_at(step, heights, touch, trust)
 
     def advance(self, iterate: Iterate) -> Iterate:

@@ -16,7 +16,7 @@ from optimize.descent.gauss_newton import method as gauss_newton
 from optimize.descent.gauss_newton.forces import BoundedTargetForces
 from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.gauss_newton.terms import HEIGHTS, WEIGHT
-from optimize.descent.gauss_newton.trust import LARGEST_SHARE, RISING_SHARE
+from optimize.descent.gauss_newton.trust import FALLING_SHARE, LARGEST_SHARE, RISING_SHARE
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason
@@ -111,7 +111,7 @@ def test_a_small_step_changes_the_roughness_as_predicted(
     assert predicted == pytest.approx(0.01 * original.means["roughness"], rel=0.05)
 
 
-@pytest.mark.parametrize(("jnd", "share"), [(8, RISING_SHARE), (-8, LARGEST_SHARE)])
+@pytest.mark.parametrize(("jnd", "share"), [(8, RISING_SHARE), (-8, FALLING_SHARE)])
 def test_a_step_goes_no_further_than_it_may(
     problem_with: ProblemWith, original: TouchMeasures, jnd: float, share: float
 ) -> None:
@@ -132,7 +132,7 @@ def test_only_rougher_goals_are_gone_to_at_once(problem_with: ProblemWith, origi
         GaussNewton(problem).begin(0, problem.heights, {}).memory["trust"][1]
         for problem in map(problem_with, (rougher(original, 2), rougher(original, -2), area))
     ]
-    assert shares == [RISING_SHARE, LARGEST_SHARE, LARGEST_SHARE]
+    assert shares == [RISING_SHARE, FALLING_SHARE, LARGEST_SHARE]
 
 
 def test_a_step_that_promises_nothing_is_not_taken(
