@@ -1,4 +1,6 @@
-"""Presses that standard input names, by the version of the code on PYTHONPATH; run as a file.
+"""Presses that standard input names, by the version of the code on PYTHONPATH.
+
+python -m benchmarks.touch.press_server    # started as a file by benchmarks.touch.press_pairs
 
 Each line is a list of skin, texture, model, precision and a file for the pressures; the answer is the CPU
 seconds of a press. Of the packages of Retouch, only what both versions have is used.

@@ -95,6 +95,7 @@ def test_roughness_is_the_mean_over_pairs_whose_ends_both_count() -> None:
     np.testing.assert_allclose(everywhere, tactile.roughness(strain, size), rtol=1e-12)
 
 
+@pytest.mark.usefixtures("tight_contact")
 def test_gradients_go_through_shape_layers_and_the_pairs_that_count() -> None:
     rng = np.random.default_rng(1)
     # Uneven, so that no two strains are the same: V has a kink there.
