@@ -151,7 +151,7 @@ leads no further. On a periodic half-space with 128 samples a side it leads to 4
 and with 1024 to 1e-4."""
 ROUNDED_BOUND = 1e-3
 """Largest bound of a contact that has converged because single precision leads no further: V is then within
-0.01 %."""
+0.02 %."""
 FAR_MM = 1e6
 """Gap, mm, larger than any relief's: added to pixels in contact, it leaves the least gap of the others."""
 
