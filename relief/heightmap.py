@@ -5,7 +5,7 @@ import logging
 import math
 import os
 import shlex
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -20,7 +20,7 @@ from PIL.PngImagePlugin import PngInfo
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, PictureError, naming
 from relief.ground.files import partial_file
-from relief.ground.formats import PICTURES
+from relief.ground.formats import GRIDS, HEIGHT_MAPS, MEASURED, PICTURES
 from relief.ground.lengths import Lengths, header_of, in_range
 from relief.ground.limits import (
     DEEPEST_RELIEF_MM,
@@ -30,23 +30,41 @@ from relief.ground.limits import (
     SMALLEST_SIDE,
 )
 from relief.ground.progress import say
-from relief.readers import (
-    LARGEST_FIELD_SIDE,
-    TILE,
-    Check,
-    Content,
-    damage_named,
-    read_exr,
-    read_npy,
-    read_picture,
-)
+from relief.reading.readers import read_samples
+from relief.reading.samples import TILE, Check, Samples
+from relief.reading.tiff import MAGIC, holds_numbers
 from relief.seam import misfit
 from relief.surface import Repeats, axes
 
 _log = logging.getLogger(__name__)
+_PHOTOGRAPHS = ("JPEG", "WebP", "BMP", "GIF", "PGM")
+"""First words of the kinds of files that hold pictures, but no height maps."""
 
+LARGEST_FIELD_SIDE = 8192
+"""Most samples a side of a picture that textures are cut from."""
 TOLERANCE_MM = 1e-6
 """Rounding, mm: heights this far below 0, above 3 or above 20 mm are clipped; nothing else is."""
+
+
+@dataclass(frozen=True)
+class Content:
+    """Values (rows, cols) of a file of one channel, and the lengths and axes of repeats in its header.
+
+    Attributes:
+        values: grey from 0 to 1, or numbers, not finite where nothing was measured.
+        holds_mm: whether they are numbers.
+        size_mm: width, mm; None if unknown.
+        relief_mm: height of white above black of a picture, mm; None if unknown.
+        unit_mm: mm for a number of 1, where the file states its unit.
+        repeats: axes along which the header says that the relief repeats.
+    """
+
+    values: Array
+    holds_mm: bool
+    size_mm: float | None = None
+    relief_mm: float | None = None
+    unit_mm: float | None = None
+    repeats: Repeats = False
 
 
 @dataclass(frozen=True)
@@ -193,15 +211,15 @@ def load_content(path: str | os.PathLike[str]) -> Content:
 
 
 def holds_mm(path: str | os.PathLike[str]) -> bool:
-    """Return whether a file holds mm, by its name, or the header if it is a TIFF; False if unreadable."""
+    """Whether a file holds numbers, by its name, or the header if it is a TIFF; False if unreadable."""
     path = Path(path)
-    if path.suffix.lower() not in (".tif", ".tiff"):
-        return path.suffix.lower() in (".exr", ".npy")
     try:
-        with damage_named(path, "a TIFF"), Image.open(path, formats=["TIFF"]) as image:
-            return image.mode == "F"
-    except InputError:
+        with path.open("rb") as file:
+            if file.read(4) in MAGIC:
+                return holds_numbers(path)
+    except (OSError, InputError):
         return False
+    return path.suffix.lower() in (".exr", ".npy", *GRIDS, *MEASURED)
 
 
 def check_scales(files: Iterable[str | os.PathLike[str]], lengths: Lengths) -> None:
@@ -225,34 +243,53 @@ def check_scales(files: Iterable[str | os.PathLike[str]], lengths: Lengths) -> N
 def _read(path: Path, check: Check, relief_mm: float | None = None) -> Content:
     """Read a file; the refusal of a picture that is no height map names the command that makes one of it."""
     try:
-        return _reader(path)(path, check)
+        return _one_channel(_samples(path, check))
     except PictureError as error:
-        out = str(path.with_name(f"{path.stem}-heights.png"))
         option, argument = "", ""
         if relief_mm is not None:
             option, argument = f" --relief-mm {relief_mm:g}", f", relief_mm={relief_mm:g}"
-        for_python = f"retouch.prepare({str(path)!r}{argument}).save({out!r})"
-        for_command = f"retouch prepare {shlex.quote(str(path))} -o {shlex.quote(out)}{option}"
-        mended = [f"{error}; make a height map of it with: {call}" for call in (for_python, for_command)]
+        mended = [
+            f"{error}; make a height map of it with: {call}" for call in _mending(path, option, argument)
+        ]
         raise InputError(*mended) from error
 
 
-def _reader(path: Path) -> Callable[[Path, Check], Content]:
-    """Return the function that reads a file of this name; InputError if there is none, or no such file."""
-    readers = {
-        ".png": read_picture,
-        ".tif": read_picture,
-        ".tiff": read_picture,
-        ".exr": read_exr,
-        ".npy": read_npy,
-    }
-    reader = readers.get(path.suffix.lower())
-    if reader is None:
-        kind = PictureError if path.suffix.lower() in PICTURES and os.path.isfile(path) else InputError
-        raise kind(f"{path}: not a height map: expected one of {', '.join(readers)}")
-    if not os.path.isfile(path):
-        raise InputError(f"{path}: no such file")
-    return reader
+def _mending(path: Path, option: str, argument: str, suffix: str = ".png") -> tuple[str, str]:
+    """How Python and the command make a height map of a file."""
+    out = str(path.with_name(f"{path.stem}-heights{suffix}"))
+    for_python = f"retouch.prepare({str(path)!r}{argument}).save({out!r})"
+    return for_python, f"retouch prepare {shlex.quote(str(path))} -o {shlex.quote(out)}{option}"
+
+
+def _samples(path: Path, check: Check) -> Samples:
+    """What a file holds, if its name is one of a height map's. Raises InputError."""
+    known = (*HEIGHT_MAPS, *GRIDS, *MEASURED)
+    if path.suffix.lower() not in known:
+        kind = PictureError if path.suffix.lower() in PICTURES and path.is_file() else InputError
+        raise kind(f"{path}: not a height map: expected one of {', '.join(HEIGHT_MAPS)}")
+    samples = read_samples(path, check)
+    if samples.kind.split()[0] in _PHOTOGRAPHS:
+        raise PictureError(f"{path}: holds a {samples.kind}, not a height map")
+    return samples
+
+
+def _one_channel(samples: Samples) -> Content:
+    """The values of a file of one picture without colours or transparency. Raises InputError."""
+    path = samples.path
+    if samples.count > 1:
+        raise PictureError(f"{path}: holds {samples.count} pictures; a height map is one")
+    if "A" in samples.channels:
+        raise PictureError(f"{path}: transparency varies; a height map is opaque")
+    if samples.coloured:
+        raise PictureError(f"{path}: is coloured; a height map is grey")
+    for note in samples.notes:
+        say(f"{path}: {note}")
+    values = samples.channels["Y"].astype(np.float64)
+    if samples.bits is not None:
+        values /= samples.white
+    return Content(
+        values, samples.bits is None, **samples.lengths, unit_mm=samples.unit_mm, repeats=samples.repeats
+    )
 
 
 def check_heights(heights: ArrayLike, name: str | os.PathLike[str]) -> NDArray[np.float64]:

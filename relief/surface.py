@@ -1,10 +1,8 @@
 """The surface of a relief: how large it is, how finely it is sampled, and along which axes it repeats."""
 
 from dataclasses import dataclass
-from typing import Literal
 
-Repeats = bool | Literal["x", "y"]
-"""How a run file and the commands state where a relief repeats: along both axes, one, or none."""
+from relief.reading.samples import Repeats as Repeats
 
 
 def axes(repeats: Repeats | None) -> tuple[bool, bool]:

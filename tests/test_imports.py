@@ -19,8 +19,9 @@ PACKAGES = ("retouch", "optimize", "visual", "tactile", "surrogate", "relief", "
 
 _ALLOWED = {
     "mitsuba_scenes": "relief.ground",
-    "relief": "relief.ground",
+    "relief": "relief.ground relief.reading",
     "relief.ground": "",
+    "relief.reading": "relief.ground",
     "relief.preparing": "relief relief.ground",
     "relief.scans": "relief relief.ground relief.solids relief.solids.export relief.solids.meshes",
     "relief.solids": "relief.ground",

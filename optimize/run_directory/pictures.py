@@ -13,7 +13,7 @@ from relief.ground.errors import InputError
 from relief.ground.files import partial_folder
 from relief.ground.srgb import srgb
 from relief.heightmap import write_exr
-from relief.readers import exr_channels
+from relief.reading.exr import exr_channels
 from visual.lights.parallel import LUMINANCE
 
 LONGEST_NAME = 48
@@ -81,7 +81,7 @@ def read_grey(path: Path, shape: tuple[int, int] | None = None) -> FloatArray:
 
     if not path.is_file():
         raise InputError(f"{path}: no such file")
-    channels, _ = exr_channels(path, check)
+    channels, *_ = exr_channels(path, check)
     channels.pop("A", None)
     each = np.stack([*channels.values()]).astype(np.float64)
     picture = np.asarray(each[0] if len(each) == 1 else np.tensordot(LUMINANCE, each, 1))

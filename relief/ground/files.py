@@ -1,17 +1,20 @@
 """Files: written whole or not at all, read within a limit; locks of folders, and the folder of the cache."""
 
 import glob
+import io
 import logging
 import os
 import shutil
 import tempfile
 import time
+import warnings
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager, redirect_stdout, suppress
 from functools import cache
 from pathlib import Path
 
 from relief.ground.errors import InputError
+from relief.ground.lengths import shown
 
 _log = logging.getLogger(__name__)
 
@@ -241,3 +244,34 @@ def cache_folder() -> Path:
 def _passing_folder() -> tempfile.TemporaryDirectory[str]:
     """A folder for this process alone: other users could leave false files in a shared folder."""
     return tempfile.TemporaryDirectory(prefix="retouch-")
+
+
+@contextmanager
+def damage_named(path: Path, kind: str) -> Iterator[None]:
+    """Raise any error of another package on a hostile file as InputError, and drop its output."""
+    try:
+        with warnings.catch_warnings(), redirect_stdout(io.StringIO()), _no_stderr():
+            warnings.simplefilter("ignore")
+            yield
+    except InputError:
+        raise
+    except Exception as error:
+        reason = shown(str(error) or type(error).__name__)
+        raise InputError(f"{path}: damaged or not {kind}: {reason}") from error
+
+
+@contextmanager
+def _no_stderr() -> Iterator[None]:
+    """Drop what libraries in C print on stderr, where one line of the error takes its place."""
+    try:
+        stderr = os.dup(2)
+    except OSError:  # It is closed.
+        yield
+        return
+    try:
+        with open(os.devnull, "wb") as null:
+            os.dup2(null.fileno(), 2)
+            yield
+    finally:
+        os.dup2(stderr, 2)
+        os.close(stderr)

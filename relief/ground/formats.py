@@ -53,6 +53,16 @@ RUN_CHECKPOINT = "checkpoint/descent.safetensors"
 HEIGHT_MAPS = (".png", ".tif", ".tiff", ".exr", ".npy")
 """Suffixes of the files that `relief.heightmap` reads."""
 
+GRIDS = (".asc", ".txt", ".csv", ".tsv", ".dat")
+"""Suffixes of texts that may hold a grid of heights."""
+
+MEASURED = (
+    *(".al3d", ".apx", ".bcr", ".bcrf", ".datx", ".di", ".frt", ".gwy", ".hfm", ".lext", ".mnt", ".nms"),
+    *(".oir", ".opd", ".opdx", ".os3d", ".plu", ".plux", ".poir", ".qep", ".sdf", ".spm", ".sur", ".tmd"),
+    *(".vk3", ".vk4", ".vk6", ".vk7", ".x3p", ".zmg", ".zon"),
+)
+"""Suffixes of files of profilometers and microscopes that `relief.reading.profilometers` reads."""
+
 MESHES = (".stl", ".obj", ".ply", ".glb", ".3mf")
 """Suffixes of the files that `relief.solids.meshes` reads."""
 

@@ -26,8 +26,10 @@ from relief.preparing.grey_levels import AS_STORED, FULL, WHITE, Levels
 from relief.preparing.grey_steps import smooth_steps
 from relief.preparing.repeated_tiles import repeated
 from relief.preparing.resampling import Box, resampled, square_in
-from relief.preparing.source_pictures import SourcePicture, open_picture
+from relief.preparing.source_pictures import grey_step, grey_values
 from relief.preparing.tiling import OVERLAP, PERIOD_SIDE, make_tile, period
+from relief.reading.readers import read_samples
+from relief.reading.samples import Samples
 from relief.relief import Relief
 from relief.seam import misfit
 
@@ -56,7 +58,7 @@ class Prepared:
     repeats: bool
     done: Mapping[str, str]
     numbers: Mapping[str, Any]
-    picture: SourcePicture
+    picture: Samples
     square: Box
 
     @property
@@ -145,7 +147,7 @@ def prepare(
         asked = {"size_mm": size_mm, "relief_mm": relief_mm}
         checked = {key: in_range(key, length) for key, length in asked.items() if length is not None}
     with stage(f"reading {path}"):
-        picture = open_picture(path)
+        picture = read_samples(path)
     lengths = dict(picture.lengths) | checked
     if picture.bits is None and relief_mm is None:
         lengths.pop("relief_mm", None)
@@ -163,7 +165,7 @@ def prepare(
                 missing = f"missing; the numbers span {span:g}, more than {HEIGHT_LIMIT_MM:g} if they are mm"
                 raise InputError(f"relief_mm: {missing}", f"--relief-mm: {missing}")
             lengths["relief_mm"] = span
-        known_tile = picture.tile and work.side == picture.width == picture.height
+        known_tile = picture.repeats is True and work.side == picture.width == picture.height
         repeats = (tile is not None or known_tile) and misfit(heights) is None
         if plate_mm is not None:
             plate = repeated(heights, lengths.get("size_mm", PATCH_SIDE_MM), plate_mm)
@@ -187,7 +189,7 @@ def prepare(
 class _Work:
     """A preparation in progress; each method does one step, and records a sentence and numbers about it."""
 
-    def __init__(self, picture: SourcePicture) -> None:
+    def __init__(self, picture: Samples) -> None:
         self.picture = picture
         bits = "" if picture.bits is None else f"{picture.bits} bits"
         size = f"{picture.width} x {picture.height} pixels"
@@ -223,7 +225,10 @@ class _Work:
             self.done["turned"] = f"{rotate}° anticlockwise"
             self.numbers["rotate"] = rotate
         # Copied, since later steps need contiguous rows.
-        return np.ascontiguousarray(np.rot90(picture.values(self.square, grey), rotate // 90))
+        values = grey_values(picture, self.square, grey)
+        if not np.isfinite(values).all():
+            raise InputError(f"{np.count_nonzero(~np.isfinite(values))} values are not finite")
+        return np.ascontiguousarray(np.rot90(values, rotate // 90))
 
     def sampled(
         self, values: NDArray[np.float32], samples: int | None, keep_steps: bool, tile: str | None
@@ -246,7 +251,7 @@ class _Work:
         self.side = pixels * samples
         self.done["samples"] = f"{samples} x {samples}, {_sampling(pixels)}"
         self.numbers["samples"] = {"side": samples, "pixels_per_sample": pixels}
-        step = self.picture.step
+        step = grey_step(self.picture)
         smooth = None if keep_steps or step is None else step
         if smooth is not None and pixels < 1.0:
             values = self._smoothed(values.astype(np.float64), smooth).astype(np.float32)

@@ -7,10 +7,10 @@ import numpy as np
 import scipy
 from PIL import Image, ImageDraw, ImageFont
 
-from relief.ground.arrays import Array
+from relief.ground.arrays import AnyArray, Array
 from relief.ground.limits import PATCH_SIDE_MM
 from relief.preparing.picture_preparation import Prepared
-from relief.preparing.source_pictures import SourcePicture
+from relief.reading.samples import Samples
 from relief.relief_shading import facing, lit, open_sky
 
 PANEL, GAP, MARGIN = 480, 24, 36
@@ -117,7 +117,7 @@ def _picture(prepared: Prepared) -> Image.Image:
     return panel
 
 
-def small_picture(picture: SourcePicture, longest: int) -> Image.Image:
+def small_picture(picture: Samples, longest: int) -> Image.Image:
     """A picture whose longer side has so many pixels, in RGB, with transparent parts white.
 
     Of a file of numbers, the lowest and the highest half per cent of the values are black and white.
@@ -125,22 +125,21 @@ def small_picture(picture: SourcePicture, longest: int) -> Image.Image:
     scale = longest / max(picture.width, picture.height)
     size = max(1, round(scale * picture.width)), max(1, round(scale * picture.height))
     names = "RGB" if picture.coloured else "YYY"
-    channels = np.stack([_shown(picture.bands[name], size, picture.white) for name in names], axis=-1)
+    channels = np.stack([_shown(picture.channels[name], size, picture.white) for name in names], axis=-1)
     if picture.bits is None:
         low, high = np.percentile(channels, [0.5, 99.5])
         channels = (channels - low) / ((high - low) or 1.0)
-    elif "A" in picture.bands:
-        alpha = _shown(picture.bands["A"], size, picture.white)[..., None]
+    elif "A" in picture.channels:
+        alpha = _shown(picture.channels["A"], size, picture.white)[..., None]
         channels = 1.0 - (1.0 - channels) * alpha
     return Image.fromarray(np.rint(np.clip(channels, 0.0, 1.0) * 255).astype(np.uint8))
 
 
-def _shown(band: Image.Image, size: tuple[int, int], white: float) -> Array:
+def _shown(channel: AnyArray, size: tuple[int, int], white: float) -> Array:
     """A channel at another size; white is 1."""
-    method = Image.Resampling.BILINEAR if band.width > size[0] else Image.Resampling.NEAREST
-    if band.mode.startswith("I;16"):
-        band = Image.fromarray(np.asarray(band).astype(np.float32))
-    return np.asarray(band.resize(size, method), dtype=np.float64) / white
+    method = Image.Resampling.BILINEAR if channel.shape[1] > size[0] else Image.Resampling.NEAREST
+    whole = channel if channel.dtype == np.uint8 else channel.astype(np.float32)
+    return np.asarray(Image.fromarray(whole).resize(size, method), dtype=np.float64) / white
 
 
 def _grey(heights: Array) -> Image.Image:

@@ -13,13 +13,12 @@ from scipy.spatial import Delaunay, QhullError
 
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError, PictureError, naming
-from relief.ground.files import read_limited
+from relief.ground.files import damage_named, read_limited
 from relief.ground.formats import HEIGHT_MAPS, MESHES, UNITS
 from relief.ground.lengths import in_range
 from relief.ground.limits import LARGEST_SIDE, SMALLEST_SIDE
 from relief.ground.progress import stage
 from relief.heightmap import load_content
-from relief.readers import damage_named
 from relief.scans.scans import Scan, block_means, check_scan
 from relief.solids.body import Body
 from relief.solids.meshes.mesh import Mesh, check_units, read_mesh

@@ -26,7 +26,7 @@ from relief.heightmap import (
     save_heights_exr,
     save_heights_png,
 )
-from relief.preparing.source_pictures import open_picture
+from relief.reading.readers import read_samples
 from relief.relief import Relief
 from relief.surface import Repeats, axes, repeats_along
 
@@ -192,7 +192,7 @@ def test_a_header_with_another_mark_of_tiles_is_refused(
     line = fault(path, 1.0)
     assert "header: repeats: " in line and len(line) < 400 and line.isprintable()
     with pytest.raises(InputError, match="header: repeats: "):
-        open_picture(path)
+        read_samples(path)
     for attribute in (mark, 1.0, np.array([1.0, 2.0])):
         write_exr(tmp_path / "ramp.exr", {"Y": ramp}, {"retouch.repeats": attribute})
         assert "header: repeats: " in fault(tmp_path / "ramp.exr")

@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, FloatArray, Index, renumbered
 from relief.ground.errors import InputError
-from relief.ground.files import read_limited
+from relief.ground.files import damage_named, read_limited
 from relief.ground.formats import MESHES, UNITS
 from relief.ground.progress import stage
-from relief.readers import damage_named
 from relief.solids.body import Body
 from relief.solids.meshes.glb_reader import read_glb
 from relief.solids.meshes.parsed_mesh import LARGEST_FILE, Parsed, check_count, check_numbers

@@ -37,9 +37,10 @@ def source(file: str) -> Source:
     """Open a picture, or a bundled texture by its name. Raises InputError."""
     # Here, as only pictures need them.
     from relief.preparing.preview import small_picture
-    from relief.preparing.source_pictures import open_picture
+    from relief.preparing.source_pictures import grey_values
+    from relief.reading.readers import read_samples
 
-    picture = open_picture(picture_file(file))
+    picture = read_samples(picture_file(file))
     longest = min(THUMBNAIL, max(picture.width, picture.height))
     thumbnail = io.BytesIO()
     small_picture(picture, longest).save(thumbnail, "png")
@@ -49,7 +50,7 @@ def source(file: str) -> Source:
     relief_mm = lengths.get("relief_mm", USUAL_RELIEF_MM)
     if picture.bits is None and "relief_mm" not in lengths:
         # Numbers without a header are mm, or else far too high.
-        span = float(np.ptp(picture.values((0, 0, picture.width, picture.height), "luminance")))
+        span = float(np.ptp(grey_values(picture, (0, 0, picture.width, picture.height), "luminance")))
         relief_mm = span if 0.01 <= span <= 20.0 else USUAL_RELIEF_MM
     whole = PictureChoice(file, relief_mm=relief_mm, size_mm=lengths.get("size_mm", PATCH_SIDE_MM))
     return Source(whole, picture.width, picture.height, notes, thumbnail.getvalue())

@@ -9,8 +9,8 @@ from relief.ground.progress import stage
 from relief.preparing.choices import AUTO
 from relief.preparing.picture_preparation import prepare
 from relief.preparing.resampling import Box
-from relief.preparing.source_pictures import open_picture
 from relief.preparing.tiling import OVERLAP
+from relief.reading.readers import read_samples
 from relief.relief import Relief
 from retouch.laboratory.stimulus_sets.stimulus_set import StimulusSet
 
@@ -74,7 +74,7 @@ def _texture(stimuli: StimulusSet, texture: Path) -> Relief:
 
 
 def _pixels_per_mm(stimuli: StimulusSet, source: Path) -> float:
-    picture = open_picture(source)
+    picture = read_samples(source)
     width_mm = stimuli.source_mm or picture.lengths.get("size_mm")
     if width_mm is None:
         missing = "missing; the picture does not say how many mm wide it is"
@@ -84,7 +84,7 @@ def _pixels_per_mm(stimuli: StimulusSet, source: Path) -> float:
 
 def _crops(stimuli: StimulusSet, source: Path, texture: Relief) -> Iterator[Box]:
     """Squares of the picture, in pixels, side by side from its corners inwards. Raises InputError."""
-    picture = open_picture(source)
+    picture = read_samples(source)
     side = round(_pixels_per_mm(stimuli, source) * texture.width_mm * (1.0 + OVERLAP))
     cols, rows = picture.width // max(side, 1), picture.height // max(side, 1)
     if side < 1 or cols * rows < stimuli.controls:

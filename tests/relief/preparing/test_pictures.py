@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from relief.ground.errors import InputError
-from relief.preparing.source_pictures import SourcePicture, open_picture
+from relief.preparing.source_pictures import grey_step, grey_values
+from relief.reading.readers import read_samples
+from relief.reading.samples import Samples
 
 WIDE, HIGH = 24, 20
 
@@ -22,13 +24,13 @@ def colours() -> NDArray[np.uint8]:
     return np.random.default_rng(3).integers(0, 256, (HIGH, WIDE, 3), dtype=np.uint8)
 
 
-def grey(picture: SourcePicture, name: str = "luminance") -> NDArray[np.float32]:
-    return picture.values((0, 0, picture.width, picture.height), name)
+def grey(picture: Samples, name: str = "luminance") -> NDArray[np.float32]:
+    return grey_values(picture, (0, 0, picture.width, picture.height), name)
 
 
 def fault(path: Path) -> str:
     with pytest.raises(InputError) as caught:
-        grey(open_picture(path))
+        grey(read_samples(path))
     line = str(caught.value)
     assert "\n" not in line and len(line) < 500
     return line
@@ -41,7 +43,7 @@ def test_colour_becomes_grey_by_its_weights(tmp_path: Path, colours: NDArray[np.
         Image.fromarray(colours).save(path, lossless=True)
     else:
         Image.fromarray(colours).save(path)
-    picture = open_picture(path)
+    picture = read_samples(path)
     assert (picture.width, picture.height, picture.bits, picture.coloured) == (WIDE, HIGH, 8, True)
     unit = colours / 255.0
     np.testing.assert_allclose(grey(picture), unit @ [0.2126, 0.7152, 0.0722], atol=1e-6)
@@ -60,7 +62,7 @@ def test_grey_in_any_mode_is_grey(tmp_path: Path, mode: str, suffix: str) -> Non
     if (mode, suffix) in {("CMYK", "png"), ("CMYK", "gif"), ("LA", "gif")}:
         pytest.skip("there is no such file")
     image.save(tmp_path / f"a.{suffix}")
-    picture = open_picture(tmp_path / f"a.{suffix}")
+    picture = read_samples(tmp_path / f"a.{suffix}")
     assert not picture.coloured
     np.testing.assert_allclose(grey(picture), values / 255.0, atol=1e-6)
 
@@ -71,17 +73,17 @@ def test_16_bits_are_kept_whichever_end_is_white(tmp_path: Path) -> None:
     tifffile.imwrite(tmp_path / "a.tif", values, photometric="minisblack")
     tifffile.imwrite(tmp_path / "b.tif", values, photometric="miniswhite")
     for name in ("a.png", "a.tif"):
-        picture = open_picture(tmp_path / name)
+        picture = read_samples(tmp_path / name)
         assert picture.bits == 16
         np.testing.assert_allclose(grey(picture), values / 65535.0, atol=1e-6)
-    np.testing.assert_allclose(grey(open_picture(tmp_path / "b.tif")), 1.0 - values / 65535.0, atol=1e-6)
+    np.testing.assert_allclose(grey(read_samples(tmp_path / "b.tif")), 1.0 - values / 65535.0, atol=1e-6)
 
 
 @pytest.mark.parametrize(("factor", "steps"), [(257, 255), (256, 65535 / 256), (1, None)])
 def test_few_greys_in_a_file_of_16_bits_are_noticed(tmp_path: Path, factor: int, steps: float | None) -> None:
     values = (np.arange(HIGH * WIDE, dtype=np.uint16).reshape(HIGH, WIDE) % 250) * np.uint16(factor)
     Image.fromarray(values).save(tmp_path / "a.png")
-    step = open_picture(tmp_path / "a.png").step
+    step = grey_step(read_samples(tmp_path / "a.png"))
     assert step == (None if steps is None else pytest.approx(1 / steps))
 
 
@@ -102,7 +104,7 @@ def test_a_photograph_stands_upright(tmp_path: Path, orientation: int) -> None:
     exif = Image.Exif()
     exif[274] = orientation
     Image.fromarray(np.ascontiguousarray(stored)).save(tmp_path / "a.png", exif=exif)
-    picture = open_picture(tmp_path / "a.png")
+    picture = read_samples(tmp_path / "a.png")
     np.testing.assert_allclose(grey(picture), upright / 255.0, atol=1e-6)
     assert ("turned upright by its EXIF orientation" in picture.notes) == (orientation != 1)
 
@@ -110,14 +112,14 @@ def test_a_photograph_stands_upright(tmp_path: Path, orientation: int) -> None:
 def test_transparent_parts_count_as_white(tmp_path: Path, colours: NDArray[np.uint8]) -> None:
     alpha = np.linspace(0, 255, HIGH * WIDE).astype(np.uint8).reshape(HIGH, WIDE)
     Image.fromarray(np.dstack([colours, alpha])).save(tmp_path / "a.png")
-    picture = open_picture(tmp_path / "a.png")
+    picture = read_samples(tmp_path / "a.png")
     share = alpha / 255.0
     expected = share * (colours / 255.0 @ [0.2126, 0.7152, 0.0722]) + 1.0 - share
     np.testing.assert_allclose(grey(picture), expected, atol=1e-6)
     np.testing.assert_allclose(grey(picture, "alpha"), share, atol=1e-6)
     opaque = np.full_like(alpha, 255)
     Image.fromarray(np.dstack([colours, opaque])).save(tmp_path / "b.png")
-    assert "A" not in open_picture(tmp_path / "b.png").bands
+    assert "A" not in read_samples(tmp_path / "b.png").channels
 
 
 def test_files_of_numbers_keep_their_unit(tmp_path: Path) -> None:
@@ -129,10 +131,10 @@ def test_files_of_numbers_keep_their_unit(tmp_path: Path) -> None:
         {name: (factor * hills).astype(np.float32) for name, factor in (("R", 1), ("G", 2), ("B", 3))},
     ).write(str(tmp_path / "colour.exr"))
     for name in ("a.npy", "a.tif"):
-        picture = open_picture(tmp_path / name)
+        picture = read_samples(tmp_path / name)
         assert picture.bits is None and picture.step is None
         np.testing.assert_allclose(grey(picture), hills, rtol=1e-6)
-    np.testing.assert_allclose(grey(open_picture(tmp_path / "colour.exr"), "mean"), 2 * hills, rtol=1e-6)
+    np.testing.assert_allclose(grey(read_samples(tmp_path / "colour.exr"), "mean"), 2 * hills, rtol=1e-6)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
@@ -187,7 +189,7 @@ def test_a_large_picture_is_read_without_a_warning(
     """Pillow warns of a bomb at half the pixels that it refuses."""
     Image.fromarray(colours).save(tmp_path / "a.png")
     monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", HIGH * WIDE * 2 // 3)
-    grey(open_picture(tmp_path / "a.png"))
+    grey(read_samples(tmp_path / "a.png"))
     monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", HIGH * WIDE // 3)
     assert "million pixels" in fault(tmp_path / "a.png")
 
@@ -196,6 +198,6 @@ def test_the_first_of_several_pictures_counts(tmp_path: Path, colours: NDArray[n
     first, second = Image.fromarray(colours[..., 0]), Image.fromarray(colours[..., 1])
     for suffix in ("gif", "tif", "png"):
         first.save(tmp_path / f"a.{suffix}", save_all=True, append_images=[second])
-        picture = open_picture(tmp_path / f"a.{suffix}")
+        picture = read_samples(tmp_path / f"a.{suffix}")
         assert "the first of several pictures" in picture.notes
         np.testing.assert_allclose(grey(picture), colours[..., 0] / 255.0, atol=1e-6)

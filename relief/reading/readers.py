@@ -1,0 +1,51 @@
+"""The reader of each kind of file: by content where this states the kind, else by the name."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from relief.ground.errors import InputError
+from relief.ground.formats import GRIDS, MEASURED
+from relief.reading.arrays import read_npy
+from relief.reading.exr import read_exr
+from relief.reading.pictures import read_picture
+from relief.reading.samples import Check, Samples, check_extent
+from relief.reading.tiff import MAGIC, read_tiff
+
+_MAGIC: dict[bytes, Callable[[Path, Check], Samples]] = {
+    **dict.fromkeys(MAGIC, read_tiff),
+    b"v/1\x01": read_exr,
+    b"\x93NUM": read_npy,
+}
+"""Readers by the first four bytes of a file."""
+_SUFFIXES = {".tif": read_tiff, ".tiff": read_tiff, ".exr": read_exr, ".npy": read_npy}
+
+
+def read_samples(path: str | os.PathLike[str], check: Check = check_extent) -> Samples:
+    """Read what a file holds.
+
+    Args:
+        path: a picture (PNG, JPEG, TIFF, WebP, BMP, GIF, PGM, PPM), numbers (TIFF, EXR, NPY, text), or a
+            measured surface of a profilometer or a microscope.
+        check: refuses shapes before their samples are decoded.
+
+    Raises:
+        InputError: the file is missing, damaged, of no such kind, empty or too large.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    suffix = path.suffix.lower()
+    with path.open("rb") as file:
+        reader = _MAGIC.get(file.read(4), _SUFFIXES.get(suffix, read_picture))
+    if suffix in MEASURED or suffix in GRIDS or reader is read_tiff:
+        # Imported here: other files do without.
+        from relief.reading.profilometers import read_measured
+
+        if (surface := read_measured(path, check)) is not None:
+            return surface
+    if suffix in GRIDS:
+        from relief.reading.text_grids import read_grid
+
+        return read_grid(path, check)
+    return reader(path, check)

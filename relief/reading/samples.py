@@ -1,0 +1,142 @@
+"""Samples: what a file holds, before anyone decides what of it is height."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from relief.ground.arrays import AnyArray
+from relief.ground.errors import InputError
+from relief.ground.lengths import HEADER, shown
+
+MOST_PIXELS = 178_956_970
+"""Most pixels of a picture, Pillow's limit for decompression bombs; an A4 page of 1200 dots an inch has
+139e6."""
+LONGEST_SIDE = 32_768
+"""Most pixels along a side."""
+SQUARE = 0.01
+"""Largest difference of the sides of a pixel, in sides; resolutions in headers are rounded."""
+NO_DATA = (-9999.0, -99999.0, -32767.0, -32768.0, -1e30, float(np.finfo(np.float32).min))
+"""Numbers that stand for samples without a measurement in elevation models, also without a word about it."""
+REMOTE = 10.0
+"""Least distance of such a number from the other heights, in their span: elevations of -9999 m are none."""
+Repeats = bool | Literal["x", "y"]
+"""How a run file and the commands state where a relief repeats: along both axes, one, or none."""
+TILE = f"{HEADER}repeats"
+"""Name in a header of the axes along which a relief repeats."""
+TILE_MARKS: Mapping[str, Repeats] = {"xy": True, "x": "x", "y": "y"}
+"""Texts of `TILE`. PNG and EXR carry it; nothing in a TIFF or NPY says that it is a tile."""
+
+
+Check = Callable[[tuple[int, ...], Path], None]
+"""A function that raises InputError for a shape (rows, cols) that must not be read."""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """What a file holds.
+
+    Attributes:
+        path: the file.
+        kind: for a person, as in "PNG in colour".
+        channels: (rows, cols) by name: "Y", or "R", "G" and "B" where these differ, and "A" if a part is
+            transparent. Row 0 is the top. Grey and colours are as stored; numbers are floating-point, NaN
+            where nothing was measured.
+        bits: bits of a channel as stored; None for numbers with a unit of their own, such as mm.
+        white: stored value of white, where black is 0; 1 for numbers.
+        count: pictures in the file, of which this is one.
+        notes: what was done on reading, for a person.
+        lengths: size_mm and relief_mm of a header that Retouch has written; size_mm of a measured surface.
+        unit_mm: mm for a number of 1, where the file states its unit.
+        repeats: axes along which the header says that the relief repeats.
+    """
+
+    path: Path
+    kind: str
+    channels: Mapping[str, AnyArray]
+    bits: int | None = None
+    white: float = 1.0
+    count: int = 1
+    notes: tuple[str, ...] = ()
+    lengths: Mapping[str, float] = field(default_factory=dict)
+    unit_mm: float | None = None
+    repeats: Repeats = False
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        rows, cols = next(iter(self.channels.values())).shape
+        return rows, cols
+
+    @property
+    def width(self) -> int:
+        """Columns."""
+        return self.shape[1]
+
+    @property
+    def height(self) -> int:
+        """Rows."""
+        return self.shape[0]
+
+    @property
+    def coloured(self) -> bool:
+        """Whether the colours differ."""
+        return "Y" not in self.channels
+
+
+def check_extent(shape: tuple[int, ...], path: Path) -> None:
+    """Raise InputError for (rows, cols, ...) of which there are none, or more than are read of any file."""
+    rows, cols = shape[:2]
+    if min(rows, cols) < 1:
+        raise InputError(f"{path}: {cols} x {rows} pixels; there is nothing in it")
+    if max(rows, cols) > LONGEST_SIDE or rows * cols > MOST_PIXELS:
+        most = f"{LONGEST_SIDE} pixels a side and {MOST_PIXELS / 1e6:.0f} million in all"
+        raise InputError(f"{path}: {cols} x {rows} pixels; at most {most} are read")
+
+
+def check_square(across: float, down: float, path: Path) -> None:
+    """Raise InputError if a pixel is not as wide (across) as high (down), both in one unit."""
+    if across > 0.0 and down > 0.0 and not abs(across / down - 1.0) <= SQUARE:
+        sides = f"{across / down:.3g} times as wide as high"
+        raise InputError(f"{path}: its pixels are {sides}; resample the picture to square pixels first")
+
+
+def grey_or_colours(red: AnyArray, green: AnyArray, blue: AnyArray) -> dict[str, AnyArray]:
+    """Channels of three colours by name; one, "Y", if all agree."""
+    if all(np.array_equal(red, other, equal_nan=red.dtype.kind == "f") for other in (green, blue)):
+        return {"Y": red}
+    return {"R": red, "G": green, "B": blue}
+
+
+def measured(values: AnyArray, no_data: float | None = None) -> AnyArray:
+    """Numbers in single or double precision, NaN where nothing was measured.
+
+    Args:
+        values: (rows, cols) of any type of real numbers.
+        no_data: the number that stands for no measurement, where the file says so.
+    """
+    exact = values.dtype in (np.float16, np.float32, np.int8, np.uint8, np.int16, np.uint16)
+    with np.errstate(invalid="ignore", over="ignore"):
+        numbers = values.astype(np.float32 if exact else np.float64)
+        holes = ~np.isfinite(numbers)
+        if no_data is not None:
+            holes |= numbers == numbers.dtype.type(no_data)
+    rest = numbers[~holes]
+    if no_data is None and rest.size and float(rest.min()) in NO_DATA:
+        others = rest[rest != rest.min()].astype(np.float64)
+        if others.size and others.min() - rest.min() > REMOTE * np.ptp(others):
+            holes |= numbers == rest.min()
+    numbers[holes] = np.nan
+    return numbers
+
+
+def repeats_of(header: Mapping[Any, Any], path: Path) -> Repeats:
+    """The axes along which a hostile header says that the relief repeats. Raises InputError."""
+    if TILE not in header:
+        return False
+    mark = str(header[TILE])
+    if mark not in TILE_MARKS:
+        raise InputError(f"{path}: header: repeats: {shown(mark)} is none of {', '.join(TILE_MARKS)}")
+    return TILE_MARKS[mark]

@@ -1,0 +1,188 @@
+"""TIFF: grey and colour of 1 to 64 bits, and numbers of any type, as tifffile reads them."""
+
+import logging
+from collections.abc import Callable
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from relief.ground.arrays import AnyArray
+from relief.ground.errors import InputError
+from relief.ground.files import damage_named
+from relief.ground.lengths import shown
+from relief.reading.samples import (
+    Check,
+    Samples,
+    check_square,
+    grey_or_colours,
+    measured,
+)
+
+MAGIC = tuple(
+    order + version
+    for order, versions in ((b"II", b"*\0 +\0"), (b"MM", b"\0* \0+"))
+    for version in versions.split(b" ")
+)
+"""First four bytes of TIFF and BigTIFF of either byte order."""
+MOST_PAGES = 1000
+"""Most pictures of a file that are looked at."""
+LARGEST_TILE = 8192
+"""Most pixels a side of a tile or a strip beyond the picture's own sides; a tile takes its memory at once."""
+_UNSIGNED, _SIGNED, _FLOAT = 1, 2, 3
+"""Values of SampleFormat."""
+_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE, _CMYK, _YCBCR = 0, 1, 2, 3, 5, 6
+"""Values of PhotometricInterpretation."""
+_JPEG = (6, 7)
+"""Values of Compression by which a decoder turns YCbCr into RGB."""
+_REDUCED, _MASK = 1, 4
+"""Bits of NewSubfileType: a thumbnail or an overview, and a mask of what was measured."""
+UPRIGHT: dict[int, Callable[[AnyArray], AnyArray]] = {
+    1: lambda a: a,
+    2: lambda a: a[:, ::-1],
+    3: lambda a: a[::-1, ::-1],
+    4: lambda a: a[::-1],
+    5: lambda a: a.swapaxes(0, 1),
+    6: lambda a: a.swapaxes(0, 1)[:, ::-1],
+    7: lambda a: a.swapaxes(0, 1)[::-1, ::-1],
+    8: lambda a: a.swapaxes(0, 1)[::-1],
+}
+"""What brings the stored rows of each Orientation upright."""
+
+
+def holds_numbers(path: Path) -> bool:
+    """Whether a TIFF holds numbers, signed or floating-point, rather than grey. Raises InputError."""
+    import tifffile
+
+    with damage_named(path, "a TIFF"), tifffile.TiffFile(path) as file:
+        return _page(file, path)[0].sampleformat != _UNSIGNED
+
+
+def read_tiff(path: Path, check: Check) -> Samples:
+    """Read the largest picture of a TIFF that is no thumbnail. Raises InputError."""
+    # Imported here: files of other kinds do without.
+    import tifffile
+
+    logging.getLogger("tifffile").setLevel(logging.CRITICAL)
+    with damage_named(path, "a TIFF"), tifffile.TiffFile(path) as file:
+        page, masks, count = _page(file, path)
+        _check(page, path, check)
+        stored = _decoded(page, path)
+        notes = [f"the largest of {count} pictures"] * (count > 1)
+        if page.tags.valueof(274, 1) != 1:
+            notes.append("turned upright by its orientation")
+        upright = UPRIGHT.get(page.tags.valueof(274, 1), UPRIGHT[1])
+        channels, white = _channels(page, stored, path)
+        bits = page.bitspersample if page.sampleformat == _UNSIGNED else None
+        no_data = _no_data(page)
+        if bits is None or masks or (no_data is not None and (channels["Y"] == no_data).any()):
+            channels = {name: measured(one, no_data) for name, one in channels.items()}
+        for mask in masks:
+            for one in channels.values():
+                one[_decoded(mask, path)[..., 0] == 0] = np.nan
+    kind = "of numbers" if bits is None else "with a palette" if page.photometric == _PALETTE else "in grey"
+    if "Y" not in channels:
+        kind = "of numbers in colour" if bits is None else "in colour"
+    return Samples(
+        path,
+        f"TIFF {kind}",
+        {name: np.ascontiguousarray(upright(one)) for name, one in channels.items()},
+        bits,
+        white,
+        count,
+        tuple(notes),
+    )
+
+
+def _page(file: Any, path: Path) -> tuple[Any, list[Any], int]:
+    """The largest picture of a file, the masks of its size, and the number of pictures."""
+    pages = [page.aspage() for page in islice(file.pages, MOST_PAGES)]
+    pictures = [page for page in pages if not page.subfiletype & (_REDUCED | _MASK)]
+    if not pictures:
+        raise InputError(f"{path}: holds no picture of full size")
+    page = max(pictures, key=lambda one: one.imagelength * one.imagewidth)
+    size = page.imagelength, page.imagewidth
+    masks = [one for one in pages if one.subfiletype & _MASK and (one.imagelength, one.imagewidth) == size]
+    return page, masks, len(pictures)
+
+
+def _check(page: Any, path: Path, check: Check) -> None:
+    """Raise InputError for a picture that means something else, or takes too much memory."""
+    check((page.imagelength, page.imagewidth), path)
+    if page.imagedepth != 1:
+        raise InputError(f"{path}: ImageDepth: {page.imagedepth} layers; a height map has one")
+    if 262 not in page.tags:
+        raise InputError(f"{path}: PhotometricInterpretation: missing; it says whether 0 is black or white")
+    largest = max(LARGEST_TILE, page.imagewidth, page.imagelength)
+    if page.is_tiled and not 0 < max(page.tilewidth, page.tilelength) <= largest:
+        raise InputError(f"{path}: tiles of {page.tilewidth} x {page.tilelength}; at most {largest}")
+    if page.samplesperpixel > 8:
+        raise InputError(f"{path}: SamplesPerPixel: {page.samplesperpixel} channels of unknown meaning")
+    if page.sampleformat not in (_UNSIGNED, _SIGNED, _FLOAT):
+        raise InputError(f"{path}: SampleFormat: {shown(page.sampleformat)} is none of real numbers")
+    across, down = (_resolution(page.tags.valueof(tag)) for tag in (282, 283))
+    check_square(down, across, path)
+
+
+def _resolution(fraction: Any) -> float:
+    """Pixels a unit of length; 0 if unknown."""
+    return fraction[0] / fraction[1] if isinstance(fraction, tuple) and fraction[1] else 0.0
+
+
+def _decoded(page: Any, path: Path) -> AnyArray:
+    """The values of a picture, (rows, cols, channels). Raises InputError where the file lacks a part."""
+    if not all(page.databytecounts) and _no_data(page) is None:
+        raise InputError(f"{path}: damaged: a part of the picture has no data")
+    values = page.asarray(maxworkers=1)
+    if page.axes.startswith("S"):
+        values = np.moveaxis(values, 0, -1)
+    if values.dtype == bool:
+        values = values.astype(np.uint8)
+    return np.asarray(values.reshape(page.imagelength, page.imagewidth, -1))
+
+
+def _no_data(page: Any) -> float | None:
+    """The number that GDAL's tag says stands for no measurement; None without."""
+    try:
+        return float(str(page.tags.valueof(42113)).strip("\0 "))
+    except ValueError:
+        return None
+
+
+def _channels(page: Any, stored: AnyArray, path: Path) -> tuple[dict[str, AnyArray], float]:
+    """Channels by name, and the value of white. Raises InputError where their meaning is unknown."""
+    layers = [*np.moveaxis(stored, -1, 0)]
+    grey = page.sampleformat == _UNSIGNED
+    white = 2.0**page.bitspersample - 1.0 if grey else 1.0
+    kind = int(page.photometric)
+    colours = {_WHITE_IS_ZERO: 1, _BLACK_IS_ZERO: 1, _RGB: 3, _PALETTE: 1, _CMYK: 4, _YCBCR: 3}.get(kind, 0)
+    if not colours or (kind == _YCBCR and page.compression not in _JPEG) or len(layers) < colours:
+        raise InputError(f"{path}: PhotometricInterpretation: {shown(kind)} is no grey, palette, RGB or CMYK")
+    extra = page.extrasamples
+    if len(layers) > colours + 1 or (len(layers) == colours + 1 and extra[:1] not in ((1,), (2,))):
+        raise InputError(f"{path}: SamplesPerPixel: channels of unknown meaning; a height map has one")
+    alpha = layers[colours:]
+    if kind == _PALETTE and grey:
+        table = np.asarray(page.colormap)
+        channels, white = grey_or_colours(*(table[one][layers[0]] for one in range(3))), 65535.0
+    elif colours == 1:
+        # White is zero of grey alone; numbers are heights.
+        channels = {"Y": (int(white) - layers[0]).astype(stored.dtype) if kind == 0 and grey else layers[0]}
+    elif kind == _CMYK:
+        light = [(white - one) * ((white - layers[3]) / white) for one in layers[:3]]
+        channels = grey_or_colours(*(np.rint(one).astype(stored.dtype) for one in light))
+    else:
+        channels = grey_or_colours(*layers[:3])
+    if alpha and (alpha[0] != (white if grey else np.nanmax(alpha[0]))).any():
+        channels = {name: _straight(one, alpha[0], white, extra) for name, one in channels.items()}
+        channels["A"] = alpha[0]
+    return channels, white
+
+
+def _straight(colour: AnyArray, alpha: AnyArray, white: float, extra: tuple[int, ...]) -> AnyArray:
+    """A colour that is not multiplied by alpha, as it is stored where alpha is associated."""
+    if extra[:1] != (1,):
+        return colour
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.nan_to_num(np.minimum(colour * (white / alpha), white), nan=white).astype(colour.dtype)
