@@ -17,7 +17,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, Field, dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, Concatenate, Generic, ParamSpec, TypeVar, get_args, overload
 
 from relief.ground.errors import InputError
 from relief.ground.formatting import plain
@@ -45,6 +45,7 @@ class Option:
             gives, "--turn DEGREES". Empty: as argparse makes it.
         range: least and greatest number, both allowed; None: any.
         choices: the only values, in order.
+        alone: value of an option that is given without one; "": the option needs a value.
         default: what holds where the option is not given, in words; None: the field's default, "" for none.
         python: the help of the keyword, where a keyword takes other values than the command; "": `help`.
         read: from the text on the command line to the value; None: by the field's type.
@@ -58,7 +59,8 @@ class Option:
     help: str
     usage: str = ""
     range: tuple[float, float] | None = None
-    choices: tuple[str, ...] = ()
+    choices: tuple[str | int, ...] = ()
+    alone: str = ""
     default: str | None = None
     python: str = ""
     read: Callable[[str], object] | None = None
@@ -102,7 +104,7 @@ class Declared:
         """Raise InputError, which begins with the name, if a value is out of range or no choice."""
         option = self.option
         if option.choices and value not in option.choices:
-            fault = f"{plain(str(value)[:160])!r} is not one of {', '.join(option.choices)}"
+            fault = f"{plain(str(value)[:160])!r} is not one of {', '.join(map(str, option.choices))}"
             raise InputError(f"{self.name}: {fault}")
         low, high = option.range or (-math.inf, math.inf)
         if option.range and not low <= value <= high:
@@ -178,6 +180,8 @@ def _settings(one: Declared) -> dict[str, Any]:
     settings: dict[str, Any] = {"type": read, "metavar": one.unit}
     if one.option.choices:
         settings["choices"] = one.option.choices
+    if one.option.alone:
+        settings |= {"nargs": "?", "const": one.option.alone}
     return settings | ({"action": "append"} if one.option.several else {})
 
 
@@ -268,7 +272,7 @@ def _in_python(one: Declared) -> str:
     """What a keyword does, with its choices or its range."""
     option = one.option
     text = f"{'False: ' * (one.value is True)}{option.python or _help(one)}"
-    text += f"; one of {', '.join(option.choices)}" * bool(option.choices)
+    text += f"; one of {', '.join(map(str, option.choices))}" * bool(option.choices)
     return text + (f"; from {option.range[0]:g} to {option.range[1]:g}" if option.range else "")
 
 
@@ -286,27 +290,33 @@ def _describe(called: Any, function: Callable[..., Any], options: Any) -> None:
     called.__doc__ = "\n".join((inspect.getdoc(function) or "", "", "Keywords:", *lines))
 
 
-def by_keywords(
-    options: Callable[Keywords, Kind],
-) -> Callable[[Callable[[A, B, C, Kind], Result]], Callable[Concatenate[A, B, C, Keywords], Result]]:
-    """Let a function of three arguments and `options` take the options as keywords.
+class by_keywords(Generic[Keywords, Kind]):
+    """Let a function of one argument or three and `options` take the options as keywords.
 
     Args:
         options: a dataclass of keywords, which mypy and editors then know as those of the function.
     """
-    names = set(inspect.signature(options).parameters)
 
-    def with_keywords(
-        function: Callable[[A, B, C, Kind], Result],
-    ) -> Callable[Concatenate[A, B, C, Keywords], Result]:
+    def __init__(self, options: Callable[Keywords, Kind]) -> None:
+        self.options: Callable[..., Kind] = options
+
+    @overload
+    def __call__(self, function: Callable[[A, Kind], Result]) -> Callable[Concatenate[A, Keywords], Result]: ...
+
+    @overload
+    def __call__(
+        self, function: Callable[[A, B, C, Kind], Result]
+    ) -> Callable[Concatenate[A, B, C, Keywords], Result]: ...
+
+    def __call__(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        names = set(inspect.signature(self.options).parameters)
+
         @functools.wraps(function)
-        def called(*arguments: Any, **keywords: Any) -> Result:
+        def called(*arguments: Any, **keywords: Any) -> Any:
             called.__signature__.bind(*arguments, **keywords)  # type: ignore[attr-defined]
             own = {name: value for name, value in keywords.items() if name not in names}
             chosen = {name: value for name, value in keywords.items() if name in names}
-            return function(*arguments, options=options(**chosen), **own)  # type: ignore[call-arg]
+            return function(*arguments, options=self.options(**chosen), **own)
 
-        _describe(called, function, options)
+        _describe(called, function, self.options)
         return called
-
-    return with_keywords

@@ -1,6 +1,12 @@
 """Options of a preparation; this module imports nothing heavy."""
 
+import argparse
 from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from relief.ground.limits import LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
+from relief.ground.options import Option, whole_number
 
 GREYS: Mapping[str, Mapping[str, float]] = {
     "luminance": {"R": 0.2126, "G": 0.7152, "B": 0.0722},
@@ -19,8 +25,122 @@ METHODS = ("blend", "cut")
 TURNS = (0, 90, 180, 270)
 """Degrees by which a picture may be turned."""
 AUTO = "auto"
-"""The way with the smaller seam error."""
+"""The texture as it is if it repeats, else the way with the smaller seam error."""
 MOST_USUAL_SAMPLES = 128
 """Default of the most samples a side: one for each pixel of the pictures of the bundled scenes."""
 OUTPUTS = (".png", ".exr")
 """Suffixes of the files that are written."""
+Box = tuple[int, int, int, int]
+"""Four numbers of a part of a picture, in pixels from its upper left corner."""
+
+
+def crop(text: str) -> tuple[int, ...]:
+    """Read "X,Y,W,H". Raises argparse.ArgumentTypeError."""
+    parts = text.split(",")
+    if len(parts) != 4:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not X,Y,W,H, four whole numbers of pixels")
+    return tuple(whole_number(0, 10**6)(part.strip()) for part in parts)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LengthOptions:
+    """Lengths of the plate."""
+
+    relief_mm: Annotated[
+        float | None,
+        Option(
+            "height of the highest point above the lowest, mm; written to OUT",
+            "MM",
+            default="unknown",
+            python="height of the highest pixel above the lowest, mm (default: the header's, or the numbers "
+            "of a file of numbers as mm)",
+        ),
+    ] = None
+    size_mm: Annotated[
+        float | None,
+        Option(
+            "side of the plate, mm; written to OUT",
+            "MM",
+            default=f"unknown, which counts as {PATCH_SIDE_MM:g}",
+            python="side of the plate, mm, or of the tile that repeats over it (default: that of the part, by "
+            "the file's)",
+        ),
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class PartOptions:
+    """Which part of the picture is taken, and how finely."""
+
+    GROUP: ClassVar = "what is taken"
+
+    crop: Annotated[
+        Box | None,
+        Option(
+            "the part W pixels wide and H high, X from the left and Y from the top (default: the picture); "
+            "if it is not square, the square in its middle",
+            "X,Y,W,H",
+            read=crop,
+        ),
+    ] = None
+    centre: Annotated[
+        int | None,
+        Option("the square of N pixels a side in the middle", "N", (1, 10**6), default="the largest"),
+    ] = None
+    rotate: Annotated[
+        int, Option("turn the part anticlockwise by 90, 180 or 270 degrees", "DEGREES", choices=TURNS)
+    ] = 0
+    samples: Annotated[
+        int | None,
+        Option(
+            "samples a side",
+            "N",
+            (SMALLEST_SIDE, LARGEST_SIDE),
+            default=f"one a pixel, at most {MOST_USUAL_SAMPLES}",
+        ),
+    ] = None
+    grey: Annotated[str, Option("what of a coloured picture is height", choices=tuple(GREYS))] = "luminance"
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeightOptions:
+    """How the values become heights."""
+
+    GROUP: ClassVar = "how it becomes height"
+
+    invert: Annotated[bool, Option("dark is high")] = False
+    levels: Annotated[
+        str | None,
+        Option(
+            "what becomes lowest and highest: grey from 0 to 255, or percentiles, as in 0.5%%,99.5%%",
+            "LOW,HIGH",
+            default="the darkest and the brightest sample",
+        ),
+    ] = None
+    keep_steps: Annotated[
+        bool, Option("keep the steps of 8-bit grey (default: smoothed by up to half a step)")
+    ] = False
+    tile: Annotated[
+        str | None,
+        Option(
+            "make the height map periodic: blend (for stochastic textures), cut (for structured ones), or "
+            "auto, the one with the smaller seam error",
+            "METHOD",
+            choices=(AUTO, *METHODS),
+            default="with --tile: auto",
+            alone=AUTO,
+        ),
+    ] = None
+    plate_mm: Annotated[
+        float | None,
+        Option(
+            "repeat the tile over a plate of this side; --size-mm is that of the tile",
+            "MM",
+            default="one tile",
+        ),
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class PrepareOptions(LengthOptions, PartOptions, HeightOptions):
+    """Options of `retouch prepare` and keywords of `retouch.prepare`."""

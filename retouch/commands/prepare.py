@@ -11,10 +11,9 @@ from relief.ground.errors import InputError
 from relief.ground.files import check_file_to_write
 from relief.ground.formats import PREVIEW
 from relief.ground.formatting import number
-from relief.ground.limits import LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
-from relief.ground.options import whole_number
+from relief.ground.options import add_options, declared, given
 from relief.ground.progress import stage
-from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS, TURNS
+from relief.preparing.choices import OUTPUTS, PrepareOptions
 from retouch.commands.options import (
     add_talk,
     console,
@@ -34,12 +33,6 @@ NATURAL_ROUGHNESS = (0.03, 0.12)
 HIGH_MM = 2.0
 """Relief, mm, at which every bundled texture of 10 mm is natural: what is smoother has too fine features."""
 
-OPTIONS = (
-    *("grey", "crop", "centre", "rotate", "samples", "invert", "levels", "keep_steps", "tile"),
-    *("plate_mm", "relief_mm", "size_mm"),
-)
-"""Options that are arguments of `relief.preparing.picture_preparation.prepare`, by the same names."""
-
 HELP = "make a height map of any picture"
 DESCRIPTION = """\
 Makes a height map of a picture: square, grey, white is high. The picture may be a photograph, a scan or a
@@ -58,21 +51,6 @@ examples:
 """
 
 
-def tile(text: str) -> str:
-    """Read a way to make a height map periodic. Raises argparse.ArgumentTypeError."""
-    if text not in (AUTO, *METHODS):
-        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not one of {', '.join((AUTO, *METHODS))}")
-    return text
-
-
-def crop(text: str) -> tuple[int, ...]:
-    """Read "X,Y,W,H". Raises argparse.ArgumentTypeError."""
-    parts = text.split(",")
-    if len(parts) != 4:
-        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not X,Y,W,H, four whole numbers of pixels")
-    return tuple(whole_number(0, 10**6)(part.strip()) for part in parts)
-
-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "picture", type=Path, metavar="PICTURE", help="any picture; a bundled texture goes by its name"
@@ -80,80 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", dest="out", type=Path, required=True, metavar="OUT", help="16-bit PNG, or EXR, which holds mm"
     )
-    parser.add_argument(
-        "--relief-mm",
-        type=float,
-        metavar="MM",
-        help="height of the highest point above the lowest, mm; written to OUT (default: unknown)",
-    )
-    parser.add_argument(
-        "--size-mm",
-        type=float,
-        metavar="MM",
-        help=f"side of the plate, mm; written to OUT (default: unknown, which counts as {PATCH_SIDE_MM:g})",
-    )
-    what = parser.add_argument_group("what is taken")
-    what.add_argument(
-        "--crop",
-        type=crop,
-        metavar="X,Y,W,H",
-        help="the part W pixels wide and H high, X from the left and Y from the top (default: the picture); "
-        "if it is not square, the square in its middle",
-    )
-    what.add_argument(
-        "--centre",
-        type=whole_number(1, 10**6),
-        metavar="N",
-        help="the square of N pixels a side in the middle (default: the largest)",
-    )
-    what.add_argument(
-        "--rotate",
-        type=int,
-        choices=TURNS,
-        default=0,
-        metavar="DEGREES",
-        help="turn the part anticlockwise by 90, 180 or 270 degrees (default: 0)",
-    )
-    what.add_argument(
-        "--samples",
-        type=whole_number(SMALLEST_SIDE, LARGEST_SIDE),
-        metavar="N",
-        help=f"samples a side (default: one a pixel, at most {MOST_USUAL_SAMPLES})",
-    )
-    what.add_argument(
-        "--grey",
-        choices=tuple(GREYS),
-        default="luminance",
-        help="what of a coloured picture is height (default: luminance)",
-    )
-    how = parser.add_argument_group("how it becomes height")
-    how.add_argument("--invert", action="store_true", help="dark is high")
-    how.add_argument(
-        "--levels",
-        metavar="LOW,HIGH",
-        help="what becomes lowest and highest: grey from 0 to 255, or percentiles, as in 0.5%%,99.5%% "
-        "(default: the darkest and the brightest sample)",
-    )
-    how.add_argument(
-        "--keep-steps",
-        action="store_true",
-        help="keep the steps of 8-bit grey (default: smoothed by up to half a step)",
-    )
-    how.add_argument(
-        "--tile",
-        type=tile,
-        nargs="?",
-        const=AUTO,
-        metavar="METHOD",
-        help="make the height map periodic: blend (for stochastic textures), cut (for structured ones), or "
-        "auto, the one with the smaller seam error (default with --tile: auto)",
-    )
-    how.add_argument(
-        "--plate-mm",
-        type=float,
-        metavar="MM",
-        help="repeat the tile over a plate of this side; --size-mm is that of the tile (default: one tile)",
-    )
+    add_options(parser, PrepareOptions)
     add_talk(parser, "the numbers", quiet=False)
 
 
@@ -167,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
             raise InputError(f"{path}: -o: is the picture, or its preview would be; choose another name")
     if out.suffix.lower() not in OUTPUTS:
         raise InputError(f"{out}: a height map is written as {' or '.join(OUTPUTS)}")
-    prepared = retouch.prepare(arguments.picture, **{name: getattr(arguments, name) for name in OPTIONS})
+    prepared = retouch.prepare(arguments.picture, **given(arguments, *declared(PrepareOptions)))
     felt = _felt(prepared, arguments.picture)
     feel = {} if arguments.json else _feel(prepared, felt)
     prepared.save(out)
