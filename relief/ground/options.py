@@ -301,7 +301,9 @@ class by_keywords(Generic[Keywords, Kind]):
         self.options: Callable[..., Kind] = options
 
     @overload
-    def __call__(self, function: Callable[[A, Kind], Result]) -> Callable[Concatenate[A, Keywords], Result]: ...
+    def __call__(
+        self, function: Callable[[A, Kind], Result]
+    ) -> Callable[Concatenate[A, Keywords], Result]: ...
 
     @overload
     def __call__(

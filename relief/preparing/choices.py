@@ -5,8 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
+from relief.ground.formats import UNITS
 from relief.ground.limits import LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
 from relief.ground.options import Option, whole_number
+from relief.plate_options import fill_option, level_option
 
 GREYS: Mapping[str, Mapping[str, float]] = {
     "luminance": {"R": 0.2126, "G": 0.7152, "B": 0.0722},
@@ -49,11 +51,30 @@ class LengthOptions:
     relief_mm: Annotated[
         float | None,
         Option(
-            "height of the highest point above the lowest, mm; written to OUT",
+            "height of the highest pixel above the lowest, mm; written to OUT",
             "MM",
             default="unknown",
-            python="height of the highest pixel above the lowest, mm (default: the header's, or the numbers "
-            "of a file of numbers as mm)",
+            python="height of the highest pixel above the lowest, mm, or of white above black with levels "
+            "(default: the header's; of a file of numbers, its numbers)",
+            exclusive="scale",
+        ),
+    ] = None
+    height_scale: Annotated[
+        float | None,
+        Option(
+            "heights of a file of numbers are its numbers times this factor, mm, the lowest lifted to 0",
+            "FACTOR",
+            default="by the file's unit, else 1",
+            exclusive="scale",
+        ),
+    ] = None
+    units: Annotated[
+        str | None,
+        Option(
+            "unit of the numbers, in place of --height-scale",
+            choices=tuple(UNITS),
+            default="the file's, else mm",
+            exclusive="scale",
         ),
     ] = None
     size_mm: Annotated[
@@ -62,8 +83,8 @@ class LengthOptions:
             "side of the plate, mm; written to OUT",
             "MM",
             default=f"unknown, which counts as {PATCH_SIDE_MM:g}",
-            python="side of the plate, mm, or of the tile that repeats over it (default: that of the part, by "
-            "the file's)",
+            python="side of the plate, mm, or of the tile that repeats over it (default: that of the part, "
+            "by the file's)",
         ),
     ] = None
 
@@ -108,13 +129,15 @@ class HeightOptions:
 
     GROUP: ClassVar = "how it becomes height"
 
+    level: Annotated[bool, level_option()] = False
+    fill: Annotated[bool, fill_option()] = False
     invert: Annotated[bool, Option("dark is high")] = False
     levels: Annotated[
         str | None,
         Option(
             "what becomes lowest and highest: grey from 0 to 255, or percentiles, as in 0.5%%,99.5%%",
             "LOW,HIGH",
-            default="the darkest and the brightest sample",
+            default="the darkest and the brightest pixel that is taken",
         ),
     ] = None
     keep_steps: Annotated[
@@ -124,10 +147,11 @@ class HeightOptions:
         str | None,
         Option(
             "make the height map periodic: blend (for stochastic textures), cut (for structured ones), or "
-            "auto, the one with the smaller seam error",
+            "auto, neither of a texture that repeats already, else the one with the smaller seam error "
+            "(default with --tile: auto)",
             "METHOD",
             choices=(AUTO, *METHODS),
-            default="with --tile: auto",
+            default="",
             alone=AUTO,
         ),
     ] = None

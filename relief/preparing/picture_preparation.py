@@ -9,25 +9,35 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from relief.corrections import filled, plane
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
-from relief.ground.lengths import in_range
+from relief.ground.formats import UNITS
+from relief.ground.lengths import RANGES, in_range, scale_of
 from relief.ground.limits import (
     DEEPEST_RELIEF_MM,
     HEIGHT_LIMIT_MM,
-    LARGEST_SIDE,
     PATCH_SIDE_MM,
     SMALLEST_SIDE,
 )
+from relief.ground.options import by_keywords, checked
 from relief.ground.progress import stage
-from relief.heightmap import save_heights_exr, save_heights_png
-from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS, TURNS
+from relief.heightmap import LEAST_FELT_MM, save_heights_exr, save_heights_png
+from relief.preparing.choices import AUTO, GREYS, MOST_USUAL_SAMPLES, OUTPUTS, Box, PrepareOptions
 from relief.preparing.grey_levels import AS_STORED, FULL, WHITE, Levels
 from relief.preparing.grey_steps import smooth_steps
 from relief.preparing.repeated_tiles import repeated
-from relief.preparing.resampling import Box, resampled, square_in
+from relief.preparing.resampling import resampled, square_in
 from relief.preparing.source_pictures import grey_step, grey_values
-from relief.preparing.tiling import OVERLAP, PERIOD_SIDE, make_tile, period
+from relief.preparing.tiling import (
+    OVERLAP,
+    PERIOD_SIDE,
+    border_ratio,
+    make_tile,
+    period,
+    repeats_already,
+)
+from relief.reading.data_colours import no_heights
 from relief.reading.readers import read_samples
 from relief.reading.samples import Samples
 from relief.relief import Relief
@@ -35,6 +45,11 @@ from relief.seam import misfit
 
 STEEP_PERCENTILE = 95.0
 """Percentile of the slopes that is reported beside the median."""
+UNSTRETCHED = 1.001
+"""Least factor of a stretch that is reported."""
+MARGIN = 8
+"""Samples of a periodic texture that are averaged and smoothed beyond its border, and cut off again: four
+standard deviations of the smoothing of steps."""
 
 
 @dataclass(frozen=True)
@@ -96,84 +111,64 @@ def check_output(path: str | os.PathLike[str]) -> Path:
     return path
 
 
-def prepare(
-    path: str | os.PathLike[str],
-    *,
-    grey: str = "luminance",
-    crop: Box | None = None,
-    centre: int | None = None,
-    rotate: int = 0,
-    samples: int | None = None,
-    invert: bool = False,
-    levels: str | None = None,
-    keep_steps: bool = False,
-    tile: str | None = None,
-    plate_mm: float | None = None,
-    relief_mm: float | None = None,
-    size_mm: float | None = None,
-) -> Prepared:
-    """Make a height map of a picture: square, grey, white is high.
+@by_keywords(PrepareOptions)
+def prepare(path: str | os.PathLike[str], options: PrepareOptions) -> Prepared:
+    """Make a height map of a picture, in which white is high, or of a file of numbers: square, lowest is 0.
 
     Args:
-        path: PNG, JPEG, TIFF, WebP, BMP, GIF, PGM, EXR or NPY, of any colours and sides.
-        grey: What of a coloured picture is height: "luminance", "mean", "red", "green", "blue" or "alpha".
-        crop: Part of the picture: x and y of its upper left corner, width and height, pixels.
-        centre: Side of the square in the middle of the picture or part, pixels; None takes the largest.
-        rotate: Degrees by which the part is turned anticlockwise: 0, 90, 180 or 270.
-        samples: Samples a side; None takes one a pixel, at most 128.
-        invert: Whether dark is high.
-        levels: Values that become the lowest and the highest height, as `Levels.read` takes them. None takes
-            the lowest and the highest, or black and white of a picture whose header has a relief.
-        keep_steps: Whether the steps of 8-bit grey stay; else heights change by up to half a step.
-        tile: "blend", "cut" or "auto" make the height map periodic.
-        plate_mm: Side of a plate over which the tile repeats, mm, to half a sample; the picture may be a tile
-            already. None writes the tile alone.
-        relief_mm: Height of white above black, mm; None takes the header's, or the numbers of a file of
-            numbers as mm.
-        size_mm: Side of the plate, mm, or of the tile that repeats over it; None takes from the header the
-            size of the part that is taken.
+        path: PNG, JPEG, TIFF, WebP, BMP, GIF, PGM, EXR, NPY, a text of numbers or a measured surface, of any
+            colours and sides.
 
     Raises:
         InputError: The file or an argument cannot be used; the line names it.
     """
     path = Path(path)
     with naming(path):
-        wanted = FULL if levels is None else Levels.read(levels)
-        for key, value, names in (("grey", grey, tuple(GREYS)), ("tile", tile, (None, AUTO, *METHODS))):
-            if value not in names:
-                raise InputError(f"{key}: {value!r} is not one of {', '.join(filter(None, names))}")
-        if rotate not in TURNS:
-            raise InputError(f"rotate: {rotate!r} is not one of {', '.join(map(str, TURNS))}")
-        asked = {"size_mm": size_mm, "relief_mm": relief_mm}
-        checked = {key: in_range(key, length) for key, length in asked.items() if length is not None}
+        checked(options)
+        levels = None if options.levels is None else Levels.read(options.levels)
+        scales = [
+            name for name in ("relief_mm", "height_scale", "units") if getattr(options, name) is not None
+        ]
+        if len(scales) > 1:
+            raise InputError(f"{scales[1]}: is another scale than {scales[0]}; one holds")
+        given = {
+            key: in_range(key, getattr(options, key)) for key in RANGES if getattr(options, key) is not None
+        }
     with stage(f"reading {path}"):
         picture = read_samples(path)
-    lengths = dict(picture.lengths) | checked
-    if picture.bits is None and relief_mm is None:
-        lengths.pop("relief_mm", None)
-    elif "relief_mm" in picture.lengths and relief_mm is None and levels is None:
-        wanted = AS_STORED
     with naming(path):
-        work = _Work(picture)
-        values = work.part(crop, centre, grey, rotate)
-        heights = work.sampled(values, samples, keep_steps, tile)
-        if size_mm is None and "size_mm" in lengths:
-            lengths["size_mm"] = in_range("size_mm", lengths["size_mm"] * work.side / picture.width)
-        heights, span = work.levelled(heights, wanted, invert)
-        if picture.bits is None and "relief_mm" not in lengths:
-            if span > HEIGHT_LIMIT_MM:
-                missing = f"missing; the numbers span {span:g}, more than {HEIGHT_LIMIT_MM:g} if they are mm"
-                raise InputError(f"relief_mm: {missing}", f"--relief-mm: {missing}")
-            lengths["relief_mm"] = span
-        known_tile = picture.repeats is True and work.side == picture.width == picture.height
-        repeats = (tile is not None or known_tile) and misfit(heights) is None
-        if plate_mm is not None:
-            plate = repeated(heights, lengths.get("size_mm", PATCH_SIDE_MM), plate_mm)
-            heights, lengths["size_mm"] = plate.heights, plate.size_mm
-            repeats = len(heights) % plate.tile_samples == 0
-            work.done["plate"] = str(plate)
-            work.numbers["plate"] = {name: getattr(plate, name) for name in ("tile_mm", "tile_samples")}
-        work.lengths(heights, lengths)
+        return _prepared(_Work(picture), options, levels, given)
+
+
+def _prepared(
+    work: "_Work", options: PrepareOptions, levels: Levels | None, given: Mapping[str, float]
+) -> Prepared:
+    """The height map of what a file holds; ``given`` are the lengths among the options."""
+    picture = work.picture
+    scale = work.scale(options)
+    lengths = dict(picture.lengths) | given
+    if picture.bits is None and options.relief_mm is None:
+        lengths.pop("relief_mm", None)
+    elif levels is None and options.relief_mm is None and "relief_mm" in picture.lengths:
+        levels = AS_STORED
+    values = work.part(options)
+    tilt = work.tilted(values, options.level, scale)
+    values = work.filled(values if tilt is None else values - tilt, options.fill)
+    ends = (levels or FULL).values(values, 1.0 if picture.bits is None else WHITE)
+    heights = work.sampled(values, options.samples, options.keep_steps, options.tile)
+    if options.size_mm is None and "size_mm" in lengths:
+        lengths["size_mm"] = in_range("size_mm", lengths["size_mm"] * work.side / picture.width)
+    heights = work.levelled(heights, ends, levels, options.invert)
+    if picture.bits is None and "relief_mm" not in lengths:
+        lengths["relief_mm"] = work.height_of_numbers(ends[1] - ends[0], scale)
+    repeats = (options.tile is not None or work.known_tile) and misfit(heights) is None
+    if options.plate_mm is not None:
+        plate = repeated(heights, lengths.get("size_mm", PATCH_SIDE_MM), options.plate_mm)
+        heights, lengths["size_mm"] = plate.heights, plate.size_mm
+        repeats = len(heights) % plate.tile_samples == 0
+        work.done["plate"] = str(plate)
+        work.numbers["plate"] = {name: getattr(plate, name) for name in ("tile_mm", "tile_samples")}
+    work.lengths(heights, lengths)
     return Prepared(
         heights * lengths.get("relief_mm", 1.0),
         lengths.get("relief_mm"),
@@ -203,14 +198,38 @@ class _Work:
         self.square: Box = (0, 0, 0, 0)
         self.side = 0.0
         """Side of what becomes the plate or the tile, in pixels of the picture."""
+        self.known_tile = False
+        """Whether the whole of a tile is taken, by the header."""
 
-    def part(self, crop: Box | None, centre: int | None, grey: str, rotate: int) -> NDArray[np.float32]:
-        """Grey values of the square that is taken, turned by `rotate` degrees."""
-        picture = self.picture
-        self.square = left, upper, right, _ = square_in(picture.width, picture.height, crop, centre)
+    def scale(self, options: PrepareOptions) -> float | None:
+        """Height in mm of a number of 1, None where a relief is given and for pictures of grey.
+
+        Raises:
+            InputError: A picture of grey is to have a unit.
+        """
+        asked = scale_of(options.units, options.height_scale)
+        if self.picture.bits is None:
+            known = asked or self.picture.unit_mm
+            self.numbers["height_scale"] = None if options.relief_mm else known or 1.0
+            self.known_unit = known is not None
+            return self.numbers["height_scale"]
+        if asked is not None:
+            name = "units" if options.height_scale is None else "height_scale"
+            refused = "is for files of numbers; the height of a picture of grey is"
+            raise InputError(
+                f"{name}: {refused} relief_mm", f"--{name.replace('_', '-')}: {refused} --relief-mm"
+            )
+        return None
+
+    def part(self, options: PrepareOptions) -> NDArray[np.float32]:
+        """Values of the square that is taken, turned."""
+        picture, crop, grey, rotate = self.picture, options.crop, options.grey, options.rotate
+        self.square = left, upper, right, _ = square_in(picture.width, picture.height, crop, options.centre)
         side = right - left
         if side < SMALLEST_SIDE:
             raise InputError(f"{side} x {side} pixels; at least {SMALLEST_SIDE} a side are needed")
+        if grey in ("luminance", "mean") and (fault := no_heights(picture.channels, picture.white)):
+            raise InputError(f"holds {fault}")
         if side == picture.width == picture.height:
             self.done["square"] = "the whole picture"
         else:
@@ -225,25 +244,85 @@ class _Work:
             self.done["turned"] = f"{rotate}° anticlockwise"
             self.numbers["rotate"] = rotate
         # Copied, since later steps need contiguous rows.
-        values = grey_values(picture, self.square, grey)
-        if not np.isfinite(values).all():
-            raise InputError(f"{np.count_nonzero(~np.isfinite(values))} values are not finite")
-        return np.ascontiguousarray(np.rot90(values, rotate // 90))
+        values = np.ascontiguousarray(np.rot90(grey_values(picture, self.square, grey), rotate // 90))
+        self.known_tile = picture.repeats is True and side == picture.width == picture.height
+        return values
+
+    def tilted(self, values: NDArray[np.float32], level: bool, scale: float | None) -> Array | None:
+        """The tilt of the values, if it is to be taken out; the tilt of numbers is reported in any case."""
+        if self.picture.bits is not None and not level:
+            return None
+        down, right, middle = plane(values)
+        rise = (np.array([right, -down]) * len(values)).tolist()
+        unit, name = (self._unit, "") if scale is None else (scale, " mm")
+        along = " and ".join(
+            f"{unit * one:.3g}{name} along {axis}" for one, axis in zip(rise, "xy", strict=True)
+        )
+        done = "taken out" if level else "--level takes it out"
+        self.done["tilt"] = f"{along}, {unit * middle:.3g}{name} in the middle; {done}"
+        self.numbers["tilt"] = {"x": unit * rise[0], "y": unit * rise[1], "middle": unit * middle}
+        steps = np.arange(len(values))
+        return np.float32(down) * steps[:, None] + np.float32(right) * steps if level else None
+
+    def filled(self, values: NDArray[np.float32], fill: bool) -> NDArray[np.float32]:
+        """The values without holes. Raises InputError if there are any that are not to be filled."""
+        share = 100.0 * float(np.mean(np.isnan(values)))
+        self.numbers["holes_percent"] = share
+        if not share:
+            return values
+        if not fill:
+            holes = f"{share:.2g} % of the part that is taken were not measured"
+            ways = "take another part ({}crop) or fill them from around ({}fill{})"
+            raise InputError(
+                f"{holes}; {ways.format('', '', '=True')}", f"{holes}; {ways.format('--', '--', '')}"
+            )
+        self.done["holes"] = f"{share:.2g} % were not measured, and are filled from around"
+        with stage("filling what was not measured"):
+            return filled(values.astype(np.float64)).astype(np.float32)
+
+    def height_of_numbers(self, span: float, scale: float | None) -> float:
+        """Height in mm of numbers that span so much.
+
+        Raises:
+            InputError: Without a unit, the numbers span more than a finger follows.
+        """
+        height = span * (scale or 1.0)
+        if self.known_unit or LEAST_FELT_MM <= height <= HEIGHT_LIMIT_MM:
+            return height
+        unit = "um" if height > HEIGHT_LIMIT_MM else "m"
+        likely = f"{unit} ({span * UNITS[unit]:.3g} mm)"
+        if height < LEAST_FELT_MM:
+            self.done["unit"] = (
+                f"{height:.3g} mm high, which no finger feels; are these {likely}? --units {unit}"
+            )
+            return height
+        missing = (
+            f"missing; the numbers span {span:g}, more than {HEIGHT_LIMIT_MM:g} if they are mm; if they are"
+        )
+        raise InputError(
+            f"relief_mm: {missing} {likely}, units='{unit}'",
+            f"--relief-mm: {missing} {likely}, --units {unit}",
+        )
 
     def sampled(
         self, values: NDArray[np.float32], samples: int | None, keep_steps: bool, tile: str | None
     ) -> Array:
         """The values at the samples of the height map, without steps, periodic if asked for."""
         side, reach = float(len(values)), 1.0
-        if tile is not None:
+        # What repeats already stays as it is, unless a way to join borders is asked for.
+        around = misfit(values) is None if self.known_tile else tile == AUTO and repeats_already(values)
+        around = around and tile in (None, AUTO)
+        if tile is not None and not around:
             with stage("looking for a period"):
                 side *= period(resampled(values, min(len(values), PERIOD_SIDE)))
             reach += OVERLAP
         if samples is None:
             samples = min(int(side), MOST_USUAL_SAMPLES)
-        if not SMALLEST_SIDE <= samples <= LARGEST_SIDE:
+        if samples < SMALLEST_SIDE:
+            needed = int(np.ceil(SMALLEST_SIDE * reach))
             raise InputError(
-                f"samples: {samples} is not a whole number from {SMALLEST_SIDE} to {LARGEST_SIDE}"
+                f"tile: a tile of {SMALLEST_SIDE} pixels a side needs a picture of at least {needed}; the part "
+                f"that repeats has {samples}"
             )
         count = round(samples * reach)
         # The overlap is rounded to whole samples and must not reach beyond the picture.
@@ -251,23 +330,36 @@ class _Work:
         self.side = pixels * samples
         self.done["samples"] = f"{samples} x {samples}, {_sampling(pixels)}"
         self.numbers["samples"] = {"side": samples, "pixels_per_sample": pixels}
+        beyond = MARGIN * around
+        start = beyond * int(np.ceil(max(pixels, 1.0)))
+        values = np.pad(values, start, mode="wrap") if around else values
         step = grey_step(self.picture)
         smooth = None if keep_steps or step is None else step
         if smooth is not None and pixels < 1.0:
             values = self._smoothed(values.astype(np.float64), smooth).astype(np.float32)
-        heights = resampled(values, count, pixels * count)
+        heights = resampled(
+            values, count + 2 * beyond, pixels * (count + 2 * beyond), start - beyond * pixels
+        )
         if smooth is not None and pixels >= 1.0:
             heights = self._smoothed(heights, smooth)
         elif step is not None and keep_steps:
             self.done["steps"] = f"kept, {self._grey(step)} each: terraces to finger and light"
+        if around:
+            heights = heights[beyond:-beyond, beyond:-beyond]
+            self.done["samples"] += ", around the border"
         if tile is None:
+            return heights
+        if around:
+            ratio = border_ratio(heights)
+            self.done["tile"] = f"as it is, since it repeats: {_across(ratio)}"
+            self.numbers["tile"] = {"method": None, "border_ratio": ratio, "pixels": self.side}
             return heights
         with stage("joining the borders"):
             joint = make_tile(heights, samples, None if tile == AUTO else tile)
         error, other = (f"{100.0 * joint.seam_errors[name]:.1f} %" for name in (joint.method, joint.other))
         self.done["tile"] = (
             f"{joint.method}, {self.side:.0f} x {self.side:.0f} pixels repeat; seam error {error} "
-            f"({joint.other}: {other}); steps across the border {joint.border_ratio:.2f} times those inside; "
+            f"({joint.other}: {other}); {_across(joint.border_ratio)}; "
             f"heights differ from the picture's by {100.0 * joint.histogram_change:.1f} % of their range"
         )
         kept = ("method", "seam_errors", "border_ratio", "histogram_change")
@@ -283,27 +375,38 @@ class _Work:
         self.numbers["steps"] = {"step": WHITE * step, "largest_change": WHITE * most}
         return smooth
 
-    def levelled(self, heights: Array, wanted: Levels, invert: bool) -> tuple[Array, float]:
-        """Heights from 0 to 1, and the span that they had."""
-        low, high = wanted.values(heights, 1.0 if self.picture.bits is None else WHITE)
+    def levelled(
+        self, heights: Array, ends: tuple[float, float], levels: Levels | None, invert: bool
+    ) -> Array:
+        """Heights from 0 to 1 between two values; without levels these are the ends of the pixels."""
+        low, high = ends
         outside = float(np.mean((heights < low) | (heights > high)))
-        saturated = f"; {100.0 * outside:.2g} % lie outside and saturate" if outside > 0 else ""
         lowest, highest = (low, high) if not invert else (high, low)
-        scale = ""
-        if self.picture.bits is not None:
-            beyond = min(low, 1.0 - high) < 0.0
-            scale = f", beyond the 0 to {WHITE:g} of the picture" if beyond else f" of {WHITE:g}"
-        dark = ", dark is high" if invert else ""
-        self.done["levels"] = (
-            f"{self._grey(lowest)} is lowest, {self._grey(highest)} highest{scale}{dark}{saturated}"
-        )
+        stretch = 1.0 / (high - low)
+        if self.picture.bits is not None and levels is None and stretch > UNSTRETCHED:
+            text = (
+                f"darkest pixel {self._grey(low)}, brightest {self._grey(high)} of {WHITE:g}: stretched "
+                f"{stretch:.3g}-fold; --levels 0,255 keeps the picture's own scale"
+            )
+        else:
+            text = f"{self._grey(lowest)} is lowest, {self._grey(highest)} highest{self._of(low, high)}"
+        text += ", percentiles of the pixels that are taken" * (levels is not None and levels.percent)
+        saturated = f"; {100.0 * outside:.2g} % lie outside and saturate" if outside > 0 else ""
+        self.done["levels"] = f"{text}{', dark is high' * invert}{saturated}"
         self.numbers["levels"] = {
             "lowest": lowest * self._unit,
             "highest": highest * self._unit,
             "saturated_percent": 100.0 * outside,
         }
         level = np.clip((heights - low) / (high - low), 0.0, 1.0)
-        return 1.0 - level if invert else level, high - low
+        return 1.0 - level if invert else level
+
+    def _of(self, low: float, high: float) -> str:
+        """Words for the scale of levels of a picture of grey."""
+        if self.picture.bits is None:
+            return ""
+        beyond = min(low, 1.0 - high) < 0.0
+        return f", beyond the 0 to {WHITE:g} of the picture" if beyond else f" of {WHITE:g}"
 
     @property
     def _unit(self) -> float:
@@ -311,7 +414,7 @@ class _Work:
         return 1.0 if self.picture.bits is None else WHITE
 
     def _grey(self, value: float) -> str:
-        return f"{self._unit * value:.3g}"
+        return f"{value:.4g}" if self.picture.bits is None else f"{WHITE * value:.3g}"
 
     def lengths(self, heights: Array, lengths: Mapping[str, float]) -> None:
         """Record the lengths of the plate and the slopes that follow."""
@@ -328,6 +431,10 @@ class _Work:
             f"{relief_mm:.3g} mm on {size_mm:g} x {size_mm:g} mm; slopes {median:.0f}° (median), "
             f"{steep:.0f}° ({STEEP_PERCENTILE:g} % are flatter)"
         )
+
+
+def _across(ratio: float) -> str:
+    return f"steps across the border {ratio:.2f} times those inside"
 
 
 def _sampling(pixels: float) -> str:

@@ -120,15 +120,17 @@ def _picture(prepared: Prepared) -> Image.Image:
 def small_picture(picture: Samples, longest: int) -> Image.Image:
     """A picture whose longer side has so many pixels, in RGB, with transparent parts white.
 
-    Of a file of numbers, the lowest and the highest half per cent of the values are black and white.
+    Of a file of numbers, the lowest and the highest half per cent of the values are black and white,
+    and grey is what was not measured.
     """
     scale = longest / max(picture.width, picture.height)
     size = max(1, round(scale * picture.width)), max(1, round(scale * picture.height))
     names = "RGB" if picture.coloured else "YYY"
     channels = np.stack([_shown(picture.channels[name], size, picture.white) for name in names], axis=-1)
     if picture.bits is None:
-        low, high = np.percentile(channels, [0.5, 99.5])
-        channels = (channels - low) / ((high - low) or 1.0)
+        numbers = channels[np.isfinite(channels)]
+        low, high = np.percentile(numbers, [0.5, 99.5]) if numbers.size else (0.0, 1.0)
+        channels = np.nan_to_num((channels - low) / ((high - low) or 1.0), nan=0.5)
     elif "A" in picture.channels:
         alpha = _shown(picture.channels["A"], size, picture.white)[..., None]
         channels = 1.0 - (1.0 - channels) * alpha

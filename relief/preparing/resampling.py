@@ -6,9 +6,7 @@ from PIL import Image
 
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
-
-Box = tuple[int, int, int, int]
-"""Four numbers of a part of a picture, in pixels from its upper left corner."""
+from relief.preparing.choices import Box
 
 
 def square_in(width: int, height: int, crop: Box | None = None, centre: int | None = None) -> Box:
@@ -40,8 +38,10 @@ def square_in(width: int, height: int, crop: Box | None = None, centre: int | No
     return left, upper, left + side, upper + side
 
 
-def resampled(values: NDArray[np.float32], samples: int, side: float | None = None) -> Array:
-    """Bring the square in the upper left corner of an array to another number of samples.
+def resampled(
+    values: NDArray[np.float32], samples: int, side: float | None = None, start: float = 0.0
+) -> Array:
+    """Bring a square of an array to another number of samples.
 
     To fewer samples, each one is a mean weighted by a triangle two samples wide: detail too fine for the
     samples fades. To more samples, by cubic interpolation. No sample leaves the range of the pixels.
@@ -50,18 +50,21 @@ def resampled(values: NDArray[np.float32], samples: int, side: float | None = No
         values: (rows, cols).
         samples: Samples a side of the result.
         side: Side of the square in pixels, any number up to that of the array; all of it if None.
+        start: Distance of the square from the left and the upper edge of the array, pixels. Means at the
+            edges of the square reach beyond it.
 
     Returns:
         (samples, samples).
     """
     side = float(min(values.shape)) if side is None else side
-    if side == samples:
-        return values[:samples, :samples].astype(np.float64)
+    if side == samples and start == int(start):
+        part = slice(int(start), int(start) + samples)
+        return values[part, part].astype(np.float64)
     low, high = float(values.min()), float(values.max())
     # Pillow computes in single precision: numbers far from 0, such as elevations, keep their digits so.
     unit = (high - low) or 1.0
     image = Image.fromarray((values - np.float32(low)) / np.float32(unit))
     method = Image.Resampling.BILINEAR if side > samples else Image.Resampling.BICUBIC
-    shrunk = image.resize((samples, samples), method, box=(0.0, 0.0, side, side))
+    shrunk = image.resize((samples, samples), method, box=(start, start, start + side, start + side))
     # Cubic interpolation overshoots at edges, for example beyond white.
     return low + unit * np.clip(np.asarray(shrunk, dtype=np.float64), 0.0, 1.0)

@@ -35,8 +35,8 @@ def _figures(prepared: Prepared, felt: Evaluation | None) -> list[tuple[str, str
     if felt is not None:
         figures.append((number(felt.roughness), "roughness V"))
         figures.append((f"{100.0 * felt.contact_fraction:.0f} %", "of the patch in contact"))
-    if "tile" in prepared.numbers:
-        tile = prepared.numbers["tile"]
+    tile = prepared.numbers.get("tile", {})
+    if "seam_errors" in tile:
         seam = tile["seam_errors"][tile["method"]]
         figures.append((f"{100.0 * seam:.1f} %", f"seam error, {tile['method']}"))
     return figures

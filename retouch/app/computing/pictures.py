@@ -49,8 +49,9 @@ def source(file: str) -> Source:
     lengths = picture.lengths
     relief_mm = lengths.get("relief_mm", USUAL_RELIEF_MM)
     if picture.bits is None and "relief_mm" not in lengths:
-        # Numbers without a header are mm, or else far too high.
-        span = float(np.ptp(grey_values(picture, (0, 0, picture.width, picture.height), "luminance")))
+        # Numbers without a unit are mm, or else far too high.
+        values = grey_values(picture, (0, 0, picture.width, picture.height), "luminance")
+        span = float(np.ptp(values[np.isfinite(values)])) * (picture.unit_mm or 1.0)
         relief_mm = span if 0.01 <= span <= 20.0 else USUAL_RELIEF_MM
     whole = PictureChoice(file, relief_mm=relief_mm, size_mm=lengths.get("size_mm", PATCH_SIDE_MM))
     return Source(whole, picture.width, picture.height, notes, thumbnail.getvalue())

@@ -6,9 +6,8 @@ from pathlib import Path
 
 from relief.ground.errors import InputError, naming
 from relief.ground.progress import stage
-from relief.preparing.choices import AUTO
+from relief.preparing.choices import AUTO, Box
 from relief.preparing.picture_preparation import prepare
-from relief.preparing.resampling import Box
 from relief.preparing.tiling import OVERLAP
 from relief.reading.readers import read_samples
 from relief.relief import Relief
