@@ -96,11 +96,12 @@ def _solution(matrix: Any, right: Array, at: Index) -> Array:
     return found
 
 
-def plane(heights: Array) -> tuple[float, float, float]:
+def plane(heights: Array, repeats: tuple[bool, bool] = (False, False)) -> tuple[float, float, float]:
     """The plane nearest to the measured samples, by least squares.
 
     Args:
         heights: (rows, cols), NaN where nothing was measured.
+        repeats: whether the relief is periodic along y (rows) and along x (columns), where it has no slope.
 
     Returns:
         Its slope down the rows and its slope to the right along the columns, in heights' unit a sample, and
@@ -118,13 +119,16 @@ def plane(heights: Array) -> tuple[float, float, float]:
         [by_row @ down, by_col @ right, by_row.sum()],
     ]
     moments = [down @ rest.sum(axis=1), right @ rest.sum(axis=0), rest.sum()]
-    slope_down, slope_right, lift = np.linalg.lstsq(normal, moments)[0]
-    return float(slope_down), float(slope_right), offset + float(lift)
+    free = np.flatnonzero([not repeats[0], not repeats[1], True])
+    found = np.zeros(3)
+    found[free] = np.linalg.lstsq(np.array(normal)[np.ix_(free, free)], np.array(moments)[free])[0]
+    slope_down, slope_right, lift = found.tolist()
+    return slope_down, slope_right, offset + lift
 
 
-def levelled(heights: Array) -> Array:
-    """Heights (rows, cols) without their `plane`, lifted so that the lowest is 0; NaN stays."""
-    slope_down, slope_right, _ = plane(heights)
+def levelled(heights: Array, repeats: tuple[bool, bool] = (False, False)) -> Array:
+    """Heights (rows, cols) without the slopes of their `plane`, lifted so that the lowest is 0; NaN stays."""
+    slope_down, slope_right, _ = plane(heights, repeats)
     rows, cols = (np.arange(side) for side in heights.shape)
     level = heights - slope_down * rows[:, None] - slope_right * cols
     return level - np.nanmin(level)

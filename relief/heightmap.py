@@ -17,10 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
+from relief.corrections import filled, levelled, plane
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, PictureError, naming
 from relief.ground.files import partial_file
-from relief.ground.formats import GRIDS, HEIGHT_MAPS, MEASURED, PICTURES
+from relief.ground.formats import GRIDS, HEIGHT_MAPS, MEASURED, PICTURES, UNITS
 from relief.ground.lengths import Lengths, header_of, in_range
 from relief.ground.limits import (
     DEEPEST_RELIEF_MM,
@@ -42,6 +43,15 @@ _PHOTOGRAPHS = ("JPEG", "WebP", "BMP", "GIF", "PGM")
 
 LARGEST_FIELD_SIDE = 8192
 """Most samples a side of a picture that textures are cut from."""
+LEAST_FELT_MM = 1e-3
+"""Height, mm, of the least relief that anybody feels: moving fingers notice a step of 0.85 µm (Johansson and
+LaMotte 1983). Natural reliefs are 0.05 to 3 mm high."""
+LIKELIER = (1.0, 1e3, 1e-3, 1e-6)
+"""Factors of heights that are mm, or were taken for mm and are metres, micrometres or nanometres."""
+NAMES = {"1000": "metres", "1": "millimetres", "0.001": "micrometres", "1e-06": "nanometres"}
+"""Names of units of length by their mm."""
+UNIT_NAMES = {f"{mm:g}": name for name, mm in UNITS.items()}
+"""Values of `--units` by their mm."""
 TOLERANCE_MM = 1e-6
 """Rounding, mm: heights this far below 0, above 3 or above 20 mm are clipped; nothing else is."""
 
@@ -93,7 +103,10 @@ def load_height_map(
     size_mm: float | None = None,
     relief_mm: float | None = None,
     height_scale: float | None = None,
+    fill: bool = False,
+    level: bool = False,
     default_relief_mm: float | None = None,
+    repeats: Repeats | None = None,
 ) -> HeightMap:
     """Read a height map with the size of its plate.
 
@@ -109,11 +122,14 @@ def load_height_map(
         size_mm: Side of the plate, mm; None takes the number in the file's header.
         relief_mm: Height of white above black, mm; None takes the number in the file's header.
         height_scale: mm for a height of 1.0 in a file that holds heights; None is 1.
+        fill: fill samples that were not measured from around; they are refused otherwise.
+        level: take out the tilt, then lift the lowest to 0.
         default_relief_mm: Height of white above black, mm, for a picture whose header has none.
+        repeats: axes along which holes go on and nothing is tilted; None takes those of the file's header.
 
     Raises:
-        InputError: The file is missing, damaged, smaller than 16 or larger than 4096 samples a
-            side, or holds heights that are not finite or out of range; or a number is out of `RANGES`.
+        InputError: The file is missing, damaged, smaller than 16 or larger than 4096 samples a side, has
+            holes, or holds heights that are not finite or out of range; or a number is out of `RANGES`.
     """
     path = Path(path)
     with naming(path):
@@ -132,10 +148,71 @@ def load_height_map(
         unit = white
     with np.errstate(over="ignore", invalid="ignore"):
         heights = content.values * unit
-    checked = check_heights(heights, path)
+    ends = axes(content.repeats if repeats is None else repeats)
+    checked = _in_range(path, _corrected(path, heights, ends, fill, level), content.holds_mm, unit)
     kind = "heights times" if content.holds_mm else "a picture, white is"
     _log.info("%s: %d x %d samples read, %s %g mm", path, *checked.shape, kind, unit)
     return HeightMap(checked, _first(path, "size_mm", size_mm, content.size_mm), content.repeats)
+
+
+def _corrected(path: Path, heights: Array, repeats: tuple[bool, bool], fill: bool, level: bool) -> Array:
+    """Heights without holes, and level if wanted. Raises InputError."""
+    if missing := np.count_nonzero(np.isnan(heights)):
+        percent = f"{100.0 * missing / heights.size:.3g} %"
+        fault = f"{path}: {missing} of {heights.size} samples were not measured ({percent})"
+        if not fill or missing == heights.size:
+            ways = (f"{way} of evaluate, optimize and prepare" for way in ("fill=True", "--fill"))
+            raise InputError(*(f"{fault}; {way} fills them from around" for way in ways))
+        say(f"{fault}; filled from around")
+        heights = filled(heights, repeats)
+    if level:
+        down, right, offset = plane(heights, repeats)
+        across, along = abs(right) * heights.shape[1], abs(down) * heights.shape[0]
+        rises = f"{across:.2g} mm over the width and {along:.2g} mm over the height"
+        say(f"{path}: a tilt of {rises} is taken out, and the mean height of {offset:.3g} mm")
+        heights = levelled(heights, repeats)
+    return heights
+
+
+def _in_range(path: Path, heights: Array, holds_mm: bool, unit: float) -> Array:
+    """`check_heights`, whose refusals name ways to mend it; a relief that nobody feels is a warning.
+
+    Args:
+        path: The file.
+        heights: (rows, cols) mm.
+        holds_mm: Whether the file holds numbers.
+        unit: mm for a number of 1, or for white.
+    """
+    with np.errstate(invalid="ignore"):
+        span = float(np.ptp(heights)) if holds_mm else unit
+    factor = next((one for one in LIKELIER if LEAST_FELT_MM <= one * span <= DEEPEST_RELIEF_MM), 1.0)
+    likely = f"{factor * unit:g}"
+    key, short = "height_scale" if holds_mm else "relief_mm", UNIT_NAMES.get(likely)
+    argument, option = f"{key}={likely}", f"--{key.replace('_', '-')} {likely}"
+    asks = ("", "")
+    if factor != 1.0:
+        asked = f"; are these {NAMES.get(likely, 'of another unit')}?"
+        named = f" (--units {short})" if holds_mm and short else ""
+        asks = (f"{asked} {argument}", f"{asked} {option}{named}")
+    if TOLERANCE_MM < span < LEAST_FELT_MM:
+        _warn_once(f"{path}: {1e3 * span:.3g} µm high, less than a finger feels{asks[1]}")
+    try:
+        return check_heights(heights, path)
+    except InputError as error:
+        faults = [f"{error}{ask}" for ask in asks]
+        if holds_mm and (heights.min() < -TOLERANCE_MM or heights.max() * factor > DEEPEST_RELIEF_MM):
+            scaled = likely != "1"
+            calls = _mending(path, f" {option}" * scaled, f", {argument}" * scaled, ".exr")
+            ways = zip(faults, ("level=True", "--level"), calls, strict=True)
+            lifts = "of evaluate and optimize lifts them, and so does:"
+            faults = [f"{fault}; {level} {lifts} {call}" for fault, level, call in ways]
+        raise InputError(*faults) from error
+
+
+@lru_cache(maxsize=256)
+def _warn_once(line: str) -> None:
+    """Log a warning, once: a verb may read a file several times."""
+    _log.warning("%s", line)
 
 
 def fitting_repeats(repeats: Repeats, heights: ArrayLike, path: str | os.PathLike[str]) -> Repeats:
@@ -236,7 +313,7 @@ def check_scales(files: Iterable[str | os.PathLike[str]], lengths: Lengths) -> N
     if height_scale is not None and in_mm == {False}:
         raise InputError(
             "height_scale: is for files that hold mm; a picture is scaled by relief_mm",
-            "--height-scale: is for files that hold mm; a picture is scaled by --relief-mm",
+            "--height-scale: is for files that hold mm, as --units is; a picture is scaled by --relief-mm",
         )
 
 

@@ -4,6 +4,7 @@ import argparse
 from dataclasses import dataclass
 from typing import Annotated
 
+from relief.ground.formats import UNITS
 from relief.ground.limits import (
     LARGEST_HEIGHT_SCALE,
     LARGEST_PLATE_MM,
@@ -35,7 +36,31 @@ def relief_option(default: str, key: str = "") -> Option:
 def height_scale_option(default: str, key: str = "") -> Option:
     """The option of the unit of a file of heights."""
     text = "mm for a height of 1 in EXR, NPY and float TIFF"
-    return Option(text, "FACTOR", SCALE, default=default, key=key)
+    return Option(text, "FACTOR", SCALE, default=default, exclusive="scale", key=key)
+
+
+def units_option(key: str = "") -> Option:
+    """The option of the unit of a file of heights, in place of the number."""
+    text = f"unit of the heights in EXR, NPY, float TIFF and texts, as --height-scale: {', '.join(UNITS)}"
+    return Option(text, "UNIT", default="", read=millimetres, exclusive="scale", key=key)
+
+
+def millimetres(unit: str) -> float:
+    """The millimetres in a unit of length. Raises argparse.ArgumentTypeError."""
+    if unit not in UNITS:
+        raise argparse.ArgumentTypeError(f"{unit[:LONGEST_NAME]!r} is none of {', '.join(UNITS)}")
+    return UNITS[unit]
+
+
+def level_option(key: str = "") -> Option:
+    """The option that takes out a tilt."""
+    text = "take out the tilt of what was measured, the plane by least squares, and lift the lowest to 0"
+    return Option(text, key=key)
+
+
+def fill_option(key: str = "") -> Option:
+    """The option that fills holes."""
+    return Option("fill samples that were not measured smoothly from around", key=key)
 
 
 def printer_option(what: str, default: str = "none", key: str = "", python: str = "") -> Option:

@@ -72,13 +72,13 @@ class Relief:
             default_mm, default_relief_mm: width, and height of white above black in a picture, where neither
                 an argument nor the header has one.
             lengths: `size_mm`, width of the plate or the tile, where None takes the one in the file's header;
-                `relief_mm` and `height_scale` as in `relief.heightmap.load_height_map`.
+                `relief_mm`, `height_scale`, `fill` and `level` as in `relief.heightmap.load_height_map`.
 
         Raises:
             InputError: the file is missing or damaged, heights or lengths are out of range, the sides of a
                 tile do not fit, or the printer cannot make the relief.
         """
-        content = load_height_map(file, default_relief_mm=default_relief_mm, **lengths)
+        content = load_height_map(file, default_relief_mm=default_relief_mm, repeats=repeats, **lengths)
         width_mm = default_mm if content.size_mm is None else content.size_mm
         if repeats is None:
             repeats = fitting_repeats(content.repeats, content.heights, file)

@@ -6,6 +6,7 @@ from optimize.descent.methods import METHODS
 from optimize.runs.preparation import checked_goals, scene_of
 from optimize.settings.run_file import Run
 from relief.ground.errors import InputError
+from relief.ground.lengths import Lengths
 from relief.ground.progress import stage
 from visual.looks import AUTO, EXACT
 from visual.scene import Scene
@@ -38,7 +39,7 @@ def faults_of(runs: Mapping[str, Run]) -> dict[str, InputError]:
 
 def _pictured(settings: Run) -> Hashable:
     """What scene and relief of a run depend on."""
-    keys = {"scene", "texture", "size_mm", "relief_mm", "height_scale", "repeats", "define", "print"}
+    keys = {"scene", "texture", "repeats", "define", "print", *Lengths.__annotations__}
     return settings.model_dump_json(include=keys)
 
 

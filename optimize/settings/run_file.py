@@ -26,6 +26,7 @@ from relief.ground.limits import (
     LARGEST_HEIGHT_SCALE,
     LARGEST_PLATE_MM,
     LARGEST_RELIEF_MM,
+    PATCH_SIDE_MM,
     SMALLEST_PLATE_MM,
     SMALLEST_RELIEF_MM,
 )
@@ -93,6 +94,8 @@ class Run(Section):
         size_mm: width of the plate, mm; by default that of the texture's header, else that of the scene.
         relief_mm: height of white above black, mm, in a picture; by default that of its header.
         height_scale: mm for a height of 1 in a file that holds heights; without meaning for pictures.
+        fill: whether samples that were not measured are filled from around.
+        level: whether the tilt of the texture is taken out.
         repeats: whether the relief goes on as itself beyond its rim: along both axes, or along "x" or "y"; by
             default as the texture's header says. Never None once loaded.
         seed: of all random numbers.
@@ -105,6 +108,8 @@ class Run(Section):
     size_mm: Annotated[float, Field(ge=SMALLEST_PLATE_MM, le=LARGEST_PLATE_MM)] | None = None
     relief_mm: Annotated[float, Field(ge=SMALLEST_RELIEF_MM, le=LARGEST_RELIEF_MM)] | None = None
     height_scale: Annotated[float, Field(ge=1.0 / LARGEST_HEIGHT_SCALE, le=LARGEST_HEIGHT_SCALE)] = 1.0
+    fill: bool = False
+    level: bool = False
     repeats: Repeats | None = None
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     define: Mapping[str, str] = {}
@@ -133,19 +138,15 @@ class Run(Section):
             size_mm=self.size_mm,
             relief_mm=self.relief_mm,
             height_scale=self.height_scale,
+            fill=self.fill,
+            level=self.level,
             repeats=self.repeats,
             default_mm=plate_mm,
         )
 
     def check_texture(self) -> None:
         """Read the texture, so that its faults are reported before slow work begins. Raises InputError."""
-        # Imported here, as for `design`.
-        from relief.heightmap import load_field, load_height_map
-
-        if self.relief_mm is None:
-            load_height_map(self.texture, height_scale=self.height_scale)
-        else:
-            load_field(self.texture)
+        self.design(PATCH_SIDE_MM)
 
     def relief(self, plate_mm: float) -> "Relief":
         """The relief that the run begins with: its design, or the print of it. Raises InputError."""

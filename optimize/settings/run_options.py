@@ -15,7 +15,15 @@ from mitsuba_scenes.fingers import DEFAULT_SKIN, bundled_skins
 from optimize.settings.fast_models import FAST_MODELS
 from relief.ground.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from relief.ground.options import Option, literal, overrides
-from relief.plate_options import height_scale_option, printer_option, relief_option, size_option
+from relief.plate_options import (
+    fill_option,
+    height_scale_option,
+    level_option,
+    printer_option,
+    relief_option,
+    size_option,
+    units_option,
+)
 from tactile.quantities import QUANTITIES, GoalKey, feel_of_quantities, goal_keys, mapped_quantities
 
 TARGET = "the feel to reach"
@@ -128,6 +136,9 @@ class RunPlateOptions:
         float | None, relief_option("the run file's, or the texture's header", "relief_mm")
     ] = None
     height_scale: Annotated[float | None, height_scale_option("the run file's, or 1", "height_scale")] = None
+    units: Annotated[float | None, units_option("height_scale")] = None
+    fill: Annotated[bool, fill_option("fill")] = False
+    level: Annotated[bool, level_option("level")] = False
     printer: Annotated[
         str | None,
         printer_option(

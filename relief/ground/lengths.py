@@ -8,6 +8,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from relief.ground.errors import InputError, naming
+from relief.ground.formats import UNITS
 from relief.ground.limits import (
     LARGEST_HEIGHT_SCALE,
     LARGEST_PLATE_MM,
@@ -27,11 +28,14 @@ RANGES = {
 
 
 class Lengths(TypedDict, total=False):
-    """The numbers of `RANGES` as arguments, None if unknown; see `relief.heightmap.load_height_map`."""
+    """The numbers of `RANGES` as arguments, None if unknown, and the corrections of what was measured; see
+    `relief.heightmap.load_height_map`."""
 
     size_mm: float | None
     relief_mm: float | None
     height_scale: float | None
+    level: bool
+    fill: bool
 
 
 HEADER = "retouch."
@@ -56,6 +60,17 @@ def in_range(key: str, number: object) -> float:
     if not lowest <= value <= highest:
         raise InputError(f"{key}: {shown(number)} is not a number from {lowest:g} to {highest:g}")
     return value
+
+
+def scale_of(units: str | None, height_scale: float | None) -> float | None:
+    """mm for a height of 1, None if neither the unit nor the number states them. Raises InputError."""
+    if units is None:
+        return height_scale
+    if height_scale is not None:
+        raise InputError("units: height_scale states the unit of heights already")
+    if units not in UNITS:
+        raise InputError(f"units: {shown(units)} is not one of {', '.join(UNITS)}")
+    return UNITS[units]
 
 
 def header_of(path: str | os.PathLike[str], **lengths: float | None) -> dict[str, float]:

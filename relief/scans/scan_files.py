@@ -15,7 +15,7 @@ from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError, PictureError, naming
 from relief.ground.files import damage_named, read_limited
 from relief.ground.formats import HEIGHT_MAPS, MESHES, UNITS
-from relief.ground.lengths import in_range
+from relief.ground.lengths import in_range, scale_of
 from relief.ground.limits import LARGEST_SIDE, SMALLEST_SIDE
 from relief.ground.progress import stage
 from relief.heightmap import load_content
@@ -50,7 +50,8 @@ class ScanLengths:
     """Lengths that a file of a scan may lack; None takes the file's, or the default.
 
     Attributes:
-        units: of a mesh or of points, a key of `UNITS`; mm by default.
+        units: of x, y and z of a mesh or of points, or of the heights of a height map that holds numbers, a
+            key of `UNITS`; mm by default.
         size_mm: width of a height map.
         relief_mm: height of white above black of a picture.
         height_scale: mm for a height of 1 of a height map that holds numbers.
@@ -97,8 +98,6 @@ def read_scan(path: str | os.PathLike[str], lengths: ScanLengths | None = None) 
 
 def _refuse_others(path: Path, is_map: bool, lengths: ScanLengths) -> None:
     """Raise InputError for a length that is for another kind of file."""
-    if is_map and lengths.units is not None:
-        raise InputError(f"{path}: units: is for meshes and points; a height map is scaled by size_mm")
     for name in ("size_mm", "relief_mm", "height_scale"):
         if not is_map and getattr(lengths, name) is not None:
             raise InputError(f"{path}: {name}: is for height maps; a mesh or points have units")
@@ -110,13 +109,15 @@ def _of_height_map(path: Path, lengths: ScanLengths) -> Scan:
     except InputError as error:
         # Its line names `retouch prepare`, which makes height maps of pictures, but not scans.
         raise error.__cause__ if isinstance(error.__cause__, PictureError) else error from None
-    wrong = "relief_mm" if content.holds_mm else "height_scale"
-    if getattr(lengths, wrong) is not None:
-        kind = "numbers" if content.holds_mm else "grey"
-        raise InputError(f"{path}: {wrong}: is for another kind of height map; this one holds {kind}")
+    for wrong in ("relief_mm",) if content.holds_mm else ("height_scale", "units"):
+        if getattr(lengths, wrong) is not None:
+            kind = "numbers" if content.holds_mm else "grey"
+            raise InputError(f"{path}: {wrong}: is for another kind of height map; this one holds {kind}")
     size_mm = _length(path, "size_mm", lengths.size_mm, content.size_mm, "the width of the scan")
     if content.holds_mm:
-        unit = in_range("height_scale", 1.0 if lengths.height_scale is None else lengths.height_scale)
+        with naming(path):
+            scale = scale_of(lengths.units, lengths.height_scale)
+            unit = in_range("height_scale", 1.0 if scale is None else scale)
     else:
         white = "the height of white above black"
         unit = _length(path, "relief_mm", lengths.relief_mm, content.relief_mm, white)

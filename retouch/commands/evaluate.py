@@ -18,8 +18,10 @@ from relief.printers import find_printer
 from relief.surface import Repeats, repeats_along
 from retouch.commands.mesh_entries import add_meshes, check_mesh_options, is_mesh
 from retouch.commands.options import (
+    CORRECTIONS,
     LENGTHS,
     TEXTURE,
+    add_corrections,
     add_curved,
     add_mitsuba,
     add_plate,
@@ -86,6 +88,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"{TEXTURE}; or a print file ({', '.join(MESHES)})",
     )
     add_plate(parser)
+    add_corrections(parser)
     add_repeats(parser)
     add_printer(parser, "press on the texture as this printer makes it")
     parser.add_argument(
@@ -117,12 +120,13 @@ def run(arguments: argparse.Namespace) -> int:
     arguments.textures = [find_texture(texture) for texture in arguments.textures]
     textures = [texture for texture in arguments.textures if not is_mesh(texture)]
     check_mesh_options(arguments, textures)
-    check_scales(arguments, textures)
+    if not (arguments.units and len(textures) < len(arguments.textures)):
+        check_scales(arguments, textures)
     scene = _scene(arguments)
     skin = _skin(arguments)
     # All files are read before the first press, so that a misspelt name is refused at once.
     printer = arguments.printer and find_printer(arguments.printer)
-    options = given(arguments, "repeats", *LENGTHS)
+    options = given(arguments, "repeats", *LENGTHS, *CORRECTIONS)
     subjects: dict[Path, Any] = {
         texture: retouch.Relief.read(texture, printer=printer, **options) for texture in textures
     }
@@ -210,6 +214,6 @@ def _loaded(scene: Path, texture: Path, arguments: argparse.Namespace, repeats: 
     """The scene of --reach with a texture, as wide as its header or the scene says. Raises InputError."""
     defines = dict(arguments.defines)
     with naming(texture):
-        lengths = given(arguments, *LENGTHS)
+        lengths = given(arguments, *LENGTHS, *CORRECTIONS)
         relief = retouch.scene_relief(scene, defines, texture, **lengths, repeats=repeats)
         return retouch.load_scene(scene, defines, arguments.variant, relief=relief)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from optimize.settings.run_options import CURVED
 from relief.ground.errors import InputError
-from relief.ground.formats import MESHES, UNITS
-from retouch.commands.options import LENGTHS
+from relief.ground.formats import MESHES
+from retouch.commands.options import CORRECTIONS, LENGTHS
 
 
 def is_mesh(path: Path) -> bool:
@@ -18,11 +18,6 @@ def is_mesh(path: Path) -> bool:
 def add_meshes(parser: argparse.ArgumentParser) -> None:
     """Add the options of print files."""
     group = parser.add_argument_group("print files")
-    group.add_argument(
-        "--units",
-        choices=tuple(UNITS),
-        help="unit of the file, where it does not state its own or a wrong one",
-    )
     group.add_argument(
         "--object",
         type=Path,
@@ -49,9 +44,10 @@ def add_meshes(parser: argparse.ArgumentParser) -> None:
 def check_mesh_options(arguments: argparse.Namespace, textures: Sequence[Path]) -> None:
     """Raise InputError for options that do not fit the files, which are textures, meshes or both."""
     meshes = len(arguments.textures) - len(textures)
-    for_meshes = {"--units": arguments.units, "--object": arguments.object, "-o": arguments.out}
+    for_meshes = {"--object": arguments.object, "-o": arguments.out}
     for_meshes["--on-shape"] = arguments.on_shape or None
-    for_textures = {"--" + key.replace("_", "-"): getattr(arguments, key) for key in LENGTHS}
+    names = [name for name in (*LENGTHS, *CORRECTIONS) if name != "height_scale" or not arguments.units]
+    for_textures = {"--" + name.replace("_", "-"): getattr(arguments, name) for name in names}
     for flag, value in for_meshes.items():
         if value is not None and not meshes:
             raise InputError(f"{flag}: is for print files ({', '.join(MESHES)}); none is given")

@@ -14,9 +14,18 @@ import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.run_options import curved_options, distance_option, skin_option
 from relief.ground.errors import InputError
+from relief.ground.formats import UNITS
 from relief.ground.limits import PATCH_SIDE_MM
 from relief.ground.options import add_option, given, whole_number
-from relief.plate_options import height_scale_option, printer_option, relief_option, size_option
+from relief.plate_options import (
+    fill_option,
+    height_scale_option,
+    level_option,
+    printer_option,
+    relief_option,
+    size_option,
+    units_option,
+)
 from retouch.verbs.progress_display import console_on
 
 if TYPE_CHECKING:
@@ -35,6 +44,8 @@ TEXTURE = (
 """What a texture is, in the help of every verb that takes one."""
 LENGTHS = ("size_mm", "relief_mm", "height_scale")
 """Options of `add_plate`, by the names of arguments."""
+CORRECTIONS = ("fill", "level")
+"""Options of `add_corrections`."""
 MOST_WORKERS = 1024
 PACKAGES = ("relief", "tactile", "visual", "surrogate", "optimize", "retouch", "mitsuba_scenes")
 """Packages whose steps `-v` reports; others report warnings only."""
@@ -121,7 +132,7 @@ def _finite(content: Any) -> Any:
 def add_plate(
     parser: argparse._ActionsContainer, size: str = f"{PATCH_SIDE_MM:g}", side: str = "side of the plate"
 ) -> None:
-    """Add `--size-mm`, `--relief-mm` and `--height-scale`, None where not given.
+    """Add `--size-mm`, `--relief-mm` and `--height-scale`, or `--units` in its place, None where not given.
 
     Args:
         parser: of the verb.
@@ -130,7 +141,22 @@ def add_plate(
     """
     add_option(parser, "size_mm", size_option(side, f"the texture's header, or {size}"), float)
     add_option(parser, "relief_mm", relief_option("the texture's header"), float)
-    add_option(parser, "height_scale", height_scale_option("1"), float)
+    scale = parser.add_mutually_exclusive_group()
+    add_option(scale, "height_scale", height_scale_option("1"), float)
+    scale.add_argument("--units", choices=tuple(UNITS), action=_Units, help=units_option().help)
+
+
+class _Units(argparse.Action):
+    """Keeps the unit, and the height scale that it stands for."""
+
+    def __call__(self, _: Any, namespace: argparse.Namespace, units: Any, __: str | None = None) -> None:
+        namespace.units, namespace.height_scale = units, UNITS[units]
+
+
+def add_corrections(parser: argparse._ActionsContainer) -> None:
+    """Add `--fill` and `--level`, None where not given."""
+    add_option(parser, "fill", fill_option(), bool)
+    add_option(parser, "level", level_option(), bool)
 
 
 def add_repeats(parser: argparse._ActionsContainer, first: str = "") -> None:

@@ -57,13 +57,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="OUT",
         help="folder to write (default: scans/NAME of FILE); of a coupon, the printer file (.toml)",
     )
-    parser.add_argument("--units", choices=tuple(UNITS), help="unit of a mesh or of points (default: mm)")
+    scale = parser.add_mutually_exclusive_group()
+    scale.add_argument(
+        "--units",
+        choices=tuple(UNITS),
+        help="unit of a mesh or of points, or of the heights in EXR, NPY and float TIFF (default: mm)",
+    )
     for flag, metavar, meaning in (
         ("--size-mm", "MM", "width of the scan of a height map, mm (default: the file's header)"),
         ("--relief-mm", "MM", "height of white above black in a picture, mm (default: the file's header)"),
         ("--height-scale", "FACTOR", "mm for a height of 1 in EXR, NPY and float TIFF (default: 1)"),
     ):
-        parser.add_argument(flag, type=float, metavar=metavar, help=meaning)
+        place = scale if flag == "--height-scale" else parser
+        place.add_argument(flag, type=float, metavar=metavar, help=meaning)
     parser.add_argument(
         "--model", choices=tuple(MODEL_NAMES), default="layer", help="model of touch (default: layer)"
     )

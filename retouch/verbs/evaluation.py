@@ -17,7 +17,7 @@ from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
 from relief.ground.formats import MESHES
 from relief.ground.formatting import number, percent
-from relief.ground.lengths import Lengths
+from relief.ground.lengths import Lengths, scale_of
 from relief.ground.limits import PATCH_SIDE_MM
 from relief.ground.progress import Progress, stage
 from relief.patches import Patches
@@ -206,11 +206,11 @@ def evaluate(
     Args:
         relief: a `Relief`, heights (rows, cols) in mm, a height map, the name of a bundled one, or the folder
             of a run; or a solid, as a print file (STL, OBJ, PLY, GLB, 3MF) or of `read_solid`.
-        lengths: `size_mm`, `relief_mm` and `height_scale` of a file, as in `Relief.read`; `size_mm` also
-            of an array.
+        lengths: `size_mm`, `relief_mm`, `height_scale`, `fill` and `level` of a file, as in `Relief.read`;
+            `size_mm` also of an array.
         repeats: whether a file or an array is a tile, along both axes, "x" or "y"; None: as the header says.
         printer: name of a printer, or a printer, whose print of the relief or the solid is pressed.
-        units: of a print file, as in `read_solid`.
+        units: of a print file, as in `read_solid`; or of the heights in a file, in place of `height_scale`.
         without_texture: the solid before its texture, whose own curvature is then known and taken out;
             without it, each patch estimates its own.
         on_shape: press on the texture where it lies, on the solid before its texture, and take out the strain
@@ -246,7 +246,9 @@ def evaluate(
             return Evaluation(
                 relief, feel, model, finger, name, files=files, printer=made_by, printed=printed
             )
-    of_solids = {"units": units, "without_texture": without_texture, "colours": colours}
+    if units is not None:
+        lengths["height_scale"] = scale_of(units, lengths.get("height_scale"))
+    of_solids = {"without_texture": without_texture, "colours": colours}
     refuse("print files", of_solids | {"on_shape": on_shape or None})
     felt = relief_of(relief, **lengths, repeats=repeats, printer=printer)
     with followed(progress, quiet), naming(felt.name):

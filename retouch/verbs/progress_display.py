@@ -94,6 +94,7 @@ class _Watch:
         self._lock = threading.RLock()
         self._under_way: list[tuple[Progress, float, int]] = []
         self._count = 0
+        self._said: set[str] = set()
 
     def report(self, progress: Progress) -> None:
         with self._lock:
@@ -110,8 +111,11 @@ class _Watch:
                 self._display.show(None)
 
     def say(self, line: str) -> None:
+        # Once, as a verb may read a file several times.
         with self._lock:
-            self._display.say(line)
+            if line not in self._said:
+                self._said.add(line)
+                self._display.say(line)
 
     def run(self) -> None:
         """Show what is under way until `over` is set."""

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from mitsuba_scenes import find_texture
 from relief.ground.errors import InputError
 from relief.ground.lengths import Lengths
+from relief.heightmap import check_scales
 from relief.printers import Printer, printer_of
 from relief.relief import Relief, as_relief
 from relief.surface import Repeats
@@ -31,7 +32,8 @@ def relief_of(
     """
     made_by = printer_of(printer)
     if isinstance(source, str | os.PathLike):
-        return Relief.read(find_texture(source), repeats=repeats, printer=made_by, **lengths)
+        check_scales([file := find_texture(source)], lengths)
+        return Relief.read(file, repeats=repeats, printer=made_by, **lengths)
     relief = as_relief(source, lengths.pop("size_mm", None), repeats=repeats)
     refuse("files", lengths)
     return relief if made_by is None else relief.printed(made_by)
@@ -40,5 +42,5 @@ def relief_of(
 def refuse(kind: str, values: Mapping[str, object]) -> None:
     """Raise InputError for an argument that is there, but belongs to another kind of input."""
     for name, value in values.items():
-        if value is not None:
+        if value is not None and value is not False:
             raise InputError(f"{name}: is for {kind}")

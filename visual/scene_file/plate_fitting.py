@@ -7,10 +7,12 @@ these parameters too. What a user defines stays.
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Unpack
 
 from numpy.typing import ArrayLike
 
 from relief.ground.errors import InputError
+from relief.ground.lengths import Lengths
 from relief.relief import Relief, as_relief
 from relief.surface import Repeats
 from visual.scene_file.check import check_scene
@@ -80,10 +82,8 @@ def scene_relief(
     defines: Mapping[str, str] | None = None,
     texture: str | Path | None = None,
     *,
-    size_mm: float | None = None,
-    relief_mm: float | None = None,
-    height_scale: float | None = None,
     repeats: Repeats | None = None,
+    **lengths: Unpack[Lengths],
 ) -> Relief:
     """The relief that lies on the plate of a scene; of the scene nothing is loaded.
 
@@ -91,10 +91,10 @@ def scene_relief(
         path: of the scene file.
         defines: values of its `$parameters`.
         texture: a height map instead of the scene's own.
-        size_mm: width of the plate; None takes the one in the file's header, then that of the scene.
-        relief_mm, height_scale: of the height map, as in `relief.heightmap.load_height_map`. How high white
-            is in the scene's own height map, the scene says where nobody else does.
         repeats: whether the relief is a tile, along both axes, "x" or "y"; None: as its file's header says.
+        lengths: `size_mm`, width of the plate, where None takes the one in the file's header, then that of
+            the scene; the others as in `relief.heightmap.load_height_map`. How high white is in the scene's
+            own height map, the scene says where nobody else does.
 
     Raises:
         InputError: what is wrong with the scene or the height map, in one line.
@@ -105,12 +105,10 @@ def scene_relief(
         raise InputError(f"{path}: heightfield: filename: missing")
     return Relief.read(
         file,
-        size_mm=size_mm,
-        relief_mm=relief_mm,
-        height_scale=height_scale,
         repeats=repeats,
         default_mm=plate.size_mm,
         default_relief_mm=plate.relief_mm if texture is None else None,
+        **lengths,
     )
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from relief.ground.errors import InputError, naming
+from relief.ground.lengths import Lengths
 from relief.ground.progress import stage
 from relief.preparing.choices import AUTO, Box
 from relief.preparing.picture_preparation import prepare
@@ -68,7 +69,7 @@ def make_controls(stimuli: StimulusSet, out: Path) -> list[Control]:
 
 
 def _texture(stimuli: StimulusSet, texture: Path) -> Relief:
-    lengths = {key: stimuli.settings.get(key) for key in ("size_mm", "relief_mm", "height_scale")}
+    lengths = {key: stimuli.settings.get(key) for key in Lengths.__annotations__}
     return Relief.read(texture, **lengths, repeats=False)  # type: ignore[arg-type]
 
 

@@ -84,6 +84,8 @@ def write_study_file(stimuli: StimulusSet, controls: Sequence[Control], out: Pat
                 TEXTURE: str(one.file),
                 "size_mm": one.size_mm,
                 "height_scale": 1.0,
+                "fill": False,
+                "level": False,
             }
             for one in controls
         ]

@@ -12,6 +12,7 @@ from optimize.settings.printing import Print
 from optimize.settings.toml_files import Positive, Section, first_fault, read_toml
 from relief.ground.errors import InputError
 from relief.ground.files import write_atomically
+from relief.ground.lengths import Lengths
 from relief.ground.limits import BASE_MM, LARGEST_PLATE_MM, PATCH_SIDE_MM
 from relief.printers import WITH_SUPPORT, Printer
 from relief.relief import Relief
@@ -192,7 +193,7 @@ class StimulusSet(Section):
 
     def check_textures(self) -> None:
         """Check that each texture is a tile, or as large as a plate. Raises InputError."""
-        lengths = {key: self.settings.get(key) for key in ("size_mm", "relief_mm", "height_scale")}
+        lengths = {key: self.settings.get(key) for key in Lengths.__annotations__}
         for texture in self.textures:
             relief = Relief.read(texture, **lengths, repeats=False)  # type: ignore[arg-type]
             if not self.whole:

@@ -18,6 +18,8 @@ INTRODUCED: Mapping[str, Any] = {
     "size_mm": None,
     "relief_mm": None,
     "height_scale": 1.0,
+    "fill": False,
+    "level": False,
     "repeats": False,
     "seed": 0,
     "touch.model": "layer",

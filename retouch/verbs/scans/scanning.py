@@ -67,7 +67,7 @@ def scan(
         file: scan of the print: a height map (not finite in holes), a mesh or a text of points x, y, z.
         out: folder of the page, of every number and of the print as measured.
         other: scan of a second print, to be compared with the first.
-        units: of meshes and points; None: mm.
+        units: of meshes and points, or of the heights of a height map that holds numbers; None: mm.
         size_mm, relief_mm, height_scale: of scans that are height maps.
         skin, model: of touch, as in `compare`.
         scene, defines, variant, samples: of the pictures, as in `compare`.
