@@ -22,7 +22,7 @@ _ALLOWED = {
     "relief": "relief.ground relief.reading",
     "relief.ground": "",
     "relief.reading": "relief.ground",
-    "relief.preparing": "relief relief.ground",
+    "relief.preparing": "relief relief.ground relief.reading",
     "relief.scans": "relief relief.ground relief.solids relief.solids.export relief.solids.meshes",
     "relief.solids": "relief.ground",
     "relief.solids.export": "relief relief.ground relief.solids relief.solids.meshes",

@@ -36,7 +36,7 @@ Box = tuple[int, int, int, int]
 """Four numbers of a part of a picture, in pixels from its upper left corner."""
 
 
-def crop(text: str) -> tuple[int, ...]:
+def read_crop(text: str) -> tuple[int, ...]:
     """Read "X,Y,W,H". Raises argparse.ArgumentTypeError."""
     parts = text.split(",")
     if len(parts) != 4:
@@ -101,7 +101,7 @@ class PartOptions:
             "the part W pixels wide and H high, X from the left and Y from the top (default: the picture); "
             "if it is not square, the square in its middle",
             "X,Y,W,H",
-            read=crop,
+            read=read_crop,
         ),
     ] = None
     centre: Annotated[

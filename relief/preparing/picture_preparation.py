@@ -321,8 +321,8 @@ class _Work:
         if samples < SMALLEST_SIDE:
             needed = int(np.ceil(SMALLEST_SIDE * reach))
             raise InputError(
-                f"tile: a tile of {SMALLEST_SIDE} pixels a side needs a picture of at least {needed}; the part "
-                f"that repeats has {samples}"
+                f"tile: a tile of {SMALLEST_SIDE} pixels a side needs a picture of at least {needed}; "
+                f"the part that repeats has {samples}"
             )
         count = round(samples * reach)
         # The overlap is rounded to whole samples and must not reach beyond the picture.

@@ -19,6 +19,8 @@ MEDIAN = (0.8, 1.03)
 LENGTH_SPREAD, LENGTH_SPREAD_ALL_ROUND = 0.38, 0.2
 """Largest standard deviation of the lengths, in that of the directions: of normals to a surface, of normals
 that point anywhere. Colours at random have 0.58."""
+COLLINEAR = 0.03
+"""Second standard deviation of directions, in the first, below which colours are shades of one colour."""
 STEEPEST_MEAN = 0.2
 """Largest slope of the mean normal to a surface. Azure paint has lengths of 1, too, but is far from blue."""
 ALL_ROUND = 0.6
@@ -73,9 +75,11 @@ def _are_normals(colours: Array) -> bool:
     if len(found) < FEWEST_COLOURS or directions.shape[1] < flat.shape[1] * LEAST_SHARE:
         return False
     lengths = np.linalg.norm(directions, axis=0)
-    spread = float(np.sqrt(directions.var(axis=1).sum()))
-    scatter = lengths.std() / max(spread, 1e-9)
-    if not MEDIAN[0] < np.median(lengths) < MEDIAN[1] or scatter > LENGTH_SPREAD:
+    variances = np.maximum(np.linalg.eigvalsh(np.cov(directions)), 1e-12)
+    spread = float(np.sqrt(variances.sum()))
+    scatter = lengths.std() / spread
+    on_a_line = variances[1] < COLLINEAR**2 * variances[2]
+    if on_a_line or not MEDIAN[0] < np.median(lengths) < MEDIAN[1] or scatter > LENGTH_SPREAD:
         return False
     low, high = np.percentile(lengths, [5.0, 95.0])
     steepest, blue = np.abs(directions[:2].mean(axis=1)).max(), np.mean(directions[2] > 0.0)

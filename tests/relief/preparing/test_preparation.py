@@ -47,7 +47,7 @@ def test_a_turned_picture_has_turned_heights(stone: Path, degrees: int) -> None:
 
 
 def test_a_picture_is_turned_by_quarters_only(stone: Path) -> None:
-    with pytest.raises(InputError, match="rotate: 45 is not one of"):
+    with pytest.raises(InputError, match="rotate: '45' is not one of"):
         prepare(stone, rotate=45)
 
 
@@ -92,7 +92,8 @@ def test_without_a_relief_a_png_is_still_written(stone: Path) -> None:
     assert prepared.relief_mm is None and "relief" not in prepared.done
     prepared.save(stone.with_name("heights.png"))
     read = load_height_map(stone.with_name("heights.png"), relief_mm=0.5)
-    assert (read.heights.min(), read.heights.max(), read.size_mm) == (0.0, 0.5, None)
+    # Means over pixels do not reach the ends, which are the darkest and the brightest pixel.
+    assert 0.0 < read.heights.min() < 0.01 < 0.49 < read.heights.max() < 0.5 and read.size_mm is None
     with pytest.raises(InputError, match="relief_mm: missing; an EXR holds mm"):
         prepared.save(stone.with_name("heights.exr"))
     with pytest.raises(InputError, match=r"written as \.png or \.exr"):
@@ -147,7 +148,7 @@ def test_a_tile_stays_one(stone: Path) -> None:
 def test_a_tile_has_the_samples_that_were_asked_for(stone: Path, method: str) -> None:
     prepared = prepare(stone, samples=SIDE, tile=method, relief_mm=1.0)
     assert prepared.heights.shape == (SIDE, SIDE)
-    assert (prepared.heights.min(), prepared.heights.max()) == (0.0, 1.0)
+    assert 0.0 <= prepared.heights.min() < 0.1 and 0.9 < prepared.heights.max() <= 1.0
     told = prepared.numbers["tile"]
     assert told["method"] == method or method == "auto"
     assert told["pixels"] <= 40 / 1.25

@@ -21,7 +21,7 @@ from retouch.app.values.document import (
     PictureChoice,
     command_line,
 )
-from retouch.commands import optimize, prepare
+from retouch.commands import optimize
 from retouch.commands.main import parse
 from retouch.verbs.objects.wrap_options import WrapOptions
 
@@ -52,11 +52,11 @@ def heights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 )
 def test_the_height_map_is_that_of_the_command(picture: PictureChoice) -> None:
     arguments = parse(picture.command("runs/stone-1.png"))
-    shown = {name: getattr(arguments, name) for name in prepare.OPTIONS}
-    kept = {name: value for name, value in picture.arguments().items() if name in prepare.OPTIONS}
-    assert {name: shown[name] for name in kept} == kept
-    others = parse(["prepare", picture.file, "-o", "x.png"])
-    assert all(shown[name] == getattr(others, name) for name in prepare.OPTIONS if name not in kept)
+    assert given(arguments, *declared(PrepareOptions)) == {
+        name: value
+        for name, value in picture.arguments().items()
+        if value != declared(PrepareOptions)[name].value
+    }
 
 
 @pytest.mark.parametrize(
