@@ -69,7 +69,7 @@ def read_tiff(path: Path, check: Check) -> Samples:
         page, masks, count = _page(file, path)
         _check(page, path, check)
         stored = _decoded(page, path)
-        notes = [f"the largest of {count} pictures"] * (count > 1)
+        notes = [f"the largest of {count} pictures, the first of this size"] * (count > 1)
         if page.tags.valueof(274, 1) != 1:
             notes.append("turned upright by its orientation")
         upright = UPRIGHT.get(page.tags.valueof(274, 1), UPRIGHT[1])
@@ -164,8 +164,10 @@ def _channels(page: Any, stored: AnyArray, path: Path) -> tuple[dict[str, AnyArr
         raise InputError(f"{path}: SamplesPerPixel: channels of unknown meaning; a height map has one")
     alpha = layers[colours:]
     if kind == _PALETTE and grey:
+        # Many writers fill the lower byte of a palette with 0 in place of the upper one again.
         table = np.asarray(page.colormap)
-        channels, white = grey_or_colours(*(table[one][layers[0]] for one in range(3))), 65535.0
+        table, white = (table, 65535.0) if (table & 255).any() else (table >> 8, 255.0)
+        channels = grey_or_colours(*(one[layers[0]] for one in table))
     elif colours == 1:
         # White is zero of grey alone; numbers are heights.
         channels = {"Y": (int(white) - layers[0]).astype(stored.dtype) if kind == 0 and grey else layers[0]}
