@@ -31,7 +31,7 @@ def read_exr(path: Path, check: Check) -> Samples:
     channels, header, notes = exr_channels(path, check)
     pixels = {name: measured(one) for name, one in channels.items() if name != "A"}
     named = grey_or_colours(*pixels.values()) if len(pixels) == 3 else {"Y": next(iter(pixels.values()))}
-    if "A" in channels:
+    if "A" in channels and (channels["A"] != 1.0).any():
         named["A"] = channels["A"]
     kind = "EXR of numbers" + ("" if "Y" in named else " in colour")
     return Samples(
