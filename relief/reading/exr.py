@@ -98,4 +98,5 @@ def _checked_window(header: Any, path: Path, check: Check) -> list[str]:
     if np.array_equal(first, low) and np.array_equal(last, high):
         return []
     whole = f"{int(last[0]) - int(first[0]) + 1} x {int(last[1]) - int(first[1]) + 1}"
-    return [f"its data window of {cols} x {rows} pixels, not its display window of {whole}"]
+    at = f"({int(low[0]) - int(first[0])}, {int(low[1]) - int(first[1])})"
+    return [f"holds {cols} x {rows} pixels at {at} of a picture of {whole}; these are taken as the whole"]

@@ -75,12 +75,7 @@ def read_tiff(path: Path, check: Check) -> Samples:
         upright = UPRIGHT.get(page.tags.valueof(274, 1), UPRIGHT[1])
         channels, white = _channels(page, stored, path)
         bits = page.bitspersample if page.sampleformat == _UNSIGNED else None
-        no_data = _no_data(page)
-        if bits is None or masks or (no_data is not None and (channels["Y"] == no_data).any()):
-            channels = {name: measured(one, no_data) for name, one in channels.items()}
-        for mask in masks:
-            for one in channels.values():
-                one[_decoded(mask, path)[..., 0] == 0] = np.nan
+        channels = _measured(channels, _no_data(page), [_decoded(mask, path)[..., 0] for mask in masks], bits)
     kind = "of numbers" if bits is None else "with a palette" if page.photometric == _PALETTE else "in grey"
     if "Y" not in channels:
         kind = "of numbers in colour" if bits is None else "in colour"
@@ -93,6 +88,24 @@ def read_tiff(path: Path, check: Check) -> Samples:
         count,
         tuple(notes),
     )
+
+
+def _measured(
+    channels: dict[str, AnyArray], no_data: float | None, masks: list[AnyArray], bits: int | None
+) -> dict[str, AnyArray]:
+    """Channels that are NaN where nothing was measured; grey stays as stored where all of it was."""
+    colours = [one for name, one in channels.items() if name != "A"]
+    holes = np.zeros(colours[0].shape, dtype=bool)
+    if bits is not None and no_data is not None:
+        holes |= np.logical_and.reduce([one == no_data for one in colours])
+    for mask in masks:
+        holes |= mask == 0
+    if bits is not None and not holes.any():
+        return channels
+    numbers = {name: measured(one, None if bits else no_data) for name, one in channels.items()}
+    for one in numbers.values():
+        one[holes] = np.nan
+    return numbers
 
 
 def _page(file: Any, path: Path) -> tuple[Any, list[Any], int]:
@@ -112,7 +125,7 @@ def _check(page: Any, path: Path, check: Check) -> None:
     check((page.imagelength, page.imagewidth), path)
     if page.imagedepth != 1:
         raise InputError(f"{path}: ImageDepth: {page.imagedepth} layers; a height map has one")
-    if 262 not in page.tags:
+    if 262 not in page.tags and page.sampleformat == _UNSIGNED:
         raise InputError(f"{path}: PhotometricInterpretation: missing; it says whether 0 is black or white")
     largest = max(LARGEST_TILE, page.imagewidth, page.imagelength)
     if page.is_tiled and not 0 < max(page.tilewidth, page.tilelength) <= largest:
