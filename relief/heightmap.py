@@ -354,14 +354,14 @@ def _one_channel(samples: Samples) -> Content:
     """The values of a file of one picture without colours or transparency. Raises InputError."""
     path = samples.path
     if samples.count > 1:
-        raise PictureError(f"{path}: holds {samples.count} pictures; a height map is one")
-    if "A" in samples.channels:
+        raise PictureError(f"{path}: holds several pictures ({samples.count}); a height map is one")
+    if np.ptp(samples.channels.get("A", 0.0)) != 0.0:
         raise PictureError(f"{path}: transparency varies; a height map is opaque")
     if samples.coloured:
         raise PictureError(f"{path}: is coloured; a height map is grey")
     for note in samples.notes:
         say(f"{path}: {note}")
-    values = samples.channels["Y"].astype(np.float64)
+    values = samples.channels["Y"].astype(np.float64, order="C")
     if samples.bits is not None:
         values /= samples.white
     return Content(

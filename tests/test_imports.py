@@ -61,8 +61,8 @@ _ALLOWED = {
         "optimize.verification relief relief.ground tactile visual"
     ),
     "optimize.run_directory": (
-        "optimize.descent optimize.settings optimize.verification relief relief.ground relief.solids.export "
-        "tactile visual.lights"
+        "optimize.descent optimize.settings optimize.verification relief relief.ground relief.reading "
+        "relief.solids.export tactile visual.lights"
     ),
     "optimize.runs": (
         "optimize.descent optimize.descent.gauss_newton optimize.run_directory optimize.settings "
@@ -88,8 +88,8 @@ _ALLOWED = {
     ),
     "retouch.app.computing": (
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.settings optimize.verification "
-        "relief relief.ground relief.preparing relief.solids.wrapping retouch retouch.app.values "
-        "retouch.pages retouch.verbs tactile"
+        "relief relief.ground relief.preparing relief.reading relief.solids.wrapping retouch "
+        "retouch.app.values retouch.pages retouch.verbs tactile"
     ),
     "retouch.app.stages": (
         "mitsuba_scenes optimize.run_directory optimize.verification relief relief.ground relief.solids "
@@ -117,7 +117,7 @@ _ALLOWED = {
     ),
     "retouch.laboratory.stimulus_sets": (
         "optimize.run_directory optimize.settings optimize.verification relief relief.ground "
-        "relief.preparing relief.solids relief.solids.export retouch.laboratory.studies "
+        "relief.preparing relief.reading relief.solids relief.solids.export retouch.laboratory.studies "
         "retouch.laboratory.workers retouch.pages retouch.pages.plate_viewer tactile"
     ),
     "retouch.laboratory.studies": (

@@ -31,7 +31,7 @@ def read_exr(path: Path, check: Check) -> Samples:
     channels, header, notes = exr_channels(path, check)
     pixels = {name: measured(one) for name, one in channels.items() if name != "A"}
     named = grey_or_colours(*pixels.values()) if len(pixels) == 3 else {"Y": next(iter(pixels.values()))}
-    if "A" in channels:
+    if "A" in channels and (channels["A"] != 1.0).any():
         named["A"] = channels["A"]
     kind = "EXR of numbers" + ("" if "Y" in named else " in colour")
     return Samples(
@@ -98,4 +98,5 @@ def _checked_window(header: Any, path: Path, check: Check) -> list[str]:
     if np.array_equal(first, low) and np.array_equal(last, high):
         return []
     whole = f"{int(last[0]) - int(first[0]) + 1} x {int(last[1]) - int(first[1]) + 1}"
-    return [f"its data window of {cols} x {rows} pixels, not its display window of {whole}"]
+    at = f"({int(low[0]) - int(first[0])}, {int(low[1]) - int(first[1])})"
+    return [f"holds {cols} x {rows} pixels at {at} of a picture of {whole}; these are taken as the whole"]

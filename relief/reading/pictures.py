@@ -37,7 +37,9 @@ def read_picture(path: Path, check: Check) -> Samples:
             kinds = "PNG, JPEG, TIFF, WebP, BMP, GIF or PGM"
             raise InputError(f"{path}: is no {kinds}; save the picture as one of these first") from error
         except Image.DecompressionBombError as error:
-            raise InputError(f"{path}: more than {MOST_PIXELS / 1e6:.0f} million pixels") from error
+            raise InputError(
+                f"{path}: more than {MOST_PIXELS / 1e6:.0f} million pixels are in no picture that is read"
+            ) from error
         with image:
             check((image.height, image.width), path)
             check_square(*_pixel(image), path)

@@ -33,7 +33,7 @@ def read_samples(path: str | os.PathLike[str], check: Check = check_extent) -> S
         InputError: the file is missing, damaged, of no such kind, empty or too large.
     """
     path = Path(path)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(f"{path}: no such file")
     suffix = path.suffix.lower()
     with path.open("rb") as file:

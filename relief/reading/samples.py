@@ -18,6 +18,8 @@ LONGEST_SIDE = 32_768
 """Most pixels along a side."""
 SQUARE = 0.01
 """Largest difference of the sides of a pixel, in sides; resolutions in headers are rounded."""
+OBLONG = 10.0
+"""Largest ratio of the sides of a pixel; a header with a larger one says nothing about the picture."""
 NO_DATA = (-9999.0, -99999.0, -32767.0, -32768.0, -1e30, float(np.finfo(np.float32).min))
 """Numbers that stand for samples without a measurement in elevation models, also without a word about it."""
 REMOTE = 10.0
@@ -98,7 +100,9 @@ def check_extent(shape: tuple[int, ...], path: Path) -> None:
 
 def check_square(across: float, down: float, path: Path) -> None:
     """Raise InputError if a pixel is not as wide (across) as high (down), both in one unit."""
-    if across > 0.0 and down > 0.0 and not abs(across / down - 1.0) <= SQUARE:
+    if across <= 0.0 or down <= 0.0 or not 1.0 / OBLONG <= across / down <= OBLONG:
+        return
+    if abs(across / down - 1.0) > SQUARE:
         sides = f"{across / down:.3g} times as wide as high"
         raise InputError(f"{path}: its pixels are {sides}; resample the picture to square pixels first")
 

@@ -27,6 +27,8 @@ def read_grid(path: Path, check: Check) -> Samples:
             heading[found[1].decode().lower()] = float(found[2].replace(b",", b"."))
             del lines[0]
         values = _numbers(lines, path)
+    if not np.isfinite(values).any():
+        raise InputError(f"{path}: holds no numbers")
     if values.shape[1] == 3:
         raise InputError(f"{path}: holds points x, y, z, not a grid; `retouch scan` reads points")
     if heading and values.shape != (heading.get("nrows"), heading.get("ncols")):
@@ -49,7 +51,7 @@ def _numbers(lines: list[bytes], path: Path) -> np.ndarray[tuple[int, int], np.d
     if delimiter in (b";", b"\t") and b"." not in text:
         text = text.replace(b",", b".")  # Commas are decimal points.
     if delimiter is not None:
-        text = re.sub(rb"(?m)(^|%b)[ \t]*(?=%b|$)" % (delimiter, delimiter), rb"\1nan", text)
+        text = re.sub(rb"(?m)(^|%b) *(?=%b|$)" % (delimiter, delimiter), rb"\1nan", text)
         text = re.sub(rb"(?m)%bnan$" % delimiter, b"", text) if _ends_with(content, delimiter) else text
     first, _, rest = text.partition(b"\n")
     if re.search(rb"[A-DF-Za-df-z]", first) and not re.search(rb"(?i)nan", first):

@@ -69,18 +69,13 @@ def read_tiff(path: Path, check: Check) -> Samples:
         page, masks, count = _page(file, path)
         _check(page, path, check)
         stored = _decoded(page, path)
-        notes = [f"the largest of {count} pictures"] * (count > 1)
+        notes = [f"the largest of {count} pictures, the first of this size"] * (count > 1)
         if page.tags.valueof(274, 1) != 1:
             notes.append("turned upright by its orientation")
         upright = UPRIGHT.get(page.tags.valueof(274, 1), UPRIGHT[1])
         channels, white = _channels(page, stored, path)
         bits = page.bitspersample if page.sampleformat == _UNSIGNED else None
-        no_data = _no_data(page)
-        if bits is None or masks or (no_data is not None and (channels["Y"] == no_data).any()):
-            channels = {name: measured(one, no_data) for name, one in channels.items()}
-        for mask in masks:
-            for one in channels.values():
-                one[_decoded(mask, path)[..., 0] == 0] = np.nan
+        channels = _measured(channels, _no_data(page), [_decoded(mask, path)[..., 0] for mask in masks], bits)
     kind = "of numbers" if bits is None else "with a palette" if page.photometric == _PALETTE else "in grey"
     if "Y" not in channels:
         kind = "of numbers in colour" if bits is None else "in colour"
@@ -93,6 +88,24 @@ def read_tiff(path: Path, check: Check) -> Samples:
         count,
         tuple(notes),
     )
+
+
+def _measured(
+    channels: dict[str, AnyArray], no_data: float | None, masks: list[AnyArray], bits: int | None
+) -> dict[str, AnyArray]:
+    """Channels that are NaN where nothing was measured; grey stays as stored where all of it was."""
+    colours = [one for name, one in channels.items() if name != "A"]
+    holes = np.zeros(colours[0].shape, dtype=bool)
+    if bits is not None and no_data is not None:
+        holes |= np.logical_and.reduce([one == no_data for one in colours])
+    for mask in masks:
+        holes |= mask == 0
+    if bits is not None and not holes.any():
+        return channels
+    numbers = {name: measured(one, None if bits else no_data) for name, one in channels.items()}
+    for one in numbers.values():
+        one[holes] = np.nan
+    return numbers
 
 
 def _page(file: Any, path: Path) -> tuple[Any, list[Any], int]:
@@ -112,7 +125,7 @@ def _check(page: Any, path: Path, check: Check) -> None:
     check((page.imagelength, page.imagewidth), path)
     if page.imagedepth != 1:
         raise InputError(f"{path}: ImageDepth: {page.imagedepth} layers; a height map has one")
-    if 262 not in page.tags:
+    if 262 not in page.tags and page.sampleformat == _UNSIGNED:
         raise InputError(f"{path}: PhotometricInterpretation: missing; it says whether 0 is black or white")
     largest = max(LARGEST_TILE, page.imagewidth, page.imagelength)
     if page.is_tiled and not 0 < max(page.tilewidth, page.tilelength) <= largest:
@@ -164,8 +177,10 @@ def _channels(page: Any, stored: AnyArray, path: Path) -> tuple[dict[str, AnyArr
         raise InputError(f"{path}: SamplesPerPixel: channels of unknown meaning; a height map has one")
     alpha = layers[colours:]
     if kind == _PALETTE and grey:
+        # Many writers fill the lower byte of a palette with 0 in place of the upper one again.
         table = np.asarray(page.colormap)
-        channels, white = grey_or_colours(*(table[one][layers[0]] for one in range(3))), 65535.0
+        table, white = (table, 65535.0) if (table & 255).any() else (table >> 8, 255.0)
+        channels = grey_or_colours(*(one[layers[0]] for one in table))
     elif colours == 1:
         # White is zero of grey alone; numbers are heights.
         channels = {"Y": (int(white) - layers[0]).astype(stored.dtype) if kind == 0 and grey else layers[0]}

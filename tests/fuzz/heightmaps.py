@@ -105,8 +105,9 @@ def tiffs(draw: st.DrawFn) -> bytes:
             values,
             photometric=photometric,
             byteorder=draw(st.sampled_from("<>")),
-            compression=draw(st.sampled_from((None, None, "zlib"))),
+            compression=draw(st.sampled_from((None, None, "zlib", "lzw", "packbits", "zstd", "lzma"))),
             rowsperstrip=draw(st.sampled_from((None, 1, 5))),
+            extratags=draw(st.sampled_from(([], [], [(274, "H", 1, 6, True)], [(42113, "s", 0, "0", True)]))),
             metadata=None,
         )
     except (ValueError, TypeError, KeyError, ZeroDivisionError):
@@ -178,7 +179,21 @@ def npys(draw: st.DrawFn) -> bytes:
     return b"\x93NUMPY" + version + size + text.encode() + b"\n" + values.tobytes()
 
 
-SORTS = {"png": pngs(), "tif": tiffs(), "exr": exrs(), "npy": npys()}
+@st.composite
+def texts(draw: st.DrawFn) -> bytes:
+    """A grid of numbers with any delimiter, with or without the heading of ESRI."""
+    values = draw(samples(("f4", "f4", "u1")))
+    sign = draw(st.sampled_from((",", ";", "\t", " ", "x")))
+    rows = [sign.join(f"{value:.4g}" for value in row) for row in values[:40]]
+    cols, count = (draw(st.sampled_from((side, side, side, *WORDS))) for side in (values.shape[1], len(rows)))
+    heading = (
+        f"ncols {cols}\nnrows {count}\ncellsize 1\nNODATA_value {draw(st.sampled_from(('0', 'x', '-9999')))}"
+    )
+    lines = draw(st.sampled_from(([], [heading], ["x,y"], ["#" * 9]))) + rows
+    return draw(st.sampled_from(("\n", "\r\n", "\r"))).join(lines).encode()
+
+
+SORTS = {"png": pngs(), "tif": tiffs(), "exr": exrs(), "npy": npys(), "csv": texts(), "asc": texts()}
 
 
 @st.composite

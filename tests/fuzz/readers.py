@@ -34,7 +34,7 @@ def read_height_map(folder: Path, arguments: Sequence[Any]) -> None:
     holds_mm(path)
     read = load_height_map(path, size_mm=size_mm, relief_mm=relief_mm, height_scale=height_scale)
     rows, cols = read.heights.shape
-    assert rows == cols and SMALLEST_SIDE <= rows <= LARGEST_SIDE, f"{rows} x {cols} samples"
+    assert SMALLEST_SIDE <= min(rows, cols) <= max(rows, cols) <= LARGEST_SIDE, f"{rows} x {cols} samples"
     assert np.isfinite(read.heights).all(), "heights are not finite"
     assert 0.0 <= read.heights.min() <= read.heights.max() <= DEEPEST_RELIEF_MM, "heights are out of range"
     assert read.size_mm is None or 0.1 <= read.size_mm <= 1000.0, f"size {read.size_mm}"

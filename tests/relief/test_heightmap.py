@@ -273,7 +273,7 @@ def test_exr_and_png_follow_one_rule_of_colour(tmp_path: Path, ramp: NDArray[np.
         np.testing.assert_allclose(load_heights(path), ramp, rtol=1e-6)
     for channels, word in (
         ({"R": ramp, "G": ramp, "B": other}, "coloured"),
-        ({"R": ramp, "G": other}, "coloured"),
+        ({"R": ramp, "G": other}, "channels R, G"),
         ({"Y": ramp, "RY": other, "BY": other}, "coloured"),
         ({"Y": ramp, "A": other}, "transparency"),
         ({"R": ramp, "A": np.where(np.eye(SIDE) > 0, np.nan, 1.0)}, "transparency"),
@@ -302,10 +302,15 @@ def test_an_exr_of_several_parts_or_sparse_samples_is_refused(
     assert "tiles of 32 x 11075616" in fault(path)
 
 
-def test_16_bit_colour_is_refused_rather_than_rounded(tmp_path: Path) -> None:
-    path = tmp_path / "deep.png"
-    path.write_bytes(png_header(SIDE, SIDE, bits=16, colour=2, rows=bytes(SIDE * (1 + SIDE * 6))))
-    assert "grey" in fault(path, 1.0)
+@pytest.mark.parametrize(("colour", "channels"), [(2, 3), (4, 2), (6, 4)])
+def test_grey_of_16_bits_that_is_stored_as_colour_keeps_all_bits(
+    tmp_path: Path, ramp: NDArray[np.float64], colour: int, channels: int
+) -> None:
+    path, grey = tmp_path / "deep.png", np.rint(ramp * 65535).astype(">u2")
+    layers = [grey] * (channels - 1 + channels % 2) + [np.full_like(grey, 65535)] * (1 - channels % 2)
+    rows = b"".join(b"\0" + row.tobytes() for row in np.dstack(layers).astype(">u2"))
+    path.write_bytes(png_header(SIDE, SIDE, bits=16, colour=colour, rows=rows))
+    np.testing.assert_array_equal(load_heights(path, relief_mm=1.0), grey / 65535.0)
 
 
 def test_a_picture_needs_relief_mm_above_zero(tmp_path: Path) -> None:
@@ -352,7 +357,7 @@ def test_rounding_outside_the_range_is_forgiven(tmp_path: Path) -> None:
 def test_a_bomb_is_refused_by_its_header(tmp_path: Path) -> None:
     path = tmp_path / "bomb.png"
     path.write_bytes(png_header(100_000, 100_000, bits=8, colour=0, rows=b""))
-    assert "at most 4096" in fault(path, 1.0)
+    assert "179 million" in fault(path, 1.0)
     path.write_bytes(png_header(10_000, 10_000, bits=8, colour=0, rows=b""))
     assert "at most 4096" in fault(path, 1.0)
 
@@ -529,17 +534,13 @@ def tiff(
 @pytest.mark.parametrize("photometric", [0, 1])
 @pytest.mark.parametrize("order", ["<", ">"])
 @pytest.mark.parametrize("compression", [1, 8])
-def test_a_grey_tiff_is_read_right_or_refused(
+def test_a_grey_tiff_is_read_right(
     tmp_path: Path, bits: int, photometric: int, order: Literal["<", ">"], compression: int
 ) -> None:
-    """Bits a sample, whether 0 is white, order of bytes and compression; Pillow does not read every one."""
+    """Bits a sample, whether 0 is white, order of bytes and compression."""
     path, white = tmp_path / "map.tif", 2**bits - 1
     values = np.arange(SIDE * SIDE).reshape(SIDE, SIDE) * white // (SIDE * SIDE - 1)
     path.write_bytes(tiff(values, bits, photometric, order=order, compression=compression))
-    unread = (bits == 12 and (photometric, order) != (1, "<")) or (bits, photometric, order) == (16, 0, ">")
-    if unread:
-        assert "damaged or not a PNG or TIFF" in fault(path, 1.5)
-        return
     grey = values / white if photometric else 1.0 - values / white
     np.testing.assert_allclose(load_heights(path, relief_mm=1.5), 1.5 * grey, atol=1e-12)
 
@@ -548,19 +549,17 @@ def test_a_tiff_that_means_something_else_is_refused(tmp_path: Path) -> None:
     values = np.arange(SIDE * SIDE).reshape(SIDE, SIDE) % 100
     path = tmp_path / "map.tif"
     for content, word in (
-        (tiff(values, 8, sample_format=2), "signed"),
-        (tiff(values, 16, sample_format=2), "signed"),
         (tiff(values, 8, None), "PhotometricInterpretation"),
         (tiff(values, 16, 3), "TIFF"),
-        (tiff(values, 32), "32 bits"),
-        (tiff(values, 32, sample_format=2), "signed"),
+        (tiff(values, 16, sample_format=2), "heights reach 99 mm"),
+        (tiff(values, 32, sample_format=6), "SampleFormat"),
         (tiff(values, 8, pages=2), "several"),
         (tiff(values, 8, samples=2), "TIFF"),
     ):
         path.write_bytes(content)
         assert word in fault(path, 1.0)
     Image.fromarray(values.astype(np.uint8)).convert("P").save(path)
-    assert "grey" in fault(path, 1.0)
+    np.testing.assert_allclose(load_heights(path, relief_mm=1.0), values / 255)
 
 
 @pytest.mark.parametrize(
@@ -588,9 +587,9 @@ def test_a_png_is_read_without_gamma_and_opaque(tmp_path: Path, ramp: NDArray[np
     grey.save(path, pnginfo=gamma)
     np.testing.assert_allclose(load_heights(path, relief_mm=1.0), np.asarray(grey) / 255)
     grey.save(path, transparency=0)
-    assert "transparent" in fault(path, 1.0)
+    assert "transparency" in fault(path, 1.0)
     grey.convert("P").save(path)
-    assert "grey" in fault(path, 1.0)
+    np.testing.assert_allclose(load_heights(path, relief_mm=1.0), np.asarray(grey) / 255)
     grey.save(path, save_all=True, append_images=[grey.rotate(90)])
     assert "several" in fault(path, 1.0)
 

@@ -53,7 +53,7 @@ def test_hostile_maps_are_refused_in_one_line(tmp_path: Path) -> None:
         ("colour.png", "is coloured"),
         ("nan.npy", "2400 values are not finite"),
         ("objects.npy", "damaged or not an NPY array"),
-        ("cut.png", "damaged or not a PNG"),
+        ("cut.png", "damaged or not a picture"),
         ("absent.png", "no such file"),
     ):
         with pytest.raises(InputError, match=fault) as caught:

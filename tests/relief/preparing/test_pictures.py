@@ -132,21 +132,19 @@ def test_files_of_numbers_keep_their_unit(tmp_path: Path) -> None:
     ).write(str(tmp_path / "colour.exr"))
     for name in ("a.npy", "a.tif"):
         picture = read_samples(tmp_path / name)
-        assert picture.bits is None and picture.step is None
+        assert picture.bits is None and grey_step(picture) is None
         np.testing.assert_allclose(grey(picture), hills, rtol=1e-6)
     np.testing.assert_allclose(grey(read_samples(tmp_path / "colour.exr"), "mean"), 2 * hills, rtol=1e-6)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_numbers_that_are_not_finite_are_refused(tmp_path: Path, value: float) -> None:
+def test_numbers_that_are_not_finite_were_not_measured(tmp_path: Path, value: float) -> None:
     values = np.ones((HIGH, WIDE))
     values[2, 3] = value
     np.save(tmp_path / "a.npy", values)
     Image.fromarray(values.astype(np.float32)).save(tmp_path / "a.tif")
     for name in ("a.npy", "a.tif"):
-        assert "1 values are not finite" in fault(tmp_path / name)
-    np.save(tmp_path / "a.npy", np.full((HIGH, WIDE), 1e300))
-    assert "not finite" in fault(tmp_path / "a.npy")
+        assert [*zip(*np.nonzero(np.isnan(grey(read_samples(tmp_path / name)))), strict=True)] == [(2, 3)]
 
 
 def test_a_file_cut_anywhere_takes_one_line(
@@ -199,5 +197,5 @@ def test_the_first_of_several_pictures_counts(tmp_path: Path, colours: NDArray[n
     for suffix in ("gif", "tif", "png"):
         first.save(tmp_path / f"a.{suffix}", save_all=True, append_images=[second])
         picture = read_samples(tmp_path / f"a.{suffix}")
-        assert "the first of several pictures" in picture.notes
+        assert any("the first of" in note for note in picture.notes)
         np.testing.assert_allclose(grey(picture), colours[..., 0] / 255.0, atol=1e-6)

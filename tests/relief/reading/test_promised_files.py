@@ -1,0 +1,70 @@
+"""Files of every kind that docs/pictures.md promises hold what was written into them."""
+
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+import pytest
+import tifffile
+from PIL import Image
+
+from relief.ground.errors import InputError
+from relief.reading.readers import read_samples
+from tests.relief.reading.promised_files import Writer, promised, stored
+
+FILES = [*promised()]
+
+
+def test_three_hundred_files_are_promised() -> None:
+    assert len(FILES) >= 300
+    assert len({name for name, *_ in FILES}) == len(FILES)
+
+
+@pytest.mark.parametrize(("name", "suffix", "write"), [pytest.param(*one, id=one[0]) for one in FILES])
+def test_a_promised_file_is_read_right(tmp_path: Path, name: str, suffix: str, write: Writer) -> None:
+    path = tmp_path / f"map{suffix}"
+    truth = write(path)
+    samples = read_samples(path)
+    assert [*samples.channels] == ["Y"] and samples.count == 1
+    values = samples.channels["Y"].astype(np.float64) / samples.white
+    np.testing.assert_array_equal(np.isnan(values), np.isnan(truth))
+    # PXR24 keeps 24 of the 32 bits of numbers.
+    np.testing.assert_allclose(values, truth, rtol=2e-5 if "PXR24" in name else 1e-6, atol=1e-7)
+
+
+def test_what_is_not_promised_takes_one_line(tmp_path: Path) -> None:
+    grey, numbers = stored("uint8"), stored("float32")
+    complex_numbers = numbers + 1j * numbers
+    tifffile.imwrite(tmp_path / "complex.tif", complex_numbers.astype(np.complex64))
+    tifffile.imwrite(tmp_path / "volume.tif", np.stack([grey] * 16), volumetric=True, tile=(16, 16, 16))
+    tifffile.imwrite(
+        tmp_path / "bands.tif", np.stack([grey] * 2, -1), photometric="minisblack", planarconfig="contig"
+    )
+    tifffile.imwrite(tmp_path / "lab.tif", np.stack([grey] * 3, -1), photometric="cielab")
+    tifffile.imwrite(tmp_path / "wide.tif", grey, resolution=(300, 150), resolutionunit=2)
+    Image.fromarray(grey).save(tmp_path / "wide.png", dpi=(300, 150))
+    Image.fromarray(grey).save(tmp_path / "wide.jpg", dpi=(300, 150))
+    np.save(tmp_path / "complex.npy", complex_numbers)
+    np.save(tmp_path / "truth.npy", grey > 9)
+    np.save(tmp_path / "five.npy", np.stack([numbers] * 5, -1))
+    header = {"type": OpenEXR.scanlineimage, "pixelAspectRatio": 2.0}
+    OpenEXR.File(header, {"Y": numbers}).write(str(tmp_path / "wide.exr"))
+    OpenEXR.File({"type": OpenEXR.scanlineimage}, {"u": numbers, "v": numbers}).write(
+        str(tmp_path / "uv.exr")
+    )
+    (tmp_path / "points.csv").write_text("1,2,3\n" * 500)
+    (tmp_path / "short.asc").write_text("ncols 5\nnrows 5\ncellsize 1\n" + "1 2 3 4 5\n" * 4)
+    (tmp_path / "ragged.csv").write_text("1,2,3,4\n1,2,3\n")
+    (tmp_path / "words.csv").write_text("this is a letter\nto somebody\n")
+    (tmp_path / "nothing.csv").write_text("")
+    files = sorted(tmp_path.iterdir())
+    assert len(files) == 17
+    read = []
+    for file in files:
+        try:
+            read_samples(file)
+            read.append(file)
+        except InputError as error:
+            line = str(error)
+            assert line.startswith(str(file)) and "\n" not in line, line
+    assert not read
