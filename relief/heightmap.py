@@ -31,6 +31,7 @@ from relief.ground.limits import (
     SMALLEST_SIDE,
 )
 from relief.ground.progress import say
+from relief.reading.data_colours import no_heights
 from relief.reading.readers import read_samples
 from relief.reading.samples import TILE, Check, Samples
 from relief.reading.tiff import MAGIC, holds_numbers
@@ -357,6 +358,8 @@ def _one_channel(samples: Samples) -> Content:
         raise PictureError(f"{path}: holds several pictures ({samples.count}); a height map is one")
     if np.ptp(samples.channels.get("A", 0.0)) != 0.0:
         raise PictureError(f"{path}: transparency varies; a height map is opaque")
+    if fault := no_heights(samples.channels, samples.white):
+        raise InputError(f"{path}: holds {fault}")
     if samples.coloured:
         raise PictureError(f"{path}: is coloured; a height map is grey")
     for note in samples.notes:

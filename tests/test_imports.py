@@ -100,7 +100,7 @@ _ALLOWED = {
         "retouch.app.computing retouch.app.values tactile"
     ),
     "retouch.app.values": (
-        "mitsuba_scenes optimize.settings relief relief.ground retouch.verbs.objects tactile"
+        "mitsuba_scenes optimize.settings relief relief.ground relief.preparing retouch.verbs.objects tactile"
     ),
     "retouch.commands": (
         "mitsuba_scenes optimize.descent optimize.run_directory optimize.runs optimize.settings "

@@ -152,10 +152,10 @@ def _prepared(
     elif levels is None and options.relief_mm is None and "relief_mm" in picture.lengths:
         levels = AS_STORED
     values = work.part(options)
-    tilt = work.tilted(values, options.level, scale)
-    values = work.filled(values if tilt is None else values - tilt, options.fill)
-    ends = (levels or FULL).values(values, 1.0 if picture.bits is None else WHITE)
-    heights = work.sampled(values, options.samples, options.keep_steps, options.tile)
+    tilt = work.tilt(values, options.level, scale)
+    values = work.filled(values, tilt, options.fill)
+    ends = (levels or FULL).values(values - tilt, 1.0 if picture.bits is None else WHITE)
+    heights = work.sampled(values, tilt, options)
     if options.size_mm is None and "size_mm" in lengths:
         lengths["size_mm"] = in_range("size_mm", lengths["size_mm"] * work.side / picture.width)
     heights = work.levelled(heights, ends, levels, options.invert)
@@ -248,37 +248,39 @@ class _Work:
         self.known_tile = picture.repeats is True and side == picture.width == picture.height
         return values
 
-    def tilted(self, values: NDArray[np.float32], level: bool, scale: float | None) -> Array | None:
-        """The tilt of the values, if it is to be taken out; the tilt of numbers is reported in any case."""
+    def tilt(self, values: NDArray[np.float32], level: bool, scale: float | None) -> NDArray[np.float32]:
+        """The tilt that is to be taken out of the values, or zeros; that of numbers is reported anyway."""
         if self.picture.bits is not None and not level:
-            return None
+            return np.zeros((1, 1), np.float32)
         down, right, middle = plane(values)
-        rise = (np.array([right, -down]) * len(values)).tolist()
         unit, name = (self._unit, "") if scale is None else (scale, " mm")
-        along = " and ".join(
-            f"{unit * one:.3g}{name} along {axis}" for one, axis in zip(rise, "xy", strict=True)
-        )
+        x, y, middle = (unit * one for one in (right * len(values), -down * len(values), middle))
         done = "taken out" if level else "--level takes it out"
-        self.done["tilt"] = f"{along}, {unit * middle:.3g}{name} in the middle; {done}"
-        self.numbers["tilt"] = {"x": unit * rise[0], "y": unit * rise[1], "middle": unit * middle}
-        steps = np.arange(len(values))
-        return np.float32(down) * steps[:, None] + np.float32(right) * steps if level else None
+        rise = f"{x:.3g}{name} along x and {y:.3g}{name} along y"
+        self.done["tilt"] = f"{rise}, {middle:.3g}{name} in the middle; {done}"
+        self.numbers["tilt"] = {"x": x, "y": y, "middle": middle, "taken_out": level}
+        steps = np.arange(len(values), dtype=np.float32) * level
+        return np.float32(down) * steps[:, None] + np.float32(right) * steps
 
-    def filled(self, values: NDArray[np.float32], fill: bool) -> NDArray[np.float32]:
+    def filled(
+        self, values: NDArray[np.float32], tilt: NDArray[np.float32], fill: bool
+    ) -> NDArray[np.float32]:
         """The values without holes. Raises InputError if there are any that are not to be filled."""
-        share = 100.0 * float(np.mean(np.isnan(values)))
+        holes = ~np.isfinite(values)
+        share = 100.0 * float(holes.mean())
         self.numbers["holes_percent"] = share
         if not share:
             return values
         if not fill:
-            holes = f"{share:.2g} % of the part that is taken were not measured"
-            ways = "take another part ({}crop) or fill them from around ({}fill{})"
+            fault = f"{share:.2g} % of the part that is taken were not measured"
+            ways = (("crop", "fill=True"), ("--crop", "--fill"))
             raise InputError(
-                f"{holes}; {ways.format('', '', '=True')}", f"{holes}; {ways.format('--', '--', '')}"
+                *(f"{fault}; {fill} fills them from around, {crop} takes another part" for crop, fill in ways)
             )
         self.done["holes"] = f"{share:.2g} % were not measured, and are filled from around"
         with stage("filling what was not measured"):
-            return filled(values.astype(np.float64)).astype(np.float32)
+            whole = filled(np.where(holes, np.nan, (values - tilt).astype(np.float64)))
+        return np.where(holes, (whole + tilt).astype(np.float32), values)
 
     def height_of_numbers(self, span: float, scale: float | None) -> float:
         """Height in mm of numbers that span so much.
@@ -305,12 +307,14 @@ class _Work:
         )
 
     def sampled(
-        self, values: NDArray[np.float32], samples: int | None, keep_steps: bool, tile: str | None
+        self, values: NDArray[np.float32], tilt: NDArray[np.float32], options: PrepareOptions
     ) -> Array:
-        """The values at the samples of the height map, without steps, periodic if asked for."""
+        """The values at the samples of the height map, level, without steps, periodic if asked for."""
+        samples, keep_steps, tile = options.samples, options.keep_steps, options.tile
         side, reach = float(len(values)), 1.0
         # What repeats already stays as it is, unless a way to join borders is asked for.
-        around = misfit(values) is None if self.known_tile else tile == AUTO and repeats_already(values)
+        repeats = self.known_tile and misfit(values) is None
+        around = repeats or (tile == AUTO and repeats_already(values - tilt))
         around = around and tile in (None, AUTO)
         if tile is not None and not around:
             with stage("looking for a period"):
@@ -332,18 +336,19 @@ class _Work:
         self.numbers["samples"] = {"side": samples, "pixels_per_sample": pixels}
         beyond = MARGIN * around
         start = beyond * int(np.ceil(max(pixels, 1.0)))
+        square = count + 2 * beyond, pixels * (count + 2 * beyond), start - beyond * pixels
         values = np.pad(values, start, mode="wrap") if around else values
         step = grey_step(self.picture)
         smooth = None if keep_steps or step is None else step
         if smooth is not None and pixels < 1.0:
             values = self._smoothed(values.astype(np.float64), smooth).astype(np.float32)
-        heights = resampled(
-            values, count + 2 * beyond, pixels * (count + 2 * beyond), start - beyond * pixels
-        )
+        heights = resampled(values, *square)
         if smooth is not None and pixels >= 1.0:
             heights = self._smoothed(heights, smooth)
         elif step is not None and keep_steps:
             self.done["steps"] = f"kept, {self._grey(step)} each: terraces to finger and light"
+        if options.level:
+            heights -= resampled(np.pad(tilt, start, mode="wrap"), *square)
         if around:
             heights = heights[beyond:-beyond, beyond:-beyond]
             self.done["samples"] += ", around the border"

@@ -82,6 +82,7 @@ class PictureStage(PageStage):
             controls.button("Turn left", partial(self._turn, 90))
             controls.button("Turn right", partial(self._turn, 270))
         self._invert = ui.switch("Dark is high", on_change=lambda e: change(invert=bool(e.value)))
+        self._fill = ui.switch("Fill what was not measured", on_change=lambda e: change(fill=bool(e.value)))
         self._tile = ui.switch(TILED, on_change=self._tiled)
         self._samples = controls.select("Samples a side", SAMPLES, self._samples_chosen)
         self._skin = controls.finger_select(lambda name: history.change_feel(skin=name))
@@ -119,6 +120,7 @@ class PictureStage(PageStage):
 
     def _show_shape(self, picture: PictureChoice, prepared: PreparedPicture | None) -> None:
         self._invert.set_value(picture.invert)
+        self._fill.set_value(picture.fill)
         already = picture.tile is None and prepared is not None and prepared.relief.repeats == (True, True)
         # Before its value, which a person could not have set then.
         self._tile.set_enabled(not already)

@@ -16,6 +16,7 @@ from mitsuba_scenes import find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.run_options import run_options, run_overrides
 from relief.ground.options import Declared, declared, literal, words
+from relief.preparing.choices import PrepareOptions
 from retouch.verbs.objects.wrap_options import WrapOptions
 from tactile.quantities import Quantity, goal_keys
 
@@ -55,6 +56,7 @@ class PictureChoice:
         file: path of the picture, or name of a bundled texture.
         crop: x, y, width and height, pixels; None for the whole.
         rotate: degrees anticlockwise, 0, 90, 180 or 270.
+        fill: whether what was not measured is filled from around.
         relief_mm, size_mm: None: as the file's header says.
     """
 
@@ -64,31 +66,20 @@ class PictureChoice:
     invert: bool = False
     tile: Tile | None = None
     samples: int | None = None
+    fill: bool = False
     relief_mm: float | None = None
     size_mm: float | None = None
 
     def arguments(self) -> dict[str, Any]:
         """Keywords of `retouch.prepare`."""
-        names = ("crop", "rotate", "invert", "tile", "samples", "relief_mm", "size_mm")
+        names = ("crop", "rotate", "invert", "tile", "samples", "fill", "relief_mm", "size_mm")
         return {name: getattr(self, name) for name in names}
 
     def command(self, out: str) -> list[str]:
         """The arguments of the command that makes the height map, after `retouch`."""
-        words = ["prepare", self.file, "-o", out]
-        if self.crop is not None:
-            words.append(f"--crop={','.join(map(str, self.crop))}")
-        if self.rotate:
-            words += ["--rotate", str(self.rotate)]
-        words += ["--invert"] * self.invert
-        words += ["--tile", self.tile] if self.tile else []
-        for option, value in (
-            ("--samples", self.samples),
-            ("--relief-mm", self.relief_mm),
-            ("--size-mm", self.size_mm),
-        ):
-            if value is not None:
-                words += [option, f"{value:g}"]
-        return words
+        crop = [] if self.crop is None else [f"--crop={','.join(map(str, self.crop))}"]
+        others = PrepareOptions(**self.arguments() | {"crop": None})
+        return ["prepare", self.file, "-o", out, *crop, *words(others)]
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,25 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
+from scipy.ndimage import gaussian_filter
 
+from relief.corrections import levelled
+from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.heightmap import load_height_map, save_heights_png
 from relief.preparing.picture_preparation import prepare
 from relief.relief import Relief
 
 SIDE = 32
+
+
+@pytest.fixture
+def hills() -> Array:
+    """Smooth bumps, (40, 40), from 0 to 1."""
+    y, x = np.mgrid[:40, :40] / 40
+    heights = np.sin(7 * x) * np.cos(5 * y)
+    return (heights - heights.min()) / np.ptp(heights)
 
 
 @pytest.fixture
@@ -185,3 +197,123 @@ def test_a_flat_picture_and_a_single_pixel_are_refused(tmp_path: Path) -> None:
     Image.fromarray(np.full((1, 1), 77, np.uint8)).save(tmp_path / "dot.png")
     with pytest.raises(InputError, match=r"dot\.png: 1 x 1 pixels; at least 16"):
         prepare(tmp_path / "dot.png")
+
+
+def test_the_ends_are_the_pixels_of_the_part_that_is_taken(tmp_path: Path) -> None:
+    """A map of known scale is stretched by one factor, which is reported, at any number of samples."""
+    rng = np.random.default_rng(0)
+    grey = np.rint(20 + 200 * rng.random((96, 96))).astype(np.uint8)
+    grey[40:60, 40:60] = np.rint(60 + 60 * rng.random((20, 20))).astype(np.uint8)
+    Image.fromarray(grey).save(tmp_path / "a.png")
+    options = {"relief_mm": 0.6, "keep_steps": True}
+    for samples in (24, 96):
+        stretched = prepare(tmp_path / "a.png", samples=samples, **options)
+        known = prepare(tmp_path / "a.png", samples=samples, levels="0,255", **options)
+        low, high = grey.min(), grey.max()
+        np.testing.assert_allclose(
+            stretched.heights, (known.heights - 0.6 * low / 255) * 255 / (high - low), atol=1e-5
+        )
+        assert f"darkest pixel {low}, brightest {high} of 255: stretched 1.2" in stretched.done["levels"]
+        assert "-fold; --levels 0,255 keeps the picture's own scale" in stretched.done["levels"]
+    part = prepare(tmp_path / "a.png", crop=(40, 40, 20, 20), **options)
+    assert f"darkest pixel {grey[40:60, 40:60].min()}, " in part.done["levels"]
+    half = prepare(tmp_path / "a.png", levels="50%,100%", samples=24, **options)
+    assert half.numbers["levels"]["lowest"] == pytest.approx(np.median(grey), abs=1)
+    assert "percentiles of the pixels that are taken" in half.done["levels"]
+
+
+def test_numbers_times_a_scale_are_heights_above_the_lowest(tmp_path: Path, hills: Array) -> None:
+    micrometres = 250 * (hills - 0.5)
+    np.save(tmp_path / "a.npy", micrometres)
+    with pytest.raises(InputError, match="the numbers span 250, more than 3 if they are mm; if they are um"):
+        prepare(tmp_path / "a.npy")
+    for options in ({"units": "um"}, {"height_scale": 1e-3}):
+        prepared = prepare(tmp_path / "a.npy", **options)
+        np.testing.assert_allclose(prepared.heights, 0.25 * hills, atol=1e-7)
+        assert prepared.relief_mm == pytest.approx(0.25)
+    lifted = prepare(tmp_path / "a.npy", units="um", levels="-100,50")
+    np.testing.assert_allclose(lifted.heights, np.clip(micrometres, -100, 50) / 1000 + 0.1, atol=1e-7)
+    np.save(tmp_path / "a.npy", 250e-6 * hills)
+    assert "are these m (0.25 mm)? --units m" in prepare(tmp_path / "a.npy").done["unit"]
+    for options, word in (
+        ({"units": "um", "height_scale": 1e-3}, "units: is another scale than height_scale"),
+        ({"units": "um", "relief_mm": 1.0}, "units: is another scale than relief_mm"),
+        ({"units": "ell"}, "units: 'ell' is not one of um, mm"),
+        ({"height_scale": 0.0}, "height_scale: 0.0 is not a number"),
+        ({"units": "m", "height_scale": None, "levels": "0,1"}, "relief_mm: 1000 is above 20"),
+    ):
+        with pytest.raises(InputError, match=word):
+            prepare(tmp_path / "a.npy", **options)
+
+
+def test_a_picture_of_grey_has_no_unit(stone: Path) -> None:
+    with pytest.raises(InputError, match="height of a picture of grey is relief_mm") as caught:
+        prepare(stone, units="um")
+    assert caught.value.for_command.endswith(
+        "--units: is for files of numbers; the height of a picture of grey is --relief-mm"
+    )
+
+
+def test_what_was_not_measured_is_filled_or_refused(tmp_path: Path, hills: Array) -> None:
+    """The rest of an elevation model, whose hole is a number, has the whole relief."""
+    elevations = (300 + 700 * hills).astype(np.float32)
+    elevations[4:8, 10:20] = -9999.0
+    np.save(tmp_path / "a.npy", elevations)
+    with pytest.raises(InputError, match=r"2\.5 % of the part that is taken were not measured") as caught:
+        prepare(tmp_path / "a.npy", relief_mm=1.2)
+    assert "--fill fills them from around, --crop takes another part" in caught.value.for_command
+    filled = prepare(tmp_path / "a.npy", relief_mm=1.2, fill=True)
+    measured = elevations > 0
+    np.testing.assert_allclose(filled.heights[measured], 1.2 * hills[measured], atol=1e-5)
+    rim = filled.heights[3:9, 9:21][measured[3:9, 9:21]]
+    assert rim.min() <= filled.heights[~measured].min() < filled.heights[~measured].max() <= rim.max()
+    assert filled.numbers["holes_percent"] == pytest.approx(2.5)
+    assert prepare(tmp_path / "a.npy", relief_mm=1.2, crop=(0, 8, 32, 32)).numbers["holes_percent"] == 0.0
+
+
+@pytest.mark.parametrize("samples", [40, 20])
+def test_a_tilt_is_reported_and_taken_out(tmp_path: Path, hills: Array, samples: int) -> None:
+    row, col = np.indices(hills.shape)
+    relief = 0.04 * levelled(hills)
+    np.save(tmp_path / "a.npy", 2.0 + relief + (0.3 * col + 0.1 * row) / len(hills))
+    tilted = prepare(tmp_path / "a.npy", size_mm=10.0)
+    assert tilted.done["tilt"].startswith("0.3 mm along x and -0.1 mm along y, 2.")
+    assert tilted.done["tilt"].endswith("in the middle; --level takes it out")
+    tilted = prepare(tmp_path / "a.npy", size_mm=10.0, level=True, samples=samples)
+    np.save(tmp_path / "b.npy", relief)
+    np.testing.assert_allclose(
+        tilted.heights, prepare(tmp_path / "b.npy", size_mm=10.0, samples=samples).heights, atol=1e-6
+    )
+
+
+def test_a_texture_that_repeats_stays_whole_and_has_means_around_its_border(tmp_path: Path) -> None:
+    """Samples do not depend on where the tile begins, also where the header alone says that it repeats."""
+    rng = np.random.default_rng(0)
+    texture = gaussian_filter(rng.random((256, 256)), 5.0, mode="wrap")
+    texture = np.rint(65535 * (texture - texture.min()) / np.ptp(texture)).astype(np.uint16)
+    for name, turned in (("a", texture), ("b", np.roll(texture, (128, 64), (0, 1)))):
+        Image.fromarray(turned).save(tmp_path / f"{name}.png")
+        mark = PngInfo()
+        mark.add_text("retouch.repeats", "xy")
+        Image.fromarray(turned).save(tmp_path / f"{name}-marked.png", pnginfo=mark)
+    for kind, tile in (("", "auto"), ("-marked", None), ("-marked", "auto")):
+        one, other = (
+            prepare(tmp_path / f"{name}{kind}.png", samples=64, relief_mm=0.6, tile=tile) for name in "ab"
+        )
+        np.testing.assert_allclose(np.roll(one.heights, (32, 16), (0, 1)), other.heights, atol=1e-6)
+        assert one.repeats and one.done["samples"].endswith("around the border")
+    assert other.numbers["tile"]["pixels"] == 256 and other.done["tile"].startswith("as it is")
+    joined = prepare(tmp_path / "a.png", samples=64, relief_mm=0.6, tile="blend")
+    assert joined.numbers["tile"]["method"] == "blend"
+
+
+def test_a_small_tile_names_the_side_that_is_needed(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    for side, word in ((16, "tile: a tile of 16 pixels a side needs a picture of at least 20"), (20, "")):
+        grey = gaussian_filter(rng.random((side, side)), 2.0) * np.linspace(1.0, 2.0, side)
+        Image.fromarray(np.rint(120 * grey / grey.max()).astype(np.uint8)).save(tmp_path / "a.png")
+        if word:
+            with pytest.raises(InputError, match=word):
+                prepare(tmp_path / "a.png", tile="auto")
+        else:
+            assert prepare(tmp_path / "a.png", tile="blend").heights.shape == (16, 16)

@@ -1,12 +1,17 @@
 """Tiles continue across their borders as they do inside, and keep the heights of their texture."""
 
+from importlib import resources
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from mitsuba_scenes import find_texture
+from relief.heightmap import load_field
 from relief.preparing.choices import METHODS
-from relief.preparing.tiling import OVERLAP, border_ratio, make_tile, period
+from relief.preparing.tiling import OVERLAP, border_ratio, make_tile, period, repeats_already
 
 SAMPLES = 64
 WHOLE = round(SAMPLES * (1 + OVERLAP))
@@ -77,3 +82,39 @@ def test_what_is_periodic_already_stays_so() -> None:
     heights = np.sin(3 * angle)[:, None] + np.cos(2 * angle)[None, :]
     tile = make_tile(heights, SAMPLES, "cut")
     np.testing.assert_allclose(tile.heights, heights[:SAMPLES, :SAMPLES], atol=1e-9)
+
+
+@pytest.mark.parametrize("texture", [sand, discs])
+@pytest.mark.parametrize("method", METHODS)
+def test_a_tile_repeats_already_and_its_texture_does_not(texture, method: str) -> None:
+    heights = texture()
+    tile = make_tile(heights, SAMPLES, method).heights
+    for turned in (tile, tile.T, np.roll(tile, (11, 23), (0, 1)), np.tile(tile, (2, 2))):
+        assert repeats_already(turned)
+    for part in (heights, heights[:SAMPLES, :SAMPLES], tile[:, : SAMPLES // 2], tile[: SAMPLES // 3]):
+        assert not repeats_already(part)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("bark", "brick", "dots", "grass", "gravel", "knit", "leather", "pebbles", "scratches", "terrain"),
+        *("waves", "weave"),
+    ],
+)
+def test_bundled_tiles_repeat_already_and_textures_do_not(name: str) -> None:
+    assert repeats_already(load_field(find_texture(Path(f"{name}-tile"))))
+    assert not repeats_already(load_field(find_texture(Path(name))))
+
+
+@pytest.mark.parametrize("name", ["brick", "camera", "coins", "grass", "gravel", "moon", "page", "text"])
+def test_photographs_do_not_repeat_already(name: str) -> None:
+    with resources.as_file(resources.files("skimage") / "data" / f"{name}.png") as file:
+        picture = load_field(file)
+    side = min(picture.shape)
+    for part in (
+        picture[:side, :side],
+        picture[: side // 2, : side // 2],
+        picture[-side // 3 :, -side // 3 :],
+    ):
+        assert not repeats_already(part)

@@ -13,6 +13,7 @@ from mitsuba_scenes import DEFAULT_SCENE, find_file
 from optimize.settings.fast_models import FAST_MODELS
 from relief.ground.formats import RUN_HEIGHTS
 from relief.ground.options import declared, given
+from relief.preparing.choices import PrepareOptions
 from retouch.app.values.document import (
     FeelChoice,
     KeptFeel,
