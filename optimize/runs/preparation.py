@@ -13,6 +13,7 @@ from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
 from optimize.descent.methods import METHODS
 from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.targets import Target, Targets
+from optimize.run_directory.finished_run import holds_run
 from optimize.runs.feel_of import Other, OtherFeel, feel, read_other
 from optimize.runs.goal_bounds import check_distance, telling_reach
 from optimize.runs.goal_maps import GoalMap, RunGoals, goal_maps
@@ -34,6 +35,7 @@ from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName, check_model
 from tactile.pair_variation import check_patch
 from tactile.quantities import ROUGHNESS, GoalKey, Quantity, Values
+from tactile.tilt import warn_of_tilt
 from visual.looks import AUTO, EXACT, FAST
 from visual.scene import Scene, load_scene, plate_size_mm
 
@@ -214,6 +216,8 @@ def press_original(
     lattice = places(relief.surface, touch.spacing_mm)
     with naming(settings.texture), stage("pressing on the original"):
         original = measure_touch(relief, touch.finger, model, settings.verify.resolution, at=lattice)
+    if not holds_run(settings.texture.parent):
+        warn_of_tilt(relief, touch.finger, original.means[ROUGHNESS.name])
     targets = _targets(
         settings,
         Patches(relief.surface, lattice, side_mm=touch.finger.patch_mm).size_mm,

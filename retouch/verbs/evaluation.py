@@ -12,6 +12,7 @@ import numpy as np
 from mitsuba_scenes import find_file
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.estimates.change_curves import Reach
+from optimize.run_directory.finished_run import holds_run
 from optimize.settings.skins import OWN, described_skin, load_skin
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
@@ -33,6 +34,7 @@ from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import CONTACT_AREA, LARGEST_JND, LIMIT_PERCENT, ROUGHNESS
 from tactile.skin import Skin
+from tactile.tilt import warn_of_tilt
 
 if TYPE_CHECKING:
     from optimize.verification.solids.mesh_feel import MeshFeel
@@ -253,6 +255,8 @@ def evaluate(
     felt = relief_of(relief, **lengths, repeats=repeats, printer=printer)
     with followed(progress, quiet), naming(felt.name):
         touch = measure_touch(felt, finger, model)
+        if not holds_run(Path(felt.name).parent):
+            warn_of_tilt(felt, finger, touch.means[ROUGHNESS.name])
         if reach is None:
             return Evaluation(felt, touch, model, finger, name, printer=felt.printer)
         # Here, because nothing else renders: descents and pictures take 0.15 s to import.
