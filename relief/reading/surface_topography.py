@@ -20,6 +20,7 @@ from scipy import ndimage
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named, read_limited
+from relief.ground.formats import GRIDS
 from relief.ground.lengths import shown
 from relief.ground.limits import LARGEST_SIDE
 from relief.reading.samples import SQUARE, check_extent
@@ -116,18 +117,17 @@ def _check_bytes(path: Path) -> None:
 
 
 def _reader(path: Path) -> Any:
-    """The opened reader that takes the file; readers for its suffix are asked first."""
+    """The reader that takes the file: of those that know its first bytes, or else of those that may."""
     from SurfaceTopography.IO import MagicMatch, readers
 
     suffix, content = path.suffix.lower()[1:], read_limited(path, LARGEST_FILE)
-    text = b"\0" not in content
+    text = b"\0" not in content and f".{suffix}" in (*GRIDS, ".hfm")
     asked = [one for one in readers if one.format() in READERS and (text or one.format() not in TEXTS)]
     marks = {one: one.can_read(content[:512]) for one in asked}
-    asked = [one for one in asked if marks[one] != MagicMatch.NO]
+    best = MagicMatch.YES if MagicMatch.YES in marks.values() else MagicMatch.MAYBE
+    asked = [one for one in asked if marks[one] == best]
     fault: Exception | None = None
-    for one in sorted(
-        asked, key=lambda each: (marks[each] != MagicMatch.YES, suffix not in each.file_extensions())
-    ):
+    for one in sorted(asked, key=lambda each: suffix not in each.file_extensions()):
         try:
             # The library reads UTF-8 alone; programs of Windows write one byte a character.
             return one(StringIO(_decoded(content)) if one.format() == "asc" else str(path))
