@@ -46,10 +46,16 @@ TEXTS = ("asc", "xyz")
 """Those of them that read any text."""
 
 
-def read_surface(path: Path) -> tuple[dict[str, Any], Array]:
+def read_surface(
+    path: Path, sides_mm: tuple[float, float] = (NARROWEST_MM, WIDEST_MM)
+) -> tuple[dict[str, Any], Array]:
     """Read the heights of a file.
 
     Each reader of the library gives heights (x, y), y downward as in the instrument's own picture.
+
+    Args:
+        path: the file.
+        sides_mm: least and greatest side of a surface that is read, mm.
 
     Returns:
         `kind`, `unit_mm` and `size_mm` (None if the file does not say), `notes` and `shape`; and the heights
@@ -84,7 +90,7 @@ def read_surface(path: Path) -> tuple[dict[str, Any], Array]:
             raise InputError(f"{path}: {samples}; at most {LARGEST_SIDE} a side are read")
         size_mm = None if sides is None or unit_mm is None else pitches * (cols, rows) * unit_mm
         if size_mm is not None:
-            _check_size(size_mm, path)
+            _check_size(size_mm, sides_mm, path)
         missing_size = {} if sides is not None else {"physical_sizes": (float(cols), float(rows))}
         stored = channel.topography(**missing_size).heights()
         heights = np.ma.filled(np.ma.masked_array(stored, dtype=np.float64), np.nan).T
@@ -157,24 +163,27 @@ def _channel(reader: Any, path: Path) -> tuple[Any, list[str]]:
     return surfaces[0], [f"channel {shown(name)}{of_all}"]
 
 
-def _check_size(sides_mm: Array, path: Path) -> None:
+def _check_size(size_mm: Array, sides_mm: tuple[float, float], path: Path) -> None:
     """Raise InputError for sides that are too short to feel, or too long to read."""
-    size = f"{sides_mm[0]:.3g} x {sides_mm[1]:.3g} mm"
-    if sides_mm.min() < NARROWEST_MM:
-        raise InputError(f"{path}: {size}; at least {NARROWEST_MM:g} mm are needed under a finger")
-    if sides_mm.max() > WIDEST_MM:
-        raise InputError(f"{path}: {size}; at most {WIDEST_MM:g} mm a side are read")
+    (least, most), size = sides_mm, f"{size_mm[0]:.3g} x {size_mm[1]:.3g} mm"
+    if size_mm.min() < least:
+        raise InputError(f"{path}: {size}; at least {least:g} mm are needed under a finger")
+    if size_mm.max() > most:
+        raise InputError(f"{path}: {size}; at most {most:g} mm a side are read")
 
 
 def _square(heights: Array, shape: tuple[int, int]) -> Array:
-    """Heights on more rows or columns by cubic splines; a sample is missing where the nearest one is."""
+    """Heights on more rows or columns by cubic splines; a sample is missing where the nearest one is.
+
+    No height is lower or higher than all heights before: splines overshoot at walls.
+    """
     factors = tuple(np.divide(shape, heights.shape))
     holes = ~np.isfinite(heights)
     nearest = ndimage.distance_transform_edt(holes, return_distances=False, return_indices=True)
     options = {"mode": "nearest", "grid_mode": True}
     resampled = ndimage.zoom(heights[tuple(nearest)], factors, order=3, **options)
     resampled[ndimage.zoom(holes.astype(np.uint8), factors, order=0, **options) > 0] = np.nan
-    return np.asarray(resampled)
+    return np.clip(resampled, np.nanmin(heights), np.nanmax(heights))
 
 
 def main(path: str) -> None:
