@@ -21,7 +21,7 @@ from relief.corrections import filled, levelled, plane
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, PictureError, naming
 from relief.ground.files import partial_file
-from relief.ground.formats import GRIDS, HEIGHT_MAPS, MEASURED, PICTURES, UNITS
+from relief.ground.formats import GRIDS, HEIGHT_MAPS, HEIGHTS, MEASURED, PICTURES, UNITS
 from relief.ground.lengths import Lengths, header_of, in_range
 from relief.ground.limits import (
     DEEPEST_RELIEF_MM,
@@ -32,6 +32,7 @@ from relief.ground.limits import (
 )
 from relief.ground.progress import say
 from relief.reading.data_colours import no_heights
+from relief.reading.profilometers import is_measured
 from relief.reading.readers import read_samples
 from relief.reading.samples import TILE, Check, Samples
 from relief.reading.tiff import MAGIC, holds_numbers
@@ -68,6 +69,7 @@ class Content:
         relief_mm: height of white above black of a picture, mm; None if unknown.
         unit_mm: mm for a number of 1, where the file states its unit.
         repeats: axes along which the header says that the relief repeats.
+        instrument: whether an instrument measured them, from a zero of its own.
     """
 
     values: Array
@@ -76,6 +78,20 @@ class Content:
     relief_mm: float | None = None
     unit_mm: float | None = None
     repeats: Repeats = False
+    instrument: bool = False
+
+    def mm_of_one(self, path: Path, height_scale: float | None) -> float:
+        """Mm for a number of 1: as given, as the file states, or 1 if no instrument measured it.
+
+        Raises:
+            InputError: an instrument measured it, and nobody states the unit.
+        """
+        if height_scale is not None or not self.instrument:
+            return (self.unit_mm or 1.0) if height_scale is None else height_scale
+        if self.unit_mm is None:
+            missing = "missing; mm for a height of 1, which the file does not say"
+            raise InputError(f"{path}: height_scale: {missing}", f"{path}: --height-scale: {missing}")
+        return self.unit_mm
 
 
 @dataclass(frozen=True)
@@ -114,6 +130,7 @@ def load_height_map(
     There are two kinds of files. Pictures, which are PNG and TIFF of whole numbers, hold grey: black is 0 mm,
     white is ``relief_mm``, and grey lies between in proportion; gamma and colour profiles are ignored.
     EXR, NPY and TIFF of floating-point numbers hold mm, or another unit that ``height_scale`` turns into mm.
+    A surface that an instrument measured has its own unit and size, and its lowest height becomes 0.
     Neither number has a meaning for files of the other kind. An argument overrides the file's header; a
     warning is logged if both differ.
 
@@ -138,8 +155,12 @@ def load_height_map(
         size_mm, relief_mm, default_relief_mm = (
             None if length is None else in_range(key, length) for key, length in lengths
         )
-        unit = in_range("height_scale", 1.0 if height_scale is None else height_scale)
+        height_scale = None if height_scale is None else in_range("height_scale", height_scale)
     content = _read(path, _check_shape, relief_mm)
+    unit = content.mm_of_one(path, height_scale)
+    if content.instrument and size_mm is None and content.size_mm is None:
+        missing = "missing; the width of the surface in mm, which the file does not say"
+        raise InputError(f"{path}: size_mm: {missing}", f"{path}: --size-mm: {missing}")
     if not content.holds_mm:
         white = _first(path, "relief_mm", relief_mm, content.relief_mm)
         white = default_relief_mm if white is None else white
@@ -149,6 +170,8 @@ def load_height_map(
         unit = white
     with np.errstate(over="ignore", invalid="ignore"):
         heights = content.values * unit
+    if content.instrument:
+        heights -= np.nanmin(heights)
     ends = axes(content.repeats if repeats is None else repeats)
     checked = _in_range(path, _corrected(path, heights, ends, fill, level), content.holds_mm, unit)
     kind = "heights times" if content.holds_mm else "a picture, white is"
@@ -294,7 +317,7 @@ def holds_mm(path: str | os.PathLike[str]) -> bool:
     try:
         with path.open("rb") as file:
             if file.read(4) in MAGIC:
-                return holds_numbers(path)
+                return is_measured(path) or holds_numbers(path)
     except (OSError, InputError):
         return False
     return path.suffix.lower() in (".exr", ".npy", *GRIDS, *MEASURED)
@@ -341,8 +364,7 @@ def _mending(path: Path, option: str, argument: str, suffix: str = ".png") -> tu
 
 def _samples(path: Path, check: Check) -> Samples:
     """What a file holds, if its name is one of a height map's. Raises InputError."""
-    known = (*HEIGHT_MAPS, *GRIDS, *MEASURED)
-    if path.suffix.lower() not in known:
+    if path.suffix.lower() not in HEIGHTS:
         kind = PictureError if path.suffix.lower() in PICTURES and path.is_file() else InputError
         raise kind(f"{path}: not a height map: expected one of {', '.join(HEIGHT_MAPS)}")
     samples = read_samples(path, check)
@@ -368,7 +390,12 @@ def _one_channel(samples: Samples) -> Content:
     if samples.bits is not None:
         values /= samples.white
     return Content(
-        values, samples.bits is None, **samples.lengths, unit_mm=samples.unit_mm, repeats=samples.repeats
+        values,
+        samples.bits is None,
+        **samples.lengths,
+        unit_mm=samples.unit_mm,
+        repeats=samples.repeats,
+        instrument=samples.instrument,
     )
 
 

@@ -23,7 +23,9 @@ _ALLOWED = {
     "relief.ground": "",
     "relief.reading": "relief.ground",
     "relief.preparing": "relief relief.ground relief.reading",
-    "relief.scans": "relief relief.ground relief.solids relief.solids.export relief.solids.meshes",
+    "relief.scans": (
+        "relief relief.ground relief.reading relief.solids relief.solids.export relief.solids.meshes"
+    ),
     "relief.solids": "relief.ground",
     "relief.solids.export": "relief relief.ground relief.solids relief.solids.meshes",
     "relief.solids.mending": "relief.ground relief.solids relief.solids.meshes",

@@ -57,11 +57,15 @@ GRIDS = (".asc", ".txt", ".csv", ".tsv", ".dat")
 """Suffixes of texts that may hold a grid of heights."""
 
 MEASURED = (
-    *(".al3d", ".apx", ".bcr", ".bcrf", ".datx", ".di", ".frt", ".gwy", ".hfm", ".lext", ".mnt", ".nms"),
-    *(".oir", ".opd", ".opdx", ".os3d", ".plu", ".plux", ".poir", ".qep", ".sdf", ".spm", ".sur", ".tmd"),
-    *(".vk3", ".vk4", ".vk6", ".vk7", ".x3p", ".zmg", ".zon"),
+    *(".001", ".002", ".003", ".004", ".005", ".al3d", ".apx", ".bcr", ".bcrf", ".cur", ".datx", ".di"),
+    *(".ezd", ".frt", ".gwy", ".hfm", ".ibw", ".jpk", ".lext", ".mdt", ".mi", ".mnt", ".nid", ".oir"),
+    *(".opd", ".opdx", ".os3d", ".plu", ".plux", ".poir", ".sdf", ".spm", ".stp", ".sur", ".tmd", ".tom"),
+    *(".top", ".vk3", ".vk4", ".vk6", ".vk7", ".x3p", ".zmg", ".zon"),
 )
 """Suffixes of files of profilometers and microscopes that `relief.reading.profilometers` reads."""
+
+HEIGHTS = (*HEIGHT_MAPS, *GRIDS, *MEASURED)
+"""Suffixes of all files that hold a surface as heights on a grid."""
 
 MESHES = (".stl", ".obj", ".ply", ".glb", ".3mf")
 """Suffixes of the files that `relief.solids.meshes` reads."""

@@ -53,6 +53,7 @@ class Samples:
         lengths: size_mm and relief_mm of a header that Retouch has written; size_mm of a measured surface.
         unit_mm: mm for a number of 1, where the file states its unit.
         repeats: axes along which the header says that the relief repeats.
+        instrument: whether an instrument measured the numbers, from a zero of its own.
     """
 
     path: Path
@@ -65,6 +66,7 @@ class Samples:
     lengths: Mapping[str, float] = field(default_factory=dict)
     unit_mm: float | None = None
     repeats: Repeats = False
+    instrument: bool = False
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -14,22 +14,27 @@ from scipy.spatial import Delaunay, QhullError
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError, PictureError, naming
 from relief.ground.files import damage_named, read_limited
-from relief.ground.formats import HEIGHT_MAPS, MESHES, UNITS
+from relief.ground.formats import GRIDS, HEIGHTS, MESHES, UNITS
 from relief.ground.lengths import in_range, scale_of
 from relief.ground.limits import LARGEST_SIDE, SMALLEST_SIDE
 from relief.ground.progress import stage
 from relief.heightmap import load_content
+from relief.reading.profilometers import is_measured
 from relief.scans.scans import Scan, block_means, check_scan
 from relief.solids.body import Body
 from relief.solids.meshes.mesh import Mesh, check_units, read_mesh
 from relief.solids.meshes.raster import rasterise
 
-POINTS = (".xyz", ".txt", ".csv", ".asc")
+POINTS = (".xyz", *GRIDS)
 """Suffixes of files of points."""
-SUFFIXES = (*HEIGHT_MAPS, *MESHES, *POINTS)
+SUFFIXES = tuple(dict.fromkeys((*HEIGHTS, *MESHES, *POINTS)))
 """Suffixes of the files that are read as scans."""
 LARGEST_TEXT = 1 << 28
 """Most bytes of a file of points: 8 million lines of three numbers."""
+LONGEST_LINE, FIRST_LINES = 1 << 20, 16
+"""Most bytes of a line, and lines with those of headings, that are looked at to tell a grid from points."""
+SEPARATORS = bytes.maketrans(b",;\t", b"   ")
+"""Signs between numbers, as spaces."""
 MOST_POINTS = 4_000_000
 """Most points on no grid; a million are joined to triangles in 10 seconds."""
 FINEST_SIDE = 2048
@@ -67,8 +72,9 @@ def read_scan(path: str | os.PathLike[str], lengths: ScanLengths | None = None) 
     """Read a scan.
 
     Args:
-        path: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm, not finite in holes); STL, OBJ,
-            PLY, GLB or 3MF, seen from above; or lines of x, y and z in mm.
+        path: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm, not finite in holes), texts of such
+            numbers; files of profilometers, with their size and unit; STL, OBJ, PLY, GLB or 3MF, seen from
+            above; or lines of x, y and z in mm.
         lengths: lengths that the file lacks.
 
     Returns:
@@ -84,9 +90,10 @@ def read_scan(path: str | os.PathLike[str], lengths: ScanLengths | None = None) 
         raise InputError(f"{path}: not a scan: expected one of {', '.join(SUFFIXES)}")
     if not path.is_file():
         raise InputError(f"{path}: no such file")
-    _refuse_others(path, suffix in HEIGHT_MAPS, lengths)
+    is_map = suffix in HEIGHTS and (suffix not in POINTS or _is_grid(path))
+    _refuse_others(path, is_map, lengths)
     with stage(f"reading {path.name}"):
-        if suffix in HEIGHT_MAPS:
+        if is_map:
             scan = _of_height_map(path, lengths)
         elif suffix in MESHES:
             scan = _of_mesh(read_mesh(path, units=lengths.units))
@@ -94,6 +101,15 @@ def read_scan(path: str | os.PathLike[str], lengths: ScanLengths | None = None) 
             check_units(path, lengths.units)
             scan = _of_points(_points(path) * UNITS[lengths.units or "mm"], str(path))
         return check_scan(scan)
+
+
+def _is_grid(path: Path) -> bool:
+    """Whether a text holds heights on a grid: an instrument's, or lines of more numbers than a point has."""
+    if is_measured(path):
+        return True
+    with path.open("rb") as file:
+        lines = [line for _ in range(FIRST_LINES) if (line := file.readline(LONGEST_LINE).strip())]
+    return bool(lines) and len(lines[-1].translate(SEPARATORS).split()) >= SMALLEST_SIDE
 
 
 def _refuse_others(path: Path, is_map: bool, lengths: ScanLengths) -> None:
@@ -116,8 +132,9 @@ def _of_height_map(path: Path, lengths: ScanLengths) -> Scan:
     size_mm = _length(path, "size_mm", lengths.size_mm, content.size_mm, "the width of the scan")
     if content.holds_mm:
         with naming(path):
-            scale = scale_of(lengths.units, lengths.height_scale)
-            unit = in_range("height_scale", 1.0 if scale is None else scale)
+            given = scale_of(lengths.units, lengths.height_scale)
+            scale = None if given is None else in_range("height_scale", given)
+        unit = content.mm_of_one(path, scale)
     else:
         white = "the height of white above black"
         unit = _length(path, "relief_mm", lengths.relief_mm, content.relief_mm, white)
@@ -185,7 +202,7 @@ def _of_triangles(vertices: Array, faces: Index, pitch_mm: float, name: str) -> 
 
 def _points(path: Path) -> Array:
     """(n, 3) numbers of a text with a point in each line; one line of headings may come first."""
-    content = read_limited(path, LARGEST_TEXT).translate(bytes.maketrans(b",;\t", b"   "))
+    content = read_limited(path, LARGEST_TEXT).translate(SEPARATORS)
     if b"\0" in content:
         raise InputError(f"{path}: is no text of points x, y, z")
     first, _, rest = content.partition(b"\n")

@@ -14,7 +14,7 @@ from optimize.runs.interrupts import INTERRUPTED
 from optimize.settings.fast_models import FAST_MODELS
 from optimize.settings.run_options import run_options, run_overrides, states_a_target
 from relief.ground.errors import InputError
-from relief.ground.formats import HEIGHT_MAPS, RUN_CHECKPOINT
+from relief.ground.formats import HEIGHT_MAPS, HEIGHTS, RUN_CHECKPOINT
 from relief.ground.options import add_options, declared, given, literal
 from retouch.commands.options import (
     TEXTURE,
@@ -153,7 +153,7 @@ def _scene_and_texture(arguments: argparse.Namespace) -> tuple[Path, Path | None
     if _is_run_file(source):
         return source, None
     if texture is not None:
-        if source.suffix.lower() in HEIGHT_MAPS:
+        if source.suffix.lower() in HEIGHTS:
             raise InputError(f"--texture: {texture}: there is a texture already, {source}")
         if scene is not None:
             raise InputError(f"--scene: {scene}: there is a scene already, {source}")

@@ -15,10 +15,10 @@ from pathlib import Path
 
 from mitsuba_scenes import FOLDER, find_texture
 from relief.ground.errors import InputError
-from relief.ground.formats import HEIGHT_MAPS, MESHES, PICTURES
+from relief.ground.formats import HEIGHTS, MESHES, PICTURES
 
 PICTURES_FOLDER, PARTS_FOLDER, RUNS_FOLDER = Path("pictures"), Path("parts"), Path("runs")
-SUFFIXES = {PICTURES_FOLDER: (*HEIGHT_MAPS, *PICTURES), PARTS_FOLDER: MESHES}
+SUFFIXES = {PICTURES_FOLDER: (*HEIGHTS, *PICTURES), PARTS_FOLDER: MESHES}
 """Suffixes of the files that may be dropped, by the folder that keeps them."""
 LONGEST_STEM = 60
 """Most characters of the name of a file, less its suffix; file systems take 255 bytes."""
