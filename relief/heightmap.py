@@ -42,6 +42,7 @@ from relief.readers import (
 )
 from relief.seam import misfit
 from relief.surface import Repeats, axes
+from relief.terraces import terraces
 
 _log = logging.getLogger(__name__)
 
@@ -115,6 +116,8 @@ def load_height_map(
     with np.errstate(over="ignore", invalid="ignore"):
         heights = content.values * unit
     checked = check_heights(heights, path)
+    if (warning := terraces(checked)) is not None:
+        _log.warning("%s: %s", path, warning)
     kind = "heights times" if content.holds_mm else "a picture, white is"
     _log.info("%s: %d x %d samples read, %s %g mm", path, *checked.shape, kind, unit)
     return HeightMap(checked, _first(path, "size_mm", size_mm, content.size_mm), content.repeats)

@@ -30,6 +30,7 @@ from relief.preparing.source_pictures import SourcePicture, open_picture
 from relief.preparing.tiling import OVERLAP, PERIOD_SIDE, make_tile, period
 from relief.relief import Relief
 from relief.seam import misfit
+from relief.terraces import Steps, found_steps
 
 STEEP_PERCENTILE = 95.0
 """Percentile of the slopes that is reported beside the median."""
@@ -246,15 +247,16 @@ class _Work:
         self.side = pixels * samples
         self.done["samples"] = f"{samples} x {samples}, {_sampling(pixels)}"
         self.numbers["samples"] = {"side": samples, "pixels_per_sample": pixels}
-        step = self.picture.step
-        smooth = None if keep_steps or step is None else step
-        if smooth is not None and pixels < 1.0:
-            values = self._smoothed(values.astype(np.float64), smooth).astype(np.float32)
+        bits = self.picture.bits
+        steps = found_steps(values, None if bits is None or bits > 8 else 1.0 / (2.0**bits - 1.0))
+        if steps is not None and pixels < 1.0 and not keep_steps:
+            values = self._smoothed(values.astype(np.float64), steps).astype(np.float32)
         heights = resampled(values, count, pixels * count)
-        if smooth is not None and pixels >= 1.0:
-            heights = self._smoothed(heights, smooth)
-        elif step is not None and keep_steps:
+        if steps is not None and keep_steps:
+            step = float(np.median(steps.near(heights)))
             self.done["steps"] = f"kept, {self._grey(step)} each: terraces to finger and light"
+        elif steps is not None and pixels >= 1.0:
+            heights = self._smoothed(heights, steps)
         if tile is None:
             return heights
         with stage("joining the borders"):
@@ -269,13 +271,13 @@ class _Work:
         self.numbers["tile"] = {name: getattr(joint, name) for name in kept} | {"pixels": self.side}
         return joint.heights
 
-    def _smoothed(self, heights: Array, step: float) -> Array:
-        smooth = smooth_steps(heights, step)
+    def _smoothed(self, heights: Array, steps: Steps) -> Array:
+        smooth, step = smooth_steps(heights, steps), float(np.median(steps.near(heights)))
         most = float(np.abs(smooth - heights).max())
         self.done["steps"] = (
             f"of {self._grey(step)} smoothed to slopes; values changed by at most {self._grey(most)}"
         )
-        self.numbers["steps"] = {"step": WHITE * step, "largest_change": WHITE * most}
+        self.numbers["steps"] = {"step": self._unit * step, "largest_change": self._unit * most}
         return smooth
 
     def levelled(self, heights: Array, wanted: Levels, invert: bool) -> tuple[Array, float]:

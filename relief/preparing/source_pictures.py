@@ -37,7 +37,6 @@ class SourcePicture:
         kind: For a person, as in "JPEG in colour".
         width, height: Pixels, turned upright by the EXIF orientation.
         bits: Bits of a channel; None for a file of numbers that have a unit of their own, such as mm.
-        step: Difference of two neighbouring grey values, if white is 1; None where no steps are known.
         white: Stored value that counts as 1; 1 for files of numbers, which are kept.
         bands: "Y", or "R", "G" and "B"; and "A" if a part is transparent; each of mode L, I;16 or F.
         notes: What was done to the picture on opening.
@@ -50,7 +49,6 @@ class SourcePicture:
     width: int
     height: int
     bits: int | None
-    step: float | None
     white: float
     bands: Mapping[str, Image.Image]
     notes: tuple[str, ...] = ()
@@ -154,9 +152,9 @@ def _decoded(image: Image.Image, path: Path) -> SourcePicture:
     elif stored < bits and not palette:
         bits = stored
     kind = "with a palette" if palette else "in grey" if "Y" in bands else "in colour"
-    step, tile = _step(bands, bits, white), repeats_of(image.info, path) is True
+    tile = repeats_of(image.info, path) is True
     return SourcePicture(
-        path, f"{name} {kind}", *image.size, bits, step, white, bands, tuple(notes), lengths, tile
+        path, f"{name} {kind}", *image.size, bits, white, bands, tuple(notes), lengths, tile
     )
 
 
@@ -192,18 +190,6 @@ def _bands(image: Image.Image) -> dict[str, Image.Image]:
     return bands
 
 
-def _step(bands: Mapping[str, Image.Image], bits: int, white: float) -> float | None:
-    """Difference of neighbouring grey values if white is 1, or None where there are no steps to smooth.
-
-    A picture of two values is a drawing without slopes. A file of 16 bits may hold a picture of fewer bits.
-    """
-    if bits <= 8:
-        return None if bits == 1 else 1.0 / (2.0**bits - 1.0)
-    held = np.unique(np.asarray(bands["Y"])).astype(np.int64)
-    gap = int(np.gcd.reduce(np.diff(held))) if len(held) > 2 else 0
-    return gap / white if gap > 1 else None
-
-
 def _numbers(path: Path) -> SourcePicture:
     """The picture of an EXR or NPY file."""
     kind = f"{path.suffix[1:].upper()} of numbers"
@@ -234,4 +220,4 @@ def _of_numbers(
     size = next(iter(bands.values())).size
     if "R" in bands:
         kind += " in colour"
-    return SourcePicture(path, kind, *size, None, None, 1.0, bands, tuple(notes), lengths)
+    return SourcePicture(path, kind, *size, None, 1.0, bands, tuple(notes), lengths)
