@@ -1,9 +1,9 @@
 """Terraces: heights that are rounded to levels, wherever the rounding comes from.
 
-Grey of 8 bits, grey that was stretched, normalised or bent by a gamma curve after rounding, and lengths rounded
-to 0.01 mm have two things in common, in files of 8 bits, 16 bits and floating-point numbers alike: almost all
-samples lie on levels with empty bins of the histogram between them, and gaps between levels change little from
-one level to the next.
+Grey of 8 bits, grey that was stretched, normalised or bent by a gamma curve after rounding, and lengths
+rounded to 0.01 mm have two things in common, in files of 8 bits, 16 bits and floating-point numbers alike.
+Almost all samples are on levels with empty bins of the histogram between them, and the gaps between levels
+change little from one level to the next.
 """
 
 from dataclasses import dataclass, replace
@@ -27,20 +27,17 @@ LEAST_REGULAR = 0.75
 FEWEST_LEVELS = 8
 """Levels below which a picture is a drawing, or a relief of plateaus that are meant."""
 FEW_LEVELS, LEAST_BY_ONE = 32, 0.75
-"""Below the first number of levels, least share of the changes between neighbours that are by one level.
-Slopes rise level by level; in a mosaic of 8 levels at random 25 % of the changes are by one, of 31 levels 6 %."""
+"""Number of levels, and least share of the changes between neighbours that are by one level where levels are
+fewer. Slopes rise level by level; in a mosaic of 8 levels at random 25 % of the changes are by one level."""
 MOST_SAMPLES = 2**21
 """Samples that are looked at, in whole rows; more would take longer and find the same levels."""
-LEAST_FLAT = 0.005
-"""Least share of samples that are level with three neighbours. Quantised waves over all levels have 0.02. Samples
-of a grating at 45 degrees lie on few heights as well, but are never level with their neighbours."""
 LEAST_STEP_MM = 0.001
-"""Least step of terraces that are reported, mm. People detect an edge of 0.85 µm on a smooth plate (Johansson and
-LaMotte 1983), and 1 µm on a sample of 0.08 mm turns the surface by 0.7 degrees."""
+"""Least step of terraces that are reported, mm. People detect an edge of 0.85 µm on a smooth plate (Johansson
+and LaMotte 1983), and 1 µm from one sample to the next, 0.08 mm apart, is a slope of 0.7 degrees."""
 LEAST_GENTLE, LEAST_EDGES, LEAST_LEVEL = 0.65, 0.05, 0.05
-"""Least shares of neighbours that are at most one step apart and that are just one step apart, and least share of
-samples level with three neighbours, in terraces that are reported. Rough textures in 8 bits have 0.03 to 0.6 of
-the first, plateaus between steep flanks 0.02 of the second, ramps without terraces none of the third."""
+"""Least shares in terraces that are reported: of neighbours less than 1.5 steps apart, of neighbours 0.1 to
+1.5 steps apart, and of samples level with three neighbours. Rough textures in 8 bits have 0.03 to 0.6 of the
+first, plateaus between steep flanks 0.02 of the second, and ramps without terraces none of the third."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,14 +47,14 @@ class Steps:
     Attributes:
         middles: (n,) heights in the middle between neighbouring levels, ascending.
         gaps: (n,) gap between levels near each of these heights.
-        count: Number of levels; 0 if unknown.
-        flat: Share of samples that are level with three neighbours.
+        count: Number of levels.
+        level: Share of samples that are level with three neighbours.
     """
 
     middles: Array
     gaps: Array
-    count: int = 0
-    flat: float = 0.0
+    count: int
+    level: float = 0.0
 
     def near(self, values: ArrayLike) -> Array:
         """Gap between levels near each value, in the shape of ``values``."""
@@ -73,35 +70,29 @@ def found_steps(values: ArrayLike, rounding: float | None = None) -> Steps | Non
 
     Args:
         values: (rows, cols) values in any unit; NaN where nothing was measured.
-        rounding: Step of the whole numbers in a file of at most 8 bits, where no other steps are found.
+        rounding: Step of the whole numbers in a file of at most 8 bits, where no larger steps are found.
     """
     values = np.asarray(values)
     every = _stride(values)
     pairs = np.stack([values[:-1:every], values[1::every]]).astype(np.float64)
     finite = np.isfinite(pairs)
-    low, high = np.min(pairs[finite], initial=np.inf), np.max(pairs[finite], initial=-np.inf)
-    if not low < high:
+    low = float(np.min(pairs[finite], initial=np.inf))
+    unit = (float(np.max(pairs[finite], initial=-np.inf)) - low) / (BINS - 1)
+    if not unit > 0.0:
         return None
-    unit = (high - low) / (BINS - 1)
     bins = np.where(finite, np.rint((np.where(finite, pairs, low) - low) / unit), -1.0).astype(np.int32)
-    # A height that a grating or enlarged pixels repeat in whole rows or columns is no level for that.
-    upper, lower = bins[:, (bins[0] != bins[1]).any(axis=1)]
-    new = np.append(True, (upper[:, 1:] != upper[:, :-1]).any(axis=0))
-    upper, lower = upper[:, new], lower[:, new]
-    right = upper[:, 1:]
-    flat = (right == upper[:, :-1]) & (right == lower[:, 1:]) & (right == lower[:, :-1]) & (right >= 0)
-    # The middle of a terrace keeps its level where a picture was resampled, which its edge does not.
-    kept, steps = (_steps_of(held, low, unit) for held in (right[flat], upper[upper >= 0]))
-    if kept is not None and (steps is None or np.median(kept.gaps / steps.near(kept.middles)) > 1.5):
-        steps = kept
-    if steps is None or np.mean(flat) < LEAST_FLAT:
-        few = np.count_nonzero(np.bincount(bins[finite])) < FEWEST_LEVELS
-        return None if few or rounding is None else Steps(np.array([low, high]), np.full(2, rounding))
-    changes = steps.changes(pairs[0])
-    by_one = np.count_nonzero((changes > 0.5) & (changes < 1.5)) / max(1, np.count_nonzero(changes > 0.5))
-    if steps.count < FEW_LEVELS and by_one < LEAST_BY_ONE:
+    steps = _by_histogram(bins, low, unit)
+    if rounding is not None and (steps is None or np.median(steps.gaps) < 1.5 * rounding):
+        distinct = np.count_nonzero(np.bincount(bins[finite]))
+        steps = Steps(np.array([low, low + 1.0]), np.full(2, rounding), int(distinct))
+    if steps is None or steps.count < FEWEST_LEVELS:
         return None
-    return replace(steps, flat=float(np.mean(flat)))
+    changes = steps.changes(pairs[0])
+    # An edge of a picture that was enlarged rises by less than a step from sample to sample.
+    gentle, edges = np.count_nonzero((changes > 0.1) & (changes < 1.5)), np.count_nonzero(changes > 0.1)
+    if steps.count < FEW_LEVELS and gentle < LEAST_BY_ONE * edges:
+        return None
+    return steps
 
 
 def _stride(values: NDArray[np.generic]) -> int:
@@ -109,14 +100,32 @@ def _stride(values: NDArray[np.generic]) -> int:
     return max(1, -(-values.size // MOST_SAMPLES))
 
 
-def _steps_of(bins: NDArray[np.int32], low: float, unit: float) -> Steps | None:
-    """The steps of samples.
+def _by_histogram(bins: NDArray[np.int32], low: float, unit: float) -> Steps | None:
+    """The steps of pairs of rows.
 
     Args:
-        bins: (n,) bins of the samples.
+        bins: (2, rows, cols) bins of the samples in the upper and the lower row of each pair; -1: none.
         low: Value in the middle of the first bin.
         unit: Width of a bin.
     """
+    # A height that a grating or enlarged pixels repeat in whole rows or columns is no level for that.
+    upper, lower = bins[:, (bins[0] != bins[1]).any(axis=1)]
+    new = np.append(True, (upper[:, 1:] != upper[:, :-1]).any(axis=0))
+    upper, lower = upper[:, new], lower[:, new]
+    right = upper[:, 1:]
+    level = (right == upper[:, :-1]) & (right == lower[:, 1:]) & (right == lower[:, :-1]) & (right >= 0)
+    # The middle of a terrace keeps its level where a picture was resampled, which its edge does not.
+    kept, steps = (_steps_of(held, low, unit) for held in (right[level], upper[upper >= 0]))
+    if kept is not None and (steps is None or np.median(kept.gaps / steps.near(kept.middles)) > 1.5):
+        steps = kept
+    # Samples of cones and slanted gratings share heights as well, but few of these make a level place.
+    if steps is None or np.count_nonzero(np.bincount(right[level])) < FEWEST_LEVELS:
+        return None
+    return replace(steps, level=float(np.mean(level)))
+
+
+def _steps_of(bins: NDArray[np.int32], low: float, unit: float) -> Steps | None:
+    """The steps of samples, (n,) bins, with the value of the first bin and the width of a bin."""
     counts = np.bincount(bins, minlength=BINS)
     nearby = sliding_window_view(np.pad(counts, NEAREST_BINS), 2 * NEAREST_BINS + 1).max(axis=1)
     levels = np.flatnonzero((counts == nearby) & (counts > 0))
@@ -125,11 +134,12 @@ def _steps_of(bins: NDArray[np.int32], low: float, unit: float) -> Steps | None:
     if np.count_nonzero(both) < FEWEST_LEVELS - 1:
         return None
     gaps, middles = np.diff(levels)[both], (0.5 * (levels[1:] + levels[:-1]))[both]
-    # The middle three of five gaps: levels that were rounded again lie 4 and 5 apart, and one may be missing.
-    local = np.sort(sliding_window_view(np.pad(gaps, 2, "reflect"), 5), axis=1)[:, 1:-1].mean(axis=1)
-    # Plateaus that are meant would outweigh all samples that lie between levels.
-    on = np.minimum(counts[levels], 4.0 * np.median(counts[levels])).sum()
-    share = on / (on + len(bins) - counts[levels].sum())
+    # The middle three of five gaps: levels that were rounded again are 4 and 5 apart, and one may be missing.
+    fives = sliding_window_view(np.pad(gaps, 2, "reflect"), 5)
+    local = np.asarray(np.sort(fives, axis=1)[:, 1:-1].mean(axis=1), dtype=np.float64)
+    # The count of a plateau that is meant would outweigh all samples that are between levels.
+    on = float(np.minimum(counts[levels], 4.0 * np.median(counts[levels])).sum())
+    share = on / (on + len(bins) - int(counts[levels].sum()))
     regular = np.mean((gaps <= 2.1 * local) & (local <= 2.1 * gaps))
     if share < LEAST_SHARE or regular < LEAST_REGULAR:
         return None
@@ -143,15 +153,13 @@ def terraces(heights: Array) -> str | None:
         heights: (rows, cols) mm.
     """
     steps = found_steps(heights)
-    if steps is None or steps.flat < LEAST_LEVEL:
+    if steps is None or steps.level < LEAST_LEVEL:
         return None
     rows = heights[:: _stride(heights)]
     step, changes = float(np.median(steps.near(rows))), steps.changes(rows)
     gentle = changes < 1.5
-    edges = gentle & (changes > 0.5)
+    edges = gentle & (changes > 0.1)
     if step < LEAST_STEP_MM or np.mean(gentle) < LEAST_GENTLE or np.mean(edges) < LEAST_EDGES:
         return None
-    return (
-        f"{steps.count} levels, steps of {step:.2g} mm: terraces to finger and light; "
-        "retouch prepare smooths them"
-    )
+    found = f"{steps.count} levels, steps of {step:.2g} mm: terraces to finger and light"
+    return f"{found}; retouch prepare smooths them"

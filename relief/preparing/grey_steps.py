@@ -1,6 +1,6 @@
-"""Dequantisation of 8-bit grey, whose steps are terraces to a finger and to raking light, into smooth slopes.
+"""Dequantisation of heights of few levels, which are terraces to a finger and to light, to smooth slopes.
 
-A slope that rises one grey step over many samples is stored as a staircase. The heights are estimated again,
+A slope that rises one step over many samples is stored as a staircase. The heights are estimated again,
 as the surface of least weighted curvature within half a step of the stored heights. Weights fall with the
 curvature of the picture nearby: flat terraces become slopes, while crests and edges stay.
 """
@@ -13,9 +13,9 @@ from relief.ground.progress import Stage, stage
 from relief.terraces import Steps
 
 ROUNDING_PRECISION = 12.0
-"""Inverse variance of the rounding to whole steps, in steps**-2: errors are uniform over one step."""
+"""Inverse variance of the rounding to levels, in local steps**-2: errors are uniform over one step."""
 LEAST_CURVATURE = 0.02
-"""Curvature, in steps a sample squared, that a surface may always have; below, slopes would be facets."""
+"""Curvature, in local steps a sample squared, that a surface may always have; below, slopes become facets."""
 NEARBY = (2.0, 1.0)
 """Standard deviations, in samples, of means of squared curvature: of the stored steps, then of the result.
 
@@ -66,7 +66,7 @@ def _squared_curvature(heights: Array, nearby: float) -> Array:
 
 
 def _estimate(stored: Array, local: Array, start: Array, squared_curvature: Array, advance: Stage) -> Array:
-    """The most likely heights within half of the local step of the stored ones; all in steps of the median."""
+    """The most likely heights within half of the local step of the stored ones; unit: the median step."""
     weight = 1.0 / (squared_curvature + (LEAST_CURVATURE * local) ** 2)
     precision = ROUNDING_PRECISION / local**2
     between = (weight[1:, 1:] + weight[:-1, :-1] + weight[1:, :-1] + weight[:-1, 1:]) / 4.0

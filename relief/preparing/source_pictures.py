@@ -153,9 +153,7 @@ def _decoded(image: Image.Image, path: Path) -> SourcePicture:
         bits = stored
     kind = "with a palette" if palette else "in grey" if "Y" in bands else "in colour"
     tile = repeats_of(image.info, path) is True
-    return SourcePicture(
-        path, f"{name} {kind}", *image.size, bits, white, bands, tuple(notes), lengths, tile
-    )
+    return SourcePicture(path, f"{name} {kind}", *image.size, bits, white, bands, tuple(notes), lengths, tile)
 
 
 def _stored_bits(image: Image.Image) -> int:
