@@ -58,7 +58,7 @@ class Steps:
 
     def near(self, values: ArrayLike) -> Array:
         """Gap between levels near each value, in the shape of ``values``."""
-        return np.interp(values, self.middles, self.gaps)
+        return np.interp(np.asarray(values, dtype=np.float64), self.middles, self.gaps)
 
     def changes(self, values: Array) -> Array:
         """Absolute differences of neighbours in a row, (rows, cols - 1), in gaps."""
@@ -133,7 +133,7 @@ def _steps_of(bins: NDArray[np.int32], low: float, unit: float) -> Steps | None:
     both = sure[1:] & sure[:-1]
     if np.count_nonzero(both) < FEWEST_LEVELS - 1:
         return None
-    gaps, middles = np.diff(levels)[both], (0.5 * (levels[1:] + levels[:-1]))[both]
+    gaps, middles = np.diff(levels)[both], 0.5 * (levels[1:] + levels[:-1])[both].astype(np.float64)
     # The middle three of five gaps: levels that were rounded again are 4 and 5 apart, and one may be missing.
     fives = sliding_window_view(np.pad(gaps, 2, "reflect"), 5)
     local = np.asarray(np.sort(fives, axis=1)[:, 1:-1].mean(axis=1), dtype=np.float64)

@@ -27,20 +27,27 @@ REMEMBERED = 6
 """Earlier gradients that L-BFGS-B keeps; each takes the memory of a picture."""
 
 
-def smooth_steps(grey: Array, steps: Steps) -> Array:
+def smooth_steps(grey: Array, steps: Steps, pixels: float = 1.0) -> Array:
     """Smooth the steps of a picture with few grey values.
 
     Args:
         grey: (rows, cols) values, rounded to levels before they were averaged or interpolated, if they were.
         steps: The steps of the levels, which need not be equal.
+        pixels: Pixels of the picture along one sample.
 
     Returns:
-        (rows, cols) values, each within half of the local step of ``grey``.
+        (rows, cols) values, each within half of the local step of ``grey``; within less on slopes where it is
+        a mean of several pixels, as their errors of rounding cancel.
     """
     local = steps.near(grey)
     step = float(np.median(local))
     stored, local = grey / step, local / step
     smooth, blurred = stored, scipy.ndimage.gaussian_filter(stored, NEARBY[0], mode="nearest")
+    if pixels > 1.0:
+        # A mean over a triangle two samples wide leaves sinc² of the rounding of a slope, or a mean of noise.
+        slopes = np.gradient(scipy.ndimage.gaussian_filter(stored, NEARBY[1], mode="nearest"))
+        rise = np.minimum(np.hypot(*slopes) / local, 1.0)
+        local = local * np.maximum(np.sinc(rise) ** 2, 1.0 / (1.5 * pixels))
     with stage("smoothing the steps of grey", len(NEARBY) * ITERATIONS, at_most=True) as advance:
         for nearby in NEARBY:
             smooth = _estimate(stored, local, smooth, _squared_curvature(blurred, nearby), advance)

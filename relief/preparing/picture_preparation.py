@@ -256,7 +256,7 @@ class _Work:
             step = float(np.median(steps.near(heights)))
             self.done["steps"] = f"kept, {self._grey(step)} each: terraces to finger and light"
         elif steps is not None and pixels >= 1.0:
-            heights = self._smoothed(heights, steps)
+            heights = self._smoothed(heights, steps, pixels)
         if tile is None:
             return heights
         with stage("joining the borders"):
@@ -271,8 +271,8 @@ class _Work:
         self.numbers["tile"] = {name: getattr(joint, name) for name in kept} | {"pixels": self.side}
         return joint.heights
 
-    def _smoothed(self, heights: Array, steps: Steps) -> Array:
-        smooth, step = smooth_steps(heights, steps), float(np.median(steps.near(heights)))
+    def _smoothed(self, heights: Array, steps: Steps, pixels: float = 1.0) -> Array:
+        smooth, step = smooth_steps(heights, steps, pixels), float(np.median(steps.near(heights)))
         most = float(np.abs(smooth - heights).max())
         self.done["steps"] = (
             f"of {self._grey(step)} smoothed to slopes; values changed by at most {self._grey(most)}"
