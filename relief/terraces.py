@@ -6,7 +6,7 @@ Almost all samples are on levels with empty bins of the histogram between them, 
 change little from one level to the next.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -34,10 +34,10 @@ MOST_SAMPLES = 2**21
 LEAST_STEP_MM = 0.001
 """Least step of terraces that are reported, mm. People detect an edge of 0.85 µm on a smooth plate (Johansson
 and LaMotte 1983), and 1 µm from one sample to the next, 0.08 mm apart, is a slope of 0.7 degrees."""
-LEAST_GENTLE, LEAST_EDGES, LEAST_LEVEL = 0.65, 0.05, 0.05
-"""Least shares in terraces that are reported: of neighbours less than 1.5 steps apart, of neighbours 0.1 to
-1.5 steps apart, and of samples level with three neighbours. Rough textures in 8 bits have 0.03 to 0.6 of the
-first, plateaus between steep flanks 0.02 of the second, and ramps without terraces none of the third."""
+LEAST_GENTLE, LEAST_EDGES = 0.65, 0.05
+"""Least shares in terraces that are reported: of neighbours less than 1.5 steps apart, and of neighbours 0.1
+to 1.5 steps apart. Rough textures in 8 bits have 0.03 to 0.6 of the first, and plateaus between steep flanks
+0.02 of the second."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,13 +48,11 @@ class Steps:
         middles: (n,) heights in the middle between neighbouring levels, ascending.
         gaps: (n,) gap between levels near each of these heights.
         count: Number of levels.
-        level: Share of samples that are level with three neighbours.
     """
 
     middles: Array
     gaps: Array
     count: int
-    level: float = 0.0
 
     def near(self, values: ArrayLike) -> Array:
         """Gap between levels near each value, in the shape of ``values``."""
@@ -119,9 +117,7 @@ def _by_histogram(bins: NDArray[np.int32], low: float, unit: float) -> Steps | N
     if kept is not None and (steps is None or np.median(kept.gaps / steps.near(kept.middles)) > 1.5):
         steps = kept
     # Samples of cones and slanted gratings share heights as well, but few of these make a level place.
-    if steps is None or np.count_nonzero(np.bincount(right[level])) < FEWEST_LEVELS:
-        return None
-    return replace(steps, level=float(np.mean(level)))
+    return steps if np.count_nonzero(np.bincount(right[level])) >= FEWEST_LEVELS else None
 
 
 def _steps_of(bins: NDArray[np.int32], low: float, unit: float) -> Steps | None:
@@ -137,11 +133,8 @@ def _steps_of(bins: NDArray[np.int32], low: float, unit: float) -> Steps | None:
     # The middle three of five gaps: levels that were rounded again are 4 and 5 apart, and one may be missing.
     fives = sliding_window_view(np.pad(gaps, 2, "reflect"), 5)
     local = np.asarray(np.sort(fives, axis=1)[:, 1:-1].mean(axis=1), dtype=np.float64)
-    # The count of a plateau that is meant would outweigh all samples that are between levels.
-    on = float(np.minimum(counts[levels], 4.0 * np.median(counts[levels])).sum())
-    share = on / (on + len(bins) - int(counts[levels].sum()))
     regular = np.mean((gaps <= 2.1 * local) & (local <= 2.1 * gaps))
-    if share < LEAST_SHARE or regular < LEAST_REGULAR:
+    if counts[levels].sum() < LEAST_SHARE * len(bins) or regular < LEAST_REGULAR:
         return None
     return Steps(low + unit * middles, unit * local, len(levels))
 
@@ -153,7 +146,7 @@ def terraces(heights: Array) -> str | None:
         heights: (rows, cols) mm.
     """
     steps = found_steps(heights)
-    if steps is None or steps.level < LEAST_LEVEL:
+    if steps is None:
         return None
     rows = heights[:: _stride(heights)]
     step, changes = float(np.median(steps.near(rows))), steps.changes(rows)
@@ -161,5 +154,5 @@ def terraces(heights: Array) -> str | None:
     edges = gentle & (changes > 0.1)
     if step < LEAST_STEP_MM or np.mean(gentle) < LEAST_GENTLE or np.mean(edges) < LEAST_EDGES:
         return None
-    found = f"{steps.count} levels, steps of {step:.2g} mm: terraces to finger and light"
-    return f"{found}; retouch prepare smooths them"
+    found = f"{steps.count} levels, steps of {step:.2g} mm"
+    return f"{found}: terraces to finger and light; retouch prepare smooths them"
