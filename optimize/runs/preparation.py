@@ -252,7 +252,7 @@ def _fingers(settings: Run, targets: Targets, original: TouchMeasures) -> Finger
 def _start(problem: Problem, touch: TouchMeasures) -> Array | None:
     """Pressures to start the first press of a descent from; None where its patches have another grid."""
     side = problem.patches.samples
-    return touch.pressure if touch.pressure.shape[1:] == (side, side) else None
+    return touch.pressure if touch.pressure.shape == (problem.patches.count, side, side) else None
 
 
 def steering_look(settings: Run, scene: Scene) -> str:
