@@ -30,9 +30,9 @@ _log = logging.getLogger(__name__)
 BATCH_SAMPLES = 1 << 19
 """Most samples of patches that are pressed together: 32 patches of 128 x 128. Larger batches gain no time."""
 
-MOST_SAMPLES, FULL_SAMPLES = 1 << 26, 1 << 25
-"""Most samples of patches that are all pressed as finely as the relief is sampled, 110 to 240 CPU seconds;
-and how many of them are pressed at random locations where there are more (`ratio_estimate`)."""
+MOST_SAMPLES, FULL_SAMPLES = 1 << 25, 1 << 24
+"""Most samples of patches that are all pressed as finely as the relief is sampled, 55 to 120 CPU seconds; and
+how many of them are pressed at random locations where there are more (`ratio_estimate`)."""
 
 MAP_SAMPLES = 1 << 25
 """Most samples of the maps of touch that are kept, 0.25 GiB for each map: 2048 patches of 128 x 128."""

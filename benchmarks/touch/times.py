@@ -4,8 +4,8 @@
 
 Reliefs: random fields from fine to coarse and from 0.1 to 3 mm high, 128 x 128. Medians of several repeats,
 on one thread and on all. With --sizes only what `retouch evaluate` does is measured, once on each of several
-numbers of samples; with --samplings only how near means over locations of a finely sampled plate come where few
-of them are pressed with all samples (`tactile.measures.ratio_estimate`). The other results are kept.
+numbers of samples; with --samplings only how near the means over locations of a finely sampled plate come
+where few of them are pressed with all samples (`tactile.measures.ratio_estimate`). Other results are kept.
 """
 
 from __future__ import annotations
