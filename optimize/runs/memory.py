@@ -44,8 +44,10 @@ def check_memory_of(texture: Path, shape: tuple[int, int], places: int) -> None:
     if needed > there:
         touched = f" touched at {places} places" if places > 1 else ""
         fitting = [side for side in COARSER_SIDES if needed_gib(side**2, places) <= there]
-        coarser = f"retouch prepare --samples {fitting[0]}" if fitting else "a coarser texture"
+        remedy = "a coarser texture or a wider touch.spacing_mm takes less"
+        if fitting:
+            remedy = f"retouch prepare --samples {fitting[0]} makes a texture that fits"
         raise InputError(
             f"{texture}: {shape[1]} x {shape[0]} samples{touched} take about {needed:.0f} GiB of memory, "
-            f"this machine has {there:.0f}; {coarser} or a wider touch.spacing_mm takes less"
+            f"this machine has {there:.0f}; {remedy}"
         )

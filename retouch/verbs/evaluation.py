@@ -141,9 +141,9 @@ class Evaluation:
             limit = f"its pictures in {self.scene.stem} change by {of_mean} ({LIMIT_PERCENT:g} % of white)"
             yield f"{self.name} can be made {_ways(self.reach)} before {limit}."
         if isinstance(self.touch, TouchMeasures) and (some := self.touch.subsample) is not None:
-            error = 100.0 * some.standard_errors[ROUGHNESS.name] / self.roughness if self.roughness else 0.0
             pressed = f"{some.count} of {self.places.count} places were pressed with all their samples"
-            yield f"{self.name}: {pressed}; the roughness of the mean is known to {percent(error)}."
+            error = f"standard error of the mean roughness {number(some.standard_errors[ROUGHNESS.name], 2)}"
+            yield f"{self.name}: {pressed}, the others with fewer; {error}."
         if not isinstance(self.touch, TouchMeasures):
             yield from _solids().solid_lines(self.name, self.touch, self.printed)
         if self.files:
