@@ -101,6 +101,11 @@ class Patches:
             own = samples_of(self.side_mm, self.surface.pitch_mm)
         return own if self.most is None else min(own, self.most)
 
+    @property
+    def samples_in_all(self) -> int:
+        """Samples of all patches together, as pressed."""
+        return self.count * self.samples**2
+
     @cached_property
     def _positions(self) -> Array:
         """(samples,) where samples of a patch lie among its rows or columns."""

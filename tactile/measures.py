@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
 import torch
 
 import tactile
-from relief.depth import check_reach, floor_mm
+from relief.depth import check_reach, floor_mm, within_reach
 from relief.ground.arrays import Array, Index
-from relief.ground.progress import stage
+from relief.ground.formatting import about, number
+from relief.ground.progress import Stage, say, stage
 from relief.ground.threads import one_torch_thread
-from relief.patches import Patches
+from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import places
 from relief.relief import Relief
 from tactile.model import FEM_MESH, ModelName, check_model
@@ -27,6 +30,41 @@ _log = logging.getLogger(__name__)
 BATCH_SAMPLES = 1 << 19
 """Most samples of patches that are pressed together: 32 patches of 128 x 128. Larger batches gain no time."""
 
+MOST_SAMPLES, FULL_SAMPLES = 1 << 25, 1 << 24
+"""Most samples of patches that are all pressed as finely as the relief is sampled, 55 to 120 CPU seconds; and
+how many of them are pressed at random locations where there are more (`ratio_estimate`)."""
+
+MAP_SAMPLES = 1 << 25
+"""Most samples of the maps of touch that are kept, 0.25 GiB for each map: 2048 patches of 128 x 128."""
+
+PRESSED_S, FORECAST_S = 2.5e-6, 5.0
+"""CPU seconds to press one sample (1.6e-6 to 3.6e-6 for 128 to 1024 samples a side, docs/evidence/touch.md),
+and least seconds of which there is a forecast."""
+
+BASE_GIB, HEIGHTS_BYTES, PATCH_BYTES = 0.4, 24, 700
+"""Memory of the process, GiB; bytes for each sample of a relief that is read, and of a patch whose skin is
+built."""
+
+
+@dataclass(frozen=True)
+class Subsample:
+    """Contact locations that were pressed with all samples of a relief, chosen at random.
+
+    Attributes:
+        count: number of these locations.
+        samples: of the relief along the side of a patch.
+        standard_errors: of the means over all locations, by the name of the quantity.
+    """
+
+    count: int
+    samples: int
+    standard_errors: Mapping[str, float]
+
+    def as_json(self) -> dict[str, float]:
+        """`count_full_sampling`, and `NAME_standard_error` of each quantity."""
+        errors = {f"{name}_standard_error": error for name, error in self.standard_errors.items()}
+        return {"count_full_sampling": self.count, **errors}
+
 
 @dataclass(frozen=True)
 class TouchMeasures:
@@ -36,21 +74,29 @@ class TouchMeasures:
         model: of touch.
         mesh: nodes along a side of the finite elements; None for other models.
         values: (k,) of quantities by name, in their units.
-        contact_fraction: share of the samples under pressure, mean over the contact locations.
-        strain, pressure: (k, n, n) on the patches; pressure in MPa.
+        contact_fractions: (k,) share of the samples under pressure.
+        strain, pressure: (k, n, n) on the patches; pressure in MPa. Of the first locations only, where all
+            have more than `MAP_SAMPLES` samples.
         gradients: (targets * k, rows * cols) of the targets' quantities by the heights, a sparse matrix if
             there are several locations; rows of one target follow one another. No rows if not asked for.
         error_bound: largest bound of the error of a contact's energy, over the elastic energy.
+        subsample: locations that alone were pressed with all samples of the relief; None: all were.
     """
 
     model: ModelName
     mesh: int | None
     values: dict[str, Array]
-    contact_fraction: float
+    contact_fractions: Array
     strain: Array
     pressure: Array
     gradients: Array | sp.csr_matrix
     error_bound: float
+    subsample: Subsample | None = None
+
+    @property
+    def contact_fraction(self) -> float:
+        """Share of the samples under pressure, mean over the contact locations."""
+        return float(self.contact_fractions.mean())
 
     @property
     def means(self) -> dict[str, float]:
@@ -59,14 +105,18 @@ class TouchMeasures:
 
     @property
     def ends(self) -> dict[str, float]:
-        """The `count` of locations, and least and largest value of each quantity: `NAME_min`, `NAME_max`."""
+        """The `count` of locations, and least and largest value of each quantity: `NAME_min`, `NAME_max`.
+
+        With a subsample also the count and the standard errors of `Subsample.as_json`.
+        """
         extremes = {"min": np.min, "max": np.max}
         each = {
             f"{name}_{end}": float(extreme(v))
             for name, v in self.values.items()
             for end, extreme in extremes.items()
         }
-        return {"count": len(next(iter(self.values.values()))), **each}
+        fewer = {} if self.subsample is None else self.subsample.as_json()
+        return {"count": len(next(iter(self.values.values()))), **each, **fewer}
 
     def __repr__(self) -> str:
         numbers = ", ".join(f"{name} {value:.4g}" for name, value in self.means.items())
@@ -84,6 +134,10 @@ def measure_touch(
 ) -> TouchMeasures:
     """Press on a relief from a cold start, in double precision, with roughness by the full sum.
 
+    Where the patches have more than `MOST_SAMPLES` samples, all are pressed with 128 samples a side and a
+    random choice as the relief is sampled (`ratio_estimate`). A forecast of the time and the memory is said
+    before the first press, if that is more than `FORECAST_S`.
+
     Args:
         relief: to press on.
         skin: the finger.
@@ -97,13 +151,13 @@ def measure_touch(
             of a relief higher than 3 mm; the message names the field.
         ContactError: the contact does not converge.
     """
-    quantities, heights, surface = tuple(quantities), relief.heights, relief.surface
+    quantities, heights, surface = tuple(quantities), within_reach(relief.heights), relief.surface
     patches = Patches(surface, places(surface) if at is None else at, side_mm=skin.patch_mm)
     # Before patches are cut and operators built, which can take many GiB and seconds.
     check_model(skin, patches.samples, patches.size_mm, model, mesh)
     if ROUGHNESS in quantities:
         check_patch(patches.plate_mm)
-    deep = floor_mm(heights) > 0.0
+    deep = floor_mm(relief.heights) > 0.0
 
     def press(fields: Array) -> tuple[tactile.Touch, dict[str, Array]]:
         # A plate that is its own patch is pressed as it is, without a dimension for locations.
@@ -114,9 +168,69 @@ def measure_touch(
         values = {one.name: each(one.value(touch)) for one in quantities}
         return touch, values
 
-    measures = collected(patches, heights, press, model, mesh if model == "fem" else None)
+    chosen = full_sampling(patches)
+    parts = [patches]
+    if chosen is not None:
+        parts = [replace(patches, most=STEERING_SAMPLES), replace(patches, places=patches.places[chosen])]
+    say_forecast(relief, parts)
+    with stage("pressing on places", sum(part.samples_in_all for part in parts)) as advance:
+        nodes = mesh if model == "fem" else None
+        pressed = [collected(part, heights, press, advance, model, nodes) for part in parts]
+    measures = pressed[0] if chosen is None else ratio_estimate(*pressed, chosen)
     _log.info("pressed: %r", measures)
     return measures
+
+
+def full_sampling(patches: Patches) -> Index | None:
+    """Numbers of the patches to be pressed with all samples of the relief, drawn at random; None: of all."""
+    if patches.samples_in_all <= MOST_SAMPLES or patches.samples <= STEERING_SAMPLES:
+        return None
+    drawn = np.random.default_rng(0).permutation(patches.count)[: FULL_SAMPLES // patches.samples**2]
+    return np.sort(drawn)
+
+
+def say_forecast(relief: Relief, parts: Sequence[Patches]) -> None:
+    """Say what pressing on patches takes, if that is long: locations, samples, time and memory."""
+    seconds = PRESSED_S * sum(part.samples_in_all for part in parts)
+    if seconds < FORECAST_S:
+        return
+    presses = [f"with {part.samples} x {part.samples} samples on {part.count}" for part in parts]
+    size = HEIGHTS_BYTES * relief.heights.size + PATCH_BYTES * parts[-1].samples ** 2
+    size += 16 * sum(min(part.samples_in_all, MAP_SAMPLES) for part in parts)
+    takes = f"about {' '.join(about(seconds))} and {number(BASE_GIB + size / 2**30, 2)} GiB of memory"
+    say(f"{Path(relief.name).name}: a finger presses {' and '.join(presses)} places: {takes}")
+
+
+def ratio_estimate(coarse: TouchMeasures, full: TouchMeasures, chosen: Index) -> TouchMeasures:
+    """Measures at k contact locations from coarser patches of all and from all samples of m chosen ones.
+
+    Values of coarser patches are multiplied by the ratio of the means over the chosen locations (ratio
+    estimation in double sampling), so that details between the coarser samples count in the means; a chosen
+    location has its own value. Errors are those of a random choice of m of k.
+
+    Args:
+        coarse: of all k locations.
+        full: of the m chosen ones.
+        chosen: (m,) their numbers, chosen at random.
+    """
+
+    def estimate(name: str, of_coarse: Array, of_full: Array) -> Array:
+        total = float(of_coarse[chosen].sum())
+        estimates = of_coarse * (float(of_full.sum()) / total if total else 1.0)
+        left = (of_full - estimates[chosen]).std(ddof=1)
+        errors[name] = float(left) * math.sqrt(1.0 / len(chosen) - 1.0 / len(of_coarse))
+        estimates[chosen] = of_full
+        return estimates
+
+    errors = dict[str, float]()
+    values = {name: estimate(name, each, full.values[name]) for name, each in coarse.values.items()}
+    return replace(
+        coarse,
+        values=values,
+        contact_fractions=estimate("contact_fraction", coarse.contact_fractions, full.contact_fractions),
+        error_bound=max(coarse.error_bound, full.error_bound),
+        subsample=Subsample(len(chosen), full.strain.shape[-1], errors),
+    )
 
 
 Press = Callable[[Array], tuple[tactile.Touch, dict[str, Array]]]
@@ -125,18 +239,39 @@ Press = Callable[[Array], tuple[tactile.Touch, dict[str, Array]]]
 
 @one_torch_thread()
 def collected(
-    patches: Patches, heights: Array, press: Press, model: ModelName, mesh: int | None = None
+    patches: Patches,
+    heights: Array,
+    press: Press,
+    advance: Stage,
+    model: ModelName,
+    mesh: int | None = None,
 ) -> TouchMeasures:
-    """Press on all patches of a relief, batch by batch; fields as in `TouchMeasures`, without gradients."""
-    touches, values = [], []
-    parts = batches(patches)
-    with stage("pressing on places", len(parts)) as advance:
-        for part in parts:
-            touch, of_part = press(patches.within_reach(heights, part))
-            touches.append(touch)
-            values.append(of_part)
-            advance()
-    return touch_measures(touches, values, model, mesh, columns=heights.size)
+    """Press on all patches of a relief, batch by batch; fields as in `TouchMeasures`, without gradients.
+
+    Args:
+        patches: where to press.
+        heights: (rows, cols) mm, `within_reach`.
+        press: of a batch.
+        advance: is called with the number of samples that were pressed.
+        model, mesh: as in `TouchMeasures`.
+    """
+    side = patches.samples
+    kept = min(patches.count, max(1, MAP_SAMPLES // side**2))
+    strain, pressure = np.empty((2, kept, side, side))
+    values, fractions, bounds = [], [], []
+    for part in batches(patches):
+        touch, of_part = press(patches.of(heights, part))
+        # Maps beyond those that are kept are dropped here, and with them the gap.
+        for all_maps, one in ((strain, touch.strain), (pressure, touch.pressure)):
+            of_batch = all_maps[part]
+            of_batch[:] = one.detach().numpy().reshape(-1, side, side)[: len(of_batch)]
+        values.append(of_part)
+        fractions.append(each(touch.contact_fraction))
+        bounds.append(float(touch.error_bound.max()))
+        advance(len(fractions[-1]) * side**2)
+    joined = {name: np.concatenate([of_part[name] for of_part in values]) for name in values[0]}
+    none = np.zeros((0, heights.size))
+    return TouchMeasures(model, mesh, joined, np.concatenate(fractions), strain, pressure, none, max(bounds))
 
 
 def batches(patches: Patches) -> list[slice]:
@@ -154,9 +289,7 @@ def touch_measures(
     touches: Sequence[tactile.Touch],
     values: Sequence[dict[str, Array]],
     model: ModelName,
-    mesh: int | None = None,
-    gradients: Array | sp.csr_matrix | None = None,
-    columns: int = 0,
+    gradients: Array | sp.csr_matrix,
 ) -> TouchMeasures:
     """The measures of touches, each (n, n) or (batch, n, n), and of their values; see `TouchMeasures`."""
 
@@ -164,14 +297,13 @@ def touch_measures(
         fields = [getattr(touch, name).detach().double().numpy() for touch in touches]
         return np.concatenate([field.reshape(-1, *field.shape[-2:]) for field in fields])
 
-    fractions = np.concatenate([each(touch.contact_fraction) for touch in touches])
     return TouchMeasures(
         model,
-        mesh,
+        None,
         {name: np.concatenate([of_part[name] for of_part in values]) for name in values[0]},
-        float(fractions.mean()),
+        np.concatenate([each(touch.contact_fraction) for touch in touches]),
         maps("strain"),
         maps("pressure"),
-        np.zeros((0, columns)) if gradients is None else gradients,
+        gradients,
         max(float(touch.error_bound.max()) for touch in touches),
     )

@@ -1,40 +1,54 @@
 """Run times of the touch model, and its error against its own finest setting.
 
-    python -m benchmarks.touch.times [--sizes]
+    python -m benchmarks.touch.times [--sizes | --samplings]
 
 Reliefs: random fields from fine to coarse and from 0.1 to 3 mm high, 128 x 128. Medians of several repeats,
 on one thread and on all. With --sizes only what `retouch evaluate` does is measured, once on each of several
-numbers of samples; the other results are kept.
+numbers of samples; with --samplings only how near the means over locations of a finely sampled plate come
+where few of them are pressed with all samples (`tactile.measures.ratio_estimate`). Other results are kept.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import torch
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import gaussian_filter, zoom
 from torch import Tensor
 
 import tactile
 from benchmarks.shared.common import load, machine, median_seconds, parser_of, save, table
+from mitsuba_scenes import find_texture
+from relief.ground.arrays import Array
+from relief.ground.progress import stage
+from relief.patches import STEERING_SAMPLES, Patches
+from relief.places import places
+from relief.relief import Relief
+from relief.surface import Surface
 from tactile.contact import solve_contact
 from tactile.layer.elastic_layer import elastic_layer_operator
+from tactile.measures import TouchMeasures, collected, each, ratio_estimate
 from tactile.pair_variation import _PairVariation, every_offset
+from tactile.quantities import QUANTITIES
 
 SIDE, SIZE_MM, REPEATS = 128, 10.0, 9
 SMOOTHNESS, RELIEFS_MM = (0.5, 1.5, 3.0, 8.0), (0.1, 1.0, 3.0)
 COARSE = (8, 16, 24, 32, 48)
 SIZES = (128, 256, 512, 1024)
+PLATE, FINE, CHOSEN, DRAWS = 25, 512, 8, 200
 
 
 def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("--sizes", action="store_true", help="measure by number of samples only")
-    if parser.parse_args().sizes:
-        rows = sizes()
+    parser.add_argument("--samplings", action="store_true", help="measure means of few locations only")
+    options = parser.parse_args()
+    if options.sizes or options.samplings:
+        rows = sizes() if options.sizes else samplings()
         print(table(tuple(rows[0]), [list(row.values()) for row in rows]))
         return
     reliefs = {(s, r): random_relief(s, r) for s in SMOOTHNESS for r in RELIEFS_MM}
@@ -99,6 +113,76 @@ def sizes() -> list[dict[str, Any]]:
         # After each, because the last takes minutes.
         save("touch", load("touch") | {"sizes": rows})
     return rows
+
+
+def samplings() -> list[dict[str, Any]]:
+    """Means over 49 locations of plates, with `FINE` samples a patch, beside `ratio_estimate` of `CHOSEN`.
+
+    Rows have V, what V with 128 samples a patch is off in %, what ratio estimates are off (rms and largest of
+    `DRAWS` random choices) and the standard error that these state (mean), all in % of V; and the same of the
+    contact area.
+    """
+    torch.set_num_threads(1)
+    surface = Surface((PLATE * FINE // 10,) * 2, float(PLATE))
+    every = Patches(surface, places(surface))
+    rows = []
+    for name, heights in fine_reliefs(surface.shape[0]).items():
+        full, coarse = (felt(patches, heights) for patches in (every, replace(every, most=STEERING_SAMPLES)))
+        row: dict[str, Any] = {"relief": name, "V": full.means["roughness"]}
+        for quantity in full.values:
+            true = full.means[quantity]
+            off, stated = [], []
+            for seed in range(DRAWS):
+                chosen = np.sort(np.random.default_rng(seed).permutation(every.count)[:CHOSEN])
+                some = replace(full, values={key: each[chosen] for key, each in full.values.items()})
+                some = replace(some, contact_fractions=full.contact_fractions[chosen])
+                estimate = ratio_estimate(coarse, some, chosen)
+                assert estimate.subsample is not None
+                off.append(estimate.means[quantity] / true - 1.0)
+                stated.append(estimate.subsample.standard_errors[quantity] / true)
+            row |= {
+                f"{quantity}, {what}, %": 100.0 * float(value)
+                for what, value in {
+                    "128": coarse.means[quantity] / true - 1.0,
+                    "rms": np.sqrt(np.mean(np.square(off))),
+                    "largest": np.abs(off).max(),
+                    "stated": np.mean(stated),
+                }.items()
+            }
+        rows.append(row)
+        save("touch", load("touch") | {"samplings": rows})
+    return rows
+
+
+def fine_reliefs(n: int) -> dict[str, Array]:
+    """Reliefs (n, n) of a plate, mm: some have details between the samples of 128 a patch."""
+    y, x = (np.mgrid[:n, :n] + 0.5) * (PLATE / n)
+    gravel = zoom(Relief.read(find_texture("gravel")).heights, FINE / SIDE, order=3, mode="grid-wrap")
+    gravel = np.tile(gravel, (3, 3))[:n, :n]
+    waves = np.hypot(*np.meshgrid(*(np.fft.fftfreq(n, 1 / n),) * 2))
+    noise = np.random.default_rng(0).standard_normal((n, n))
+    rough = np.fft.ifft2(np.fft.fft2(noise) * np.maximum(waves, 10.0) ** -1.5).real
+    return {
+        "smooth field, 1 mm": random_relief(1.5 * FINE / SIDE, 1.0, n).numpy(),
+        "gravel": gravel,
+        "gravel on a quarter, else flat": gravel * ((x < PLATE / 2) & (y < PLATE / 2)),
+        "self-affine, Hurst exponent 0.5, 0.05 mm rms": 0.05 / rough.std() * (rough - rough.min()),
+        "squares of 1 mm, 2 mm apart, 0.3 mm": 0.3 * ((x % 2 < 1) & (y % 2 < 1)),
+        "ridges of 0.06 mm, 0.5 mm apart, 0.1 mm": 0.1 * (x % 0.5 < 0.06),
+        "dots of 0.1 mm, 1.3 mm apart, 0.3 mm": 0.3 * (np.hypot(x % 1.3 - 0.65, y % 1.3 - 0.65) < 0.05),
+        "white noise, 0.01 mm rms": 0.01 * (noise - noise.min()),
+    }
+
+
+def felt(patches: Patches, heights: Array) -> TouchMeasures:
+    """What the paper's finger feels of patches, by the elastic layer."""
+
+    def press(fields: Array) -> tuple[tactile.Touch, dict[str, Array]]:
+        touch = tactile.press(fields, patches.size_mm)
+        return touch, {name: each(one.value(touch)) for name, one in QUANTITIES.items()}
+
+    with stage("pressing") as advance:
+        return collected(patches, heights, press, advance, "layer")
 
 
 def timed(work: Callable[..., Any], *arguments: Any) -> tuple[Any, float]:

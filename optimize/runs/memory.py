@@ -15,6 +15,9 @@ PLACE_BYTES = 8
 WINDOW = (CORE + PATCH_SAMPLES + 2 * MARGIN) ** 2
 """Height samples of a window; on surfaces that are solved by windows each place takes no more than these."""
 
+COARSER_SIDES = (2048, 1024, 512, 256, 128)
+"""Samples a side of the coarser textures of which the first that fits into memory is recommended."""
+
 
 def needed_gib(samples: int, places: int) -> float:
     """About the peak memory of a run, GiB.
@@ -40,7 +43,11 @@ def check_memory_of(texture: Path, shape: tuple[int, int], places: int) -> None:
     needed, there = needed_gib(shape[0] * shape[1], places), machine_gib()
     if needed > there:
         touched = f" touched at {places} places" if places > 1 else ""
+        fitting = [side for side in COARSER_SIDES if needed_gib(side**2, places) <= there]
+        remedy = "a coarser texture or a wider touch.spacing_mm takes less"
+        if fitting:
+            remedy = f"retouch prepare --samples {fitting[0]} makes a texture that fits"
         raise InputError(
             f"{texture}: {shape[1]} x {shape[0]} samples{touched} take about {needed:.0f} GiB of memory, "
-            f"this machine has {there:.0f}; a coarser texture or a wider touch.spacing_mm takes less"
+            f"this machine has {there:.0f}; {remedy}"
         )

@@ -70,8 +70,6 @@ def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, str, tuple
     look = steering_look(settings, scene)
     if scene.colour:
         _log.warning("%s: has colour; the descent keeps luminance", settings.scene)
-    surface = scene.surface
-    check_memory_of(settings.texture, surface.shape, len(places(surface, settings.touch.spacing_mm)))
     maps, other = checked_goals(settings, scene)
     with stage("rendering a first picture"):
         glimpse = scene.render(samples=1, seed=settings.seed)
@@ -81,9 +79,17 @@ def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, str, tuple
 
 
 def scene_of(settings: Run, variant: str | None = None) -> Scene:
-    """The scene of a run with its relief. Raises InputError."""
+    """The scene of a run with its relief.
+
+    Raises:
+        InputError: what is wrong with scene or texture, or the run takes more memory than there is.
+    """
     plate_mm = plate_size_mm(settings.scene, settings.define)
-    return load_scene(settings.scene, settings.define, variant, relief=settings.relief(plate_mm))
+    relief = settings.relief(plate_mm)
+    # Before the scene is loaded, which takes 20 s for 4096 x 4096 samples.
+    locations = len(places(relief.surface, settings.touch.spacing_mm))
+    check_memory_of(settings.texture, relief.surface.shape, locations)
+    return load_scene(settings.scene, settings.define, variant, relief=relief)
 
 
 def checked_goals(settings: Run, scene: Scene) -> tuple[tuple[GoalMap, ...], Other | None]:
@@ -256,7 +262,7 @@ def _fingers(settings: Run, targets: Targets, original: TouchMeasures) -> Finger
 def _start(problem: Problem, touch: TouchMeasures) -> Array | None:
     """Pressures to start the first press of a descent from; None where its patches have another grid."""
     side = problem.patches.samples
-    return touch.pressure if touch.pressure.shape[1:] == (side, side) else None
+    return touch.pressure if touch.pressure.shape == (problem.patches.count, side, side) else None
 
 
 def steering_look(settings: Run, scene: Scene) -> str:

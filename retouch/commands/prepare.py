@@ -13,6 +13,8 @@ from relief.ground.formats import PREVIEW
 from relief.ground.formatting import number
 from relief.ground.options import add_options, declared, given
 from relief.ground.progress import stage
+from relief.patches import Patches
+from relief.places import places
 from relief.preparing.choices import OUTPUTS, PrepareOptions
 from retouch.commands.options import (
     add_talk,
@@ -22,12 +24,11 @@ from retouch.commands.options import (
     print_json,
 )
 from tactile.quantities import QUANTITIES, ROUGHNESS
+from tactile.touch_limits import MAX_SAMPLES
 
 if TYPE_CHECKING:
     from retouch import Evaluation, Prepared
 
-MOST_PRESSED = 1024
-"""Most samples a side that are pressed to measure how the relief feels."""
 NATURAL_ROUGHNESS = (0.03, 0.12)
 """Least and greatest roughness of natural surfaces, no unit (docs/touch.md)."""
 HIGH_MM = 2.0
@@ -93,10 +94,10 @@ def run(arguments: argparse.Namespace) -> int:
 def _felt(prepared: "Prepared", picture: Path) -> "Evaluation | None":
     """What a finger feels all over the plate or the tile, by the elastic layer.
 
-    None if no relief is known, or too much is to be pressed.
+    None if no relief is known, or it is too finely sampled to be pressed.
     """
     relief = prepared.relief
-    if relief is None or len(relief.heights) > MOST_PRESSED:
+    if relief is None or Patches(relief.surface, places(relief.surface)).samples > MAX_SAMPLES:
         return None
     with contact_errors_name(picture), stage("pressing the skin on the relief"):
         return retouch.evaluate(relief, skin=retouch.Skin())
@@ -107,7 +108,7 @@ def _feel(prepared: "Prepared", felt: "Evaluation | None") -> dict[str, str]:
     if felt is None:
         if prepared.relief_mm is None:
             return {"feel": "unknown without --relief-mm"}
-        return {"feel": f"not pressed: more than {MOST_PRESSED} samples a side; retouch evaluate does it"}
+        return {"feel": f"not pressed: more than {MAX_SAMPLES} samples a side of what is under a finger"}
     touch, roughness = felt.touch, felt.roughness
     numbers = [f"{one.label} {number(touch.means[name])} {one.unit}" for name, one in QUANTITIES.items()]
     numbers.append(f"{100.0 * touch.contact_fraction:.0f} % of the patch in contact")

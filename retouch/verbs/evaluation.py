@@ -142,6 +142,10 @@ class Evaluation:
             of_mean = f"{percent(self.reach.limit_percent_of_mean)} of the mean picture"
             limit = f"its pictures in {self.scene.stem} change by {of_mean} ({LIMIT_PERCENT:g} % of white)"
             yield f"{self.name} can be made {_ways(self.reach)} before {limit}."
+        if isinstance(self.touch, TouchMeasures) and (some := self.touch.subsample) is not None:
+            pressed = f"{some.count} of {self.places.count} places were pressed with all their samples"
+            error = f"standard error of the mean roughness {number(some.standard_errors[ROUGHNESS.name], 2)}"
+            yield f"{self.name}: {pressed}, the others with fewer; {error}."
         if not isinstance(self.touch, TouchMeasures):
             yield from _solids().solid_lines(self.name, self.touch, self.printed)
         if self.files:

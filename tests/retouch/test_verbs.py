@@ -11,6 +11,7 @@ import retouch
 from relief.ground.errors import InputError
 from relief.printers import PRINTERS
 from relief.relief import as_relief
+from tactile import measures
 
 HEIGHTS = np.linspace(0.0, 0.5, 64)[:, None] * np.ones(64)
 RELIEF = retouch.Relief.of(HEIGHTS)
@@ -50,3 +51,19 @@ def test_an_array_is_as_wide_as_the_call_says_or_by_default() -> None:
     assert as_relief(HEIGHTS, 12.0, default_mm=25.0).width_mm == 12.0
     assert as_relief(HEIGHTS, default_mm=25.0).width_mm == 25.0
     assert as_relief(RELIEF, default_mm=25.0) is RELIEF
+
+
+@pytest.mark.slow
+def test_a_finely_sampled_plate_says_at_how_many_places_all_samples_were_pressed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(measures, "MOST_SAMPLES", 4 * 140**2 - 1)
+    monkeypatch.setattr(measures, "FULL_SAMPLES", 2 * 140**2)
+    heights = np.tile(np.linspace(0.0, 0.5, 35)[:, None], (5, 175))
+    found = retouch.evaluate(heights, size_mm=12.5, skin=retouch.Skin())
+    places = found.as_json()["places"]
+    assert (places["count"], places["count_full_sampling"]) == (4, 2) == (found.places.count, 2)
+    (line,) = found.lines()
+    assert line.startswith(
+        "heights: 2 of 4 places were pressed with all their samples, the others with fewer; "
+    )

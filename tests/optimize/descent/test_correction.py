@@ -91,7 +91,7 @@ def verification(roughness: Callable[[float], float], area: Callable[[float], fl
     def verify(heights: Array) -> TouchMeasures:
         v, a = heights[0]
         values = touch(roughness(v), area(a))
-        return TouchMeasures("fem", 8, values, 0.5, NOTHING, NOTHING, np.zeros((0, 4)), 0.0)
+        return TouchMeasures("fem", 8, values, np.full(1, 0.5), NOTHING, NOTHING, np.zeros((0, 4)), 0.0)
 
     return verify
 

@@ -14,7 +14,7 @@ TILE = Surface((40, 40), 10.0, (True, True))
 def measures(*roughness: float) -> TouchMeasures:
     nothing = np.zeros((len(roughness), 2, 2))
     values = {"roughness": np.array(roughness), "contact_area_mm2": np.full(len(roughness), 30.0)}
-    return TouchMeasures("fem", 64, values, 0.3, nothing, nothing, np.zeros((0, 1600)), 0.0)
+    return TouchMeasures("fem", 64, values, np.full(1, 0.3), nothing, nothing, np.zeros((0, 1600)), 0.0)
 
 
 def felt(jnd: list[float], original: float = 0.05) -> FeltPlaces:
