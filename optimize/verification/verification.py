@@ -214,6 +214,10 @@ class Touch(Section):
         verified = self.verified.get(name)
         return self.achieved.get(name) if verified is None else verified
 
+    def ends_of(self, name: str) -> tuple[float, float]:
+        """The value of a quantity before and after; 0 where one is unknown."""
+        return self.initial.get(name) or 0.0, self.final(name) or 0.0
+
 
 class IterationValues(Section):
     """One outer iteration: a descent and its verification.

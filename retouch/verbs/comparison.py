@@ -17,14 +17,16 @@ from optimize.settings.run_file import Run
 from optimize.settings.skins import described_skin, load_skin
 from optimize.verification import picture_metrics as metrics
 from optimize.verification.converged import colour_pictures, converged
-from optimize.verification.felt_places import place_spread
+from optimize.verification.felt_places import FeltPlaces, place_spread
 from optimize.verification.other_fingers import felt_by_fingers, felt_by_measured
-from optimize.verification.verification import Fingers, Measured, PictureChange
+from optimize.verification.skin_surface import skin_bands
+from optimize.verification.verification import Fingers, Measured, PictureChange, SurfaceBand
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
 from relief.ground.lengths import Lengths
 from relief.ground.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from relief.ground.progress import Progress, stage
+from relief.patches import Patches
 from relief.places import places
 from relief.relief import Relief
 from relief.surface import Repeats
@@ -171,10 +173,18 @@ def compared(
     felt = ComparedFingers.of(one.relief, other.relief, finger)
     seen = _seen(one, other, scene, options)
     numbers = _numbers(subjects, touches, seen, felt, described_skin(finger, skin_name), scene)
+    if numbers.jnd_apart is None and one.relief.surface == other.relief.surface:
+        numbers = numbers.model_copy(update={"surface_bands": _bands(one.relief, touches, finger)})
     if page is None:
         return numbers
     write_comparison(Path(page), _content(one, other, touches, seen, numbers))
     return numbers.model_copy(update={"page": str(page)})
+
+
+def _bands(relief: Relief, touches: Sequence[TouchMeasures], finger: Skin) -> tuple[SurfaceBand, ...] | None:
+    """Change of the skin's surface between two reliefs of one surface."""
+    patches = Patches(relief.surface, places(relief.surface), side_mm=finger.patch_mm)
+    return skin_bands(FeltPlaces(patches.places, touches[0], touches[1]), finger, patches.size_mm)
 
 
 @dataclass(frozen=True)
