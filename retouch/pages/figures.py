@@ -88,7 +88,7 @@ def ladder(
     """Roughnesses on a scale of just-noticeable differences.
 
     Args:
-        rows: name, roughness and CSS class of each dot; smooth ones and those without a roughness are left out.
+        rows: name, roughness and CSS class of each dot; without a roughness, or smooth, it is left out.
         first: roughness from which the differences count; not smooth.
         name: of the relief that has this roughness.
         band: roughnesses at the ends of a shaded range.

@@ -72,6 +72,7 @@ def read_plates(folder: Path, fingers: bool = False) -> dict[str, SetPlate]:
 
 
 def _plate(row: CsvRow, folder: Path, fingers: bool) -> SetPlate:
+    roughness = row.number("roughness")
     try:
         level = float(row.text("level"))
     except ValueError:
@@ -82,7 +83,7 @@ def _plate(row: CsvRow, folder: Path, fingers: bool) -> SetPlate:
         texture=row.text("texture"),
         kind=row.text("kind"),
         level=level,
-        roughness=row.number("roughness"),
+        roughness=roughness,
         contact_area_mm2=row.number("contact_area_mm2"),
         picture_change_percent=(
             float(row.number("picture_change_percent"))

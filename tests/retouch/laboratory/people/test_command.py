@@ -1,7 +1,7 @@
 """`retouch answers`: numbers, the page, and what is refused in one line."""
 
-import json
 import csv
+import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
