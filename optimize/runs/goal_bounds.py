@@ -24,7 +24,9 @@ def nearest_goals(quantity: Quantity, goals: Array, original: Array, side_mm: fl
     nearest = np.minimum(goals, quantity.largest(side_mm))
     if quantity.in_jnd:
         farthest = ROUGHNESS_JND**LARGEST_JND
-        nearest = np.clip(nearest, original / farthest, original * farthest)
+        # Factors count from where just-noticeable differences do; nothing at all stays flat.
+        most = np.where(original > 0.0, np.maximum(original, SMOOTH_BELOW), 0.0)
+        nearest = np.clip(nearest, original / farthest, most * farthest)
     return np.where(np.abs(nearest - goals) <= ROUNDING * goals, goals, nearest)
 
 

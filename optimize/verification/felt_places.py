@@ -9,7 +9,7 @@ from optimize.verification.verification import Places, PlaceValues, Spread
 from relief.ground.arrays import Array, Index
 from relief.places import centres_mm
 from relief.surface import Surface
-from tactile.jnd import jnd_apart
+from tactile.jnd import jnd_apart, jnd_unless_smooth
 from tactile.measures import TouchMeasures
 from tactile.quantities import ROUGHNESS
 
@@ -37,6 +37,11 @@ class FeltPlaces:
         """(k,) just-noticeable differences of the result from its goals; none without a goal of roughness."""
         goals = self.goals.get(ROUGHNESS.name, np.zeros(0))
         return jnd_at(self.after.values[ROUGHNESS.name][: len(goals)], goals)
+
+    @property
+    def mean_jnd(self) -> float | None:
+        """Just-noticeable differences between the means over the places; None if one relief is smooth."""
+        return jnd_unless_smooth(*(each.means[ROUGHNESS.name] for each in (self.after, self.before)))
 
     @property
     def jnd(self) -> Array:

@@ -84,7 +84,7 @@ class Measured(Spread):
         force_n: its force, N.
         count: places where it presses.
         initial_roughness, roughness: means over the places.
-        jnd_mean: of these means; None, as its ends, where a relief is smooth to the finger.
+        jnd_mean: of these means; None, as its ends, where a relief is smooth to this finger or the run's own.
     """
 
     skin: str

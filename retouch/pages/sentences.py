@@ -11,6 +11,8 @@ from tactile.jnd import smooth_clause, tries_of_100
 if TYPE_CHECKING:
     from optimize.verification.verification import Fingers, Measured, SurfaceBand
 
+FACTOR = 10.0
+"""Ratio of two roughnesses from which the second is clearer than the change in %."""
 LEAST_LOST = 0.001
 """Share of a surface that a printer does not make, from which the screen says so: 0.1 % with one decimal."""
 
@@ -42,8 +44,9 @@ def told_apart(jnd: float) -> str:
 
 def smooth_change(before: float, after: float) -> str:
     """A change from or to a smooth surface, of roughness V before and after, in a clause."""
-    change = f"; V changes by {100.0 * (after / before - 1.0):+.3g} %" if before > 0.0 else ""
-    return smooth_clause(min(before, after)) + change
+    ratio = after / before if before > 0.0 else math.inf
+    change = f"changes by {100.0 * (ratio - 1.0):+.3g} %" if ratio < FACTOR else f"becomes {number(after)}"
+    return f"{smooth_clause(min(before, after))}; V {change}"
 
 
 def surface_band(band: "SurfaceBand") -> str:
