@@ -23,6 +23,7 @@ from retouch.laboratory.stimulus_sets.prediction import probability
 from retouch.laboratory.stimulus_sets.stimulus_set import LABEL_MM, PrintSettings, StimulusSet
 from retouch.laboratory.studies import row_job
 from retouch.laboratory.studies.rows import expand
+from retouch.pages.sentences import TextTable
 from tests.retouch.laboratory.stimulus_sets.conftest import request
 from tests.retouch.laboratory.studies.conftest import in_process
 
@@ -292,5 +293,6 @@ def test_a_smooth_texture_has_no_levels_and_no_jnd(tmp_path: Path) -> None:
     assert made.numbers.textures[0].levels is None
     assert all(pair.second_rougher_percent is None for pair in made.numbers.textures[0].pairs)
     table, smooth = list(made.lines())[:2]
+    assert isinstance(table, TextTable)
     assert all("smooth" in row for row in table.rows) and str(smooth).startswith("smooth: V 0.000")
     assert "JND" not in Path(made.page).read_text().split("<h2>Tiny</h2>")[1].split("All pairs")[0]
