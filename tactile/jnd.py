@@ -4,18 +4,34 @@ import math
 
 ROUGHNESS_JND = 1.19
 """Ratio of two roughnesses that a finger ranks correctly 84 % of the time (Tymms et al. 2018)."""
-SMOOTH = 1e-6
-"""Largest roughness that is rounding error; ratios to such a roughness mean nothing."""
+SMOOTH_BELOW = 0.004
+"""Least roughness that published subjects judged, where Weber's law ends for want of evidence.
+
+V of the finest texture of Drewing (2016, Low-amplitude textures explored with the bare finger), sine waves
+0.3 mm high with a half period of 0.25 mm, is 0.0042 by the default finger; square waves have 0.0045, and dots
+0.35 mm high and 6.2 mm apart 0.0090 (`benchmarks/results/skin.json`)."""
 
 
 def jnd_apart(roughness: float, reference: float) -> float:
-    """Number of just-noticeable differences, positive if rougher than the reference, negative if smoother."""
-    return math.log(roughness / reference) / math.log(ROUGHNESS_JND)
+    """Number of just-noticeable differences, positive if rougher than the reference, negative if smoother.
+
+    NaN if one of the two is below `SMOOTH_BELOW`: a ratio of nearly smooth surfaces is no number of
+    just-noticeable differences.
+    """
+    smooth = min(roughness, reference) < SMOOTH_BELOW
+    return math.nan if smooth else math.log(roughness / reference) / math.log(ROUGHNESS_JND)
 
 
 def jnd_unless_smooth(roughness: float, reference: float) -> float | None:
-    """Number of just-noticeable differences, as `jnd_apart`; None if one of the two has no roughness."""
-    return None if min(roughness, reference) < SMOOTH else jnd_apart(roughness, reference)
+    """Number of just-noticeable differences, as `jnd_apart`; None if one of the two is smooth."""
+    jnd = jnd_apart(roughness, reference)
+    return None if math.isnan(jnd) else jnd
+
+
+def smooth_clause(roughness: float) -> str:
+    """Why a roughness below `SMOOTH_BELOW` counts no just-noticeable differences, in a clause."""
+    least = f"{SMOOTH_BELOW:g}, the least that people have judged"
+    return f"smooth: V {roughness:.5f} is below {least}"
 
 
 def jnd_scaled(reference: float, jnd: float) -> float:

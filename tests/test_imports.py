@@ -95,7 +95,7 @@ _ALLOWED = {
     ),
     "retouch.app.stages": (
         "mitsuba_scenes optimize.run_directory optimize.verification relief relief.ground relief.solids "
-        "retouch.app.state retouch.app.values tactile"
+        "retouch.app.state retouch.app.values retouch.pages tactile"
     ),
     "retouch.app.state": (
         "optimize.descent optimize.estimates optimize.run_directory relief relief.ground "
@@ -125,7 +125,7 @@ _ALLOWED = {
     "retouch.laboratory.studies": (
         "mitsuba_scenes optimize.descent optimize.estimates optimize.run_directory optimize.runs "
         "optimize.settings optimize.verification relief relief.ground retouch.laboratory.studies.measuring "
-        "retouch.laboratory.workers retouch.pages retouch.pages.plate_viewer visual.backend"
+        "retouch.laboratory.workers retouch.pages retouch.pages.plate_viewer tactile visual.backend"
     ),
     "retouch.laboratory.studies.measuring": (
         "mitsuba_scenes optimize.run_directory optimize.settings optimize.verification relief relief.ground "

@@ -26,7 +26,8 @@ class ChangeCurve:
     Attributes:
         jnd: just-noticeable differences from the original, positive; `LARGEST_JND` at most, as a run.
         arrived: whether the short descents arrived at all their ends; else the relief gives no more, or only
-            in many steps, and `jnd` is not more than what was reached.
+            in many steps, and `jnd` is not more than what was reached; or it would be smooth (`tactile.jnd`)
+            before the limit, and `jnd` ends there.
         ends: of the short descents, each as its JND and the mean change of the pictures in % of white.
     """
 

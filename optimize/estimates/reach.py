@@ -6,6 +6,7 @@ docs/evidence/descent.md compares with whole runs.
 """
 
 import logging
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -22,6 +23,7 @@ from optimize.verification.picture_metrics import pixel_weights
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.progress import Stage, stage
+from tactile.jnd import ROUGHNESS_JND, SMOOTH_BELOW, smooth_clause
 from tactile.model import ModelName
 from tactile.quantities import LIMIT_PERCENT, ROUGHNESS
 from tactile.skin import Skin
@@ -52,7 +54,7 @@ def reach(scene: Scene, skin: Skin) -> Reach:
         skin: the finger.
 
     Raises:
-        InputError: a flat texture, or a scene without gradients of its pictures.
+        InputError: a flat or smooth texture, or a scene without gradients of its pictures.
         ContactError: the contact on the original does not converge.
     """
     if np.ptp(scene.heights) == 0.0:
@@ -66,6 +68,8 @@ def reach(scene: Scene, skin: Skin) -> Reach:
         touch, look = "layer", EXACT
     problem = Problem(scene.relief, skin, Targets(), scene, touch=touch, look=look)
     original = problem.press(scene.heights, gradients=False).values[ROUGHNESS.name]
+    if (own := float(original.mean())) < SMOOTH_BELOW:
+        raise InputError(f"{smooth_clause(own)}; there is no reach in just-noticeable differences from there")
     changed, mean = _rendered_change(scene) if look_model(look).sampled else _change(scene, look)
     with stage("short descents", 2 * len(CURVE_JND), at_most=True) as advance:
         rougher, smoother = (_curve(problem, original, sense, changed, advance) for sense in (1.0, -1.0))
@@ -76,23 +80,29 @@ def _curve(
     problem: Problem, original: Array, sense: float, changed: Callable[[Array], float], advance: Stage
 ) -> ChangeCurve:
     ends: list[tuple[float, float]] = []
+    mean = float(original.mean())
+    # Toward smoother only as far as just-noticeable differences count, though one descent is made.
+    counted = math.inf if sense > 0.0 else tactile.jnd_apart(mean, SMOOTH_BELOW)
     heights, memory = problem.heights, dict[str, Array]()
     for magnitude in CURVE_JND:
+        if ends and magnitude > counted:
+            break
         goals = [tactile.jnd_scaled(float(value), sense * magnitude) for value in original]
         targets = Targets.of(TOLERANCE, roughness=goals)
         method = GaussNewton(replace(problem, targets=targets))
         reached = descend(method, targets, method.begin(0, heights, memory), STEPS).best
-        jnd = sense * float(tactile.jnd_apart(reached.means[ROUGHNESS.name], float(original.mean())))
+        jnd = sense * math.log(reached.means[ROUGHNESS.name] / mean) / math.log(ROUGHNESS_JND)
         ends.append((jnd, changed(reached.heights)))
         advance()
         _log.info("%+.2f JND: the pictures change by %.2f %% of white", sense * jnd, ends[-1][1])
         if not targets.met(reached.values):
-            return ChangeCurve(min(jnd, crossing(ends, sense > 0.0)), False, tuple(ends))
+            return ChangeCurve(min(jnd, counted, crossing(ends, sense > 0.0)), False, tuple(ends))
         if ends[-1][1] >= LIMIT_PERCENT:
             break
         # Trust in longer steps is that of a new descent; the pressure is still a good start.
         heights, memory = reached.heights, {"pressure": reached.memory["pressure"]}
-    return ChangeCurve(crossing(ends, sense > 0.0), True, tuple(ends))
+    crossed = crossing(ends, sense > 0.0)
+    return ChangeCurve(min(crossed, counted), crossed <= counted, tuple(ends))
 
 
 def _change(scene: Scene, look: str) -> tuple[Callable[[Array], float], float]:

@@ -9,8 +9,8 @@ from optimize.settings.run_file import Run
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.formatting import number
-from tactile.jnd import ROUGHNESS_JND, jnd_apart
-from tactile.quantities import LARGEST_JND, Quantity
+from tactile.jnd import ROUGHNESS_JND, SMOOTH_BELOW, jnd_unless_smooth, smooth_clause
+from tactile.quantities import LARGEST_JND, GoalKey, Quantity
 
 ROUNDING = 1e-9
 """Relative rounding error of a goal that lies on a bound."""
@@ -24,7 +24,9 @@ def nearest_goals(quantity: Quantity, goals: Array, original: Array, side_mm: fl
     nearest = np.minimum(goals, quantity.largest(side_mm))
     if quantity.in_jnd:
         farthest = ROUGHNESS_JND**LARGEST_JND
-        nearest = np.clip(nearest, original / farthest, original * farthest)
+        # Factors count from where just-noticeable differences do; nothing at all stays flat.
+        most = np.where(original > 0.0, np.maximum(original, SMOOTH_BELOW), 0.0)
+        nearest = np.clip(nearest, original / farthest, most * farthest)
     return np.where(np.abs(nearest - goals) <= ROUNDING * goals, goals, nearest)
 
 
@@ -34,23 +36,46 @@ def check_distance(quantity: Quantity, goal: float, original: float) -> None:
     if nearest == goal:
         return
     apart = "out of reach of"
-    if min(goal, original) > 0.0:
-        apart = f"{jnd_apart(goal, original):+.1f} just-noticeable differences from"
+    if (jnd := jnd_unless_smooth(goal, original)) is not None:
+        apart = f"{jnd:+.1f} just-noticeable differences from"
     raise InputError(
         f"{quantity.label} {number(goal)} is {apart} this texture's {number(original)}; "
         f"the nearest that a run takes is {number(nearest)} (touch.{quantity.goals[0].key})"
     )
 
 
+def check_counted(quantity: Quantity, key: GoalKey, original: Array) -> None:
+    """Raise InputError if a goal counts just-noticeable differences from a smooth original.
+
+    Args:
+        quantity, key: of the goal.
+        original: (k,) the original's own values where the goal holds.
+    """
+    mean = float(original.mean())
+    if quantity.in_jnd and key.relative and mean < SMOOTH_BELOW:
+        line = f"{smooth_clause(mean)}, and no just-noticeable differences count from there; "
+        raise InputError(
+            f"{line}give touch.roughness or touch.feel_of", f"{line}give --roughness or --feel-of"
+        )
+
+
 @contextmanager
-def telling_reach(settings: Run, quantity: Quantity) -> Iterator[None]:
-    """Prefix errors of the block with the texture, and append the command that estimates the reach."""
+def telling_reach(settings: Run, quantity: Quantity, original: Array) -> Iterator[None]:
+    """Prefix errors of the block with the texture, and append the command that estimates the reach.
+
+    Of a smooth original, of which there is no reach in just-noticeable differences, nothing is appended.
+
+    Args:
+        settings: of the run.
+        quantity: of the goal.
+        original: the original's own values (k,).
+    """
     texture, relief_mm = settings.texture, settings.relief_mm
     try:
         yield
     except InputError as error:
         in_python = in_command = ""
-        if quantity.in_jnd:
+        if quantity.in_jnd and original.mean() >= SMOOTH_BELOW:
             argument, option = f", relief_mm={relief_mm}", f" --relief-mm {relief_mm}"
             if relief_mm is None:
                 argument = option = ""

@@ -15,7 +15,7 @@ from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.targets import Target, Targets
 from optimize.run_directory.finished_run import holds_run
 from optimize.runs.feel_of import Other, OtherFeel, feel, read_other
-from optimize.runs.goal_bounds import check_distance, telling_reach
+from optimize.runs.goal_bounds import check_counted, check_distance, telling_reach
 from optimize.runs.goal_maps import GoalMap, RunGoals, goal_maps
 from optimize.runs.memory import check_memory_of
 from optimize.settings.run_file import Run
@@ -27,14 +27,14 @@ from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError, naming
 from relief.ground.limits import HEIGHT_LIMIT_MM
 from relief.ground.progress import say, stage
+from relief.maps import means_under
 from relief.patches import Patches
 from relief.places import places
 from relief.relief import Relief
-from tactile.jnd import SMOOTH
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName, check_model
 from tactile.pair_variation import check_patch
-from tactile.quantities import ROUGHNESS, GoalKey, Quantity, Values
+from tactile.quantities import FLAT_SHARE, ROUGHNESS, GoalKey, Quantity, Values
 from tactile.tilt import warn_of_tilt
 from visual.looks import AUTO, EXACT, FAST
 from visual.scene import Scene, load_scene, plate_size_mm
@@ -234,7 +234,7 @@ def press_original(
     if other is None:
         return original, targets, None
     felt = feel(other, settings, model)
-    with telling_reach(settings, ROUGHNESS):
+    with telling_reach(settings, ROUGHNESS, original.values[ROUGHNESS.name]):
         targets = Targets((*felt.targets(original.values, settings.descent.tolerance), *targets.each))
     return original, targets, felt
 
@@ -255,7 +255,8 @@ def _fingers(settings: Run, targets: Targets, original: TouchMeasures) -> Finger
     if settings.touch.fingers == "one":
         return None
     (goals,) = (target.goal for target in targets.each if target.quantity is ROUGHNESS)
-    factors = goals / np.maximum(original.values[ROUGHNESS.name], SMOOTH)
+    own = original.values[ROUGHNESS.name]
+    factors = goals / np.maximum(own, FLAT_SHARE * own.mean())
     return FingerRange(factors, settings.touch.fingers_weight)
 
 
@@ -289,14 +290,22 @@ def _targets(settings: Run, size_mm: float, original: Values, maps: Sequence[Goa
     """The targets of a run at places (k, 2), by the original's own values (k,). Raises InputError."""
     targets = []
     for quantity, key, number in settings.touch.goals():
-        goals = key.goals(number, original[quantity.name])
+        own = original[quantity.name]
+        goals = key.goals(number, own)
         _check_goal(settings, quantity, key, float(goals.max()), size_mm)
-        with telling_reach(settings, quantity), naming(f"touch.{key.key}"):
-            check_distance(quantity, float(goals.mean()), float(original[quantity.name].mean()))
+        with telling_reach(settings, quantity, own), naming(f"touch.{key.key}"):
+            # A change by 0 JND keeps the original's roughness, however small that is.
+            if number:
+                check_counted(quantity, key, own)
+            check_distance(quantity, float(goals.mean()), float(own.mean()))
         targets.append(Target(quantity, goals, settings.descent.tolerance))
     for varied in maps:
         own = original[varied.quantity.name]
-        with telling_reach(settings, varied.quantity):
+        with telling_reach(settings, varied.quantity, own):
+            with naming(f"touch.{varied.name}"):
+                for part in varied.parts:
+                    inside = means_under(part.shares, varied.surface, at) > 0.0
+                    check_counted(varied.quantity, part.key, own[inside] if inside.any() else own)
             varied.check(at, own)
         targets.append(Target(varied.quantity, varied.goals(at, own), settings.descent.tolerance))
     return Targets(tuple(targets))

@@ -15,7 +15,7 @@ from optimize.verification.verification import DesignNumbers, Faults, PrintNumbe
 from relief.ground.arrays import Array
 from relief.ground.progress import stage
 from relief.printed import faults, on_pixels
-from tactile.jnd import jnd_apart
+from tactile.jnd import jnd_unless_smooth
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
 
@@ -79,7 +79,7 @@ def as_printed(
         acuity_arcmin=ACUITY_ARCMIN,
         seen_change_percent=seen(before, after),
         design=DesignNumbers(
-            jnd_of_print=jnd_apart(rough[1], rough[0]) if min(rough) > 0.0 else None,
+            jnd_of_print=jnd_unless_smooth(rough[1], rough[0]),
             seen_change_percent=seen(design_pictures, before),
             too_steep_percent=100.0 * float((slopes > math.tan(math.radians(steepest))).mean()),
         ),

@@ -9,9 +9,9 @@ from optimize.verification.verification import Places, PlaceValues, Spread
 from relief.ground.arrays import Array, Index
 from relief.places import centres_mm
 from relief.surface import Surface
-from tactile.jnd import ROUGHNESS_JND
+from tactile.jnd import jnd_apart, jnd_unless_smooth
 from tactile.measures import TouchMeasures
-from tactile.quantities import FLAT_SHARE, ROUGHNESS
+from tactile.quantities import ROUGHNESS
 
 MOST_BETWEEN = 64
 """Most places between the steered ones that are pressed; of more, as many are taken evenly."""
@@ -39,17 +39,19 @@ class FeltPlaces:
         return jnd_at(self.after.values[ROUGHNESS.name][: len(goals)], goals)
 
     @property
+    def mean_jnd(self) -> float | None:
+        """Just-noticeable differences between the means over the places; None if one relief is smooth."""
+        return jnd_unless_smooth(*(each.means[ROUGHNESS.name] for each in (self.after, self.before)))
+
+    @property
     def jnd(self) -> Array:
-        """(k,) just-noticeable differences; NaN at places that are flat."""
+        """(k,) just-noticeable differences; NaN at places that are smooth."""
         return jnd_at(self.after.values[ROUGHNESS.name], self.before.values[ROUGHNESS.name])
 
 
 def jnd_at(values: Array, reference: Array) -> Array:
-    """(k,) just-noticeable differences; NaN where the reference is flat."""
-    least = FLAT_SHARE * reference.mean() if reference.size else 0.0
-    felt = (reference > least) & (values > 0.0)
-    ratio = np.divide(values, reference, out=np.full(len(values), np.nan), where=felt)
-    return np.asarray(np.log(ratio) / np.log(ROUGHNESS_JND))
+    """(k,) just-noticeable differences; NaN where one of the two is smooth."""
+    return np.array([jnd_apart(*pair) for pair in zip(values, reference, strict=True)])
 
 
 def place_spread(before: TouchMeasures, after: TouchMeasures) -> Spread | None:

@@ -147,7 +147,7 @@ def measure(
         pictures_after=after,
         baseline_pictures=_baseline(original, before, seed) if settings.verify.baseline else None,
         fingers=felt_by_fingers(problem.relief, relief, problem.skin),
-        measured=felt_by_measured(problem.relief, relief, places),
+        measured=felt_by_measured(problem.relief, relief, places, smooth=touch.mean_jnd is None),
         surface_bands=skin_bands(touch, problem.skin, problem.patches.size_mm),
         feel_of=original.feel_of,
         printed=as_printed(settings, problem, best, (before.mean, after.mean)),

@@ -64,6 +64,9 @@ def felt_by_fingers(before: Relief, after: Relief, skin: Skin) -> Fingers | None
     )
     jnds = [one.jnd for one in each if one.jnd is not None]
     all_felt = len(jnds) == len(each)
+    if each[0].jnd is None:
+        # What is smooth to the finger itself was judged by nobody, whatever V it has for others.
+        each = tuple(one.model_copy(update={"jnd": None}) for one in each)
     return Fingers(
         count=len(each),
         places=min(counts),
@@ -75,7 +78,7 @@ def felt_by_fingers(before: Relief, after: Relief, skin: Skin) -> Fingers | None
     )
 
 
-def felt_by_measured(before: Relief, after: Relief, at: Index) -> Measured | None:
+def felt_by_measured(before: Relief, after: Relief, at: Index, smooth: bool = False) -> Measured | None:
     """Roughness of both reliefs to the measured finger, by finite elements.
 
     The layer alone would be 0.2 to 0.3 just-noticeable differences off; the elements come with Retouch.
@@ -83,6 +86,7 @@ def felt_by_measured(before: Relief, after: Relief, at: Index) -> Measured | Non
     Args:
         before, after: the reliefs, of one surface.
         at: (k, 2) places where a finger presses; some of them, spread evenly, are pressed.
+        smooth: whether a relief is smooth to the finger that counts, so that nobody judged it.
 
     Returns:
         None if a contact does not converge, or pairs of receptors do not fit on the plate.
@@ -100,7 +104,7 @@ def felt_by_measured(before: Relief, after: Relief, at: Index) -> Measured | Non
         return None
     jnds = [jnd_unless_smooth(then, first) for first, then in zip(*each, strict=True)]
     known = [jnd for jnd in jnds if jnd is not None]
-    ends = {"jnd_min": min(known), "jnd_max": max(known)} if len(known) == len(jnds) else {}
+    ends = {"jnd_min": min(known), "jnd_max": max(known)} if len(known) == len(jnds) and not smooth else {}
     first, then = (fmean(of_relief) for of_relief in each)
     return Measured(
         skin=MEASURED,

@@ -25,8 +25,7 @@ from optimize.verification.verification import (
     described,
 )
 from relief.ground.arrays import Array
-from tactile.jnd import jnd_unless_smooth
-from tactile.quantities import QUANTITIES, ROUGHNESS, means
+from tactile.quantities import QUANTITIES, means
 
 PACKAGES = ("retouch", "mitsuba", "drjit", "torch", "numpy", "scipy")
 """Packages whose versions belong to a verification."""
@@ -81,7 +80,6 @@ def summarise(
 
 def _touch(settings: Run, problem: Problem, outcome: Outcome) -> Touch:
     first, felt = outcome.touch.before, outcome.touch.after
-    before, after = first.means[ROUGHNESS.name], felt.means[ROUGHNESS.name]
     return Touch(
         model=problem.touch,
         target=_complete(problem.targets.goals()),
@@ -92,7 +90,7 @@ def _touch(settings: Run, problem: Problem, outcome: Outcome) -> Touch:
         contact_fraction=felt.contact_fraction,
         initial_contact_fraction=first.contact_fraction,
         contact_error_bound=max(first.error_bound, felt.error_bound),
-        jnd_from_original=jnd_unless_smooth(after, before),
+        jnd_from_original=outcome.touch.mean_jnd,
         feel_of=outcome.feel_of,
         fingers=_weighted(outcome.fingers, settings),
         measured=outcome.measured,

@@ -84,7 +84,7 @@ class Measured(Spread):
         force_n: its force, N.
         count: places where it presses.
         initial_roughness, roughness: means over the places.
-        jnd_mean: of these means; None, as its ends, where a relief is smooth to the finger.
+        jnd_mean: of these means; None, as its ends, where a relief is smooth to this finger or the run's own.
     """
 
     skin: str
@@ -213,6 +213,10 @@ class Touch(Section):
         """The verified value of a quantity, or that of the descent if nothing was verified."""
         verified = self.verified.get(name)
         return self.achieved.get(name) if verified is None else verified
+
+    def ends_of(self, name: str) -> tuple[float, float]:
+        """The value of a quantity before and after; 0 where one is unknown."""
+        return self.initial.get(name) or 0.0, self.final(name) or 0.0
 
 
 class IterationValues(Section):

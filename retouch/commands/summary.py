@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING
 from relief.ground.formats import PLATES
 from relief.ground.formatting import between, duration, number, percent, plus_minus, rounded
 from retouch.commands.options import lines_table
-from retouch.pages.sentences import jnd_in_words, measured_finger, other_fingers, told_apart
+from retouch.pages.sentences import (
+    jnd_in_words,
+    measured_finger,
+    other_fingers,
+    smooth_change,
+    surface_band,
+    told_apart,
+)
 from tactile.jnd import ROUGHNESS_JND
 from tactile.quantities import FLAT_SHARE, GAPS_COUNT, PLACE_JND, QUANTITIES, ROUGHNESS
 
@@ -20,7 +27,6 @@ if TYPE_CHECKING:
         Heights,
         PictureChange,
         Places,
-        SurfaceBand,
         Touch,
         Verification,
     )
@@ -83,6 +89,8 @@ def _feel(touch: "Touch", verbose: bool) -> Iterator[tuple[str, str]]:
                 "contact solved",
                 f"error of its energy at most {bound:.0e} of the elastic energy, at every place",
             )
+
+    if verbose or touch.jnd_from_original is None:
         for line, band in enumerate(touch.surface_bands or ()):
             yield "" if line else "skin's surface", surface_band(band)
 
@@ -91,8 +99,10 @@ def _change(touch: "Touch", several: bool) -> Iterator[str]:
     """The change of roughness: its mean, unless its target varies, its ends over places, to other fingers."""
     places = touch.places
     varied = places is not None and places.varied
-    if (jnd := touch.jnd_from_original) is not None and not varied:
-        average = " on average" if several else ""
+    average = " on average" if several else ""
+    if (jnd := touch.jnd_from_original) is None:
+        yield smooth_change(*touch.ends_of(ROUGHNESS.name)) + average
+    elif not varied:
         yield f"{jnd_in_words(jnd)} than the original{average}, {told_apart(jnd)}"
     if places is not None and several and places.jnd_min is not None:
         ends = f"{places.jnd_min:+.2f} to {places.jnd_max:+.2f} JND{' from the original' * varied}"
@@ -103,15 +113,6 @@ def _change(touch: "Touch", several: bool) -> Iterator[str]:
         yield other_fingers(fingers, several)
     if (measured := touch.measured) is not None and measured.jnd_mean is not None:
         yield measured_finger(measured)
-
-
-def surface_band(band: "SurfaceBand") -> str:
-    """Change of the skin's surface in a band of wavelength, in a clause."""
-    return (
-        f"waves of {band.least_mm:g} to {band.most_mm:g} mm: {number(band.initial_um, 2)} µm rms, then "
-        f"{number(band.final_um, 2)}; changed by {number(band.change_um, 2)} (on a smooth plate "
-        f"{number(band.threshold_um, 2)} is detected)"
-    )
 
 
 def _farthest(places: "Places") -> Iterator[tuple[str, str]]:

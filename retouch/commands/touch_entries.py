@@ -24,7 +24,8 @@ def table(evaluations: "Sequence[Evaluation]") -> "Table":
     for one in evaluations:
         means = one.touch.means
         values = [f"{number(means[name])} {quantity.unit}".rstrip() for name, quantity in QUANTITIES.items()]
-        apart = [number(one.jnd_from(evaluations[0]))] if several else []
+        jnd = one.jnd_from(evaluations[0])
+        apart = ["smooth" if jnd is None else number(jnd)] if several else []
         contact = f"{100.0 * one.contact_fraction:.0f} %"
         rows.append([one.name, *values, contact, *apart, *([_spread(one)] if spread else [])])
     return options.table(columns, rows)

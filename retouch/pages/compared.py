@@ -4,10 +4,17 @@ from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 from optimize.verification.section import Keys, Section
-from optimize.verification.verification import Fingers, Measured, PictureChange, Spread, Values
+from optimize.verification.verification import Fingers, Measured, PictureChange, Spread, SurfaceBand, Values
 from relief.ground.formatting import number, percent
-from retouch.pages.sentences import jnd_in_words, measured_finger, other_fingers, told_apart
-from tactile.quantities import GAPS_COUNT, QUANTITIES
+from retouch.pages.sentences import (
+    jnd_in_words,
+    measured_finger,
+    other_fingers,
+    smooth_change,
+    surface_band,
+    told_apart,
+)
+from tactile.quantities import GAPS_COUNT, QUANTITIES, ROUGHNESS
 
 
 class ComparedSide(Section):
@@ -46,6 +53,8 @@ class Compared(Section):
         skin: its name and its values.
         model: of touch.
         fingers: what other fingers feel.
+        surface_bands: change of the skin's surface by bands of wavelength where `jnd_apart` is None; None on
+            reliefs of two surfaces.
         measured: what a measured finger feels; None if the reliefs differ in size, samples or repeats.
         page: that was written.
     """
@@ -62,12 +71,19 @@ class Compared(Section):
     model: str
     fingers: Fingers | None = None
     measured: Measured | None = None
+    surface_bands: tuple[SurfaceBand, ...] | None = None
     page: str | None = None
 
     @property
     def sides(self) -> tuple[ComparedSide, ComparedSide]:
         """Numbers of both reliefs."""
         return self.first, self.second
+
+    @property
+    def smooth(self) -> str:
+        """Why there are no just-noticeable differences, in a clause; empty if there are."""
+        values = (side.values[ROUGHNESS.name] or 0.0 for side in self.sides)
+        return smooth_change(*values) if self.jnd_apart is None else ""
 
     def lines(self, verbose: bool = False) -> Iterator[tuple[str, str]]:
         """A word and a sentence each; `verbose` adds other measures of the pictures."""
@@ -87,6 +103,8 @@ class Compared(Section):
             yield "", other_fingers(fingers, self.places is not None)
         if (measured := self.measured) is not None and measured.jnd_mean is not None:
             yield "", measured_finger(measured)
+        for line, band in enumerate(self.surface_bands or ()):
+            yield "" if line else "skin's surface", surface_band(band)
         if (look := self.look) is None:
             yield "pictures", f"not compared: {self.no_look}"
         else:
@@ -102,7 +120,7 @@ def _feel(numbers: Compared) -> str:
     # "A" and "B", but "the result".
     one, other = (f"the {name}" if name.islower() else name for name in names)
     if jnd is None:
-        return "one of the two is smooth; ratios to it mean nothing"
+        return numbers.smooth
     return f"{other} is {jnd_in_words(jnd)} than {one}, {told_apart(jnd)}"
 
 

@@ -17,7 +17,7 @@ from retouch.pages.content import Baseline, Pair, Report
 from retouch.pages.plate_viewer.appearance import STUDIO, Appearance
 from retouch.pages.plate_viewer.figure import NamedRelief, plate_figure
 from retouch.pages.rendering import Context
-from tactile.jnd import jnd_apart, tries_of_100
+from tactile.jnd import SMOOTH_BELOW, jnd_apart, tries_of_100
 
 PICTURE_BYTES = 3.0e6
 """Bytes of the pictures under all lights before base64, one byte a pixel: half of the page's 6 MB."""
@@ -88,13 +88,16 @@ def ladder(
     """Roughnesses on a scale of just-noticeable differences.
 
     Args:
-        rows: name, roughness and CSS class of each dot; rows without a roughness are left out.
-        first: roughness from which the differences count.
+        rows: name, roughness and CSS class of each dot; without a roughness, or smooth, it is left out.
+        first: roughness from which the differences count; not smooth.
         name: of the relief that has this roughness.
         band: roughnesses at the ends of a shaded range.
     """
-    dots = [svg.Dot(label, jnd_apart(v, first), number(v), style) for label, v, style in rows if v]
-    shaded = None if band is None else (jnd_apart(band[0], first), jnd_apart(band[1], first))
+    counted = ((label, v, style) for label, v, style in rows if v and v >= SMOOTH_BELOW)
+    dots = [svg.Dot(label, jnd_apart(v, first), number(v), style) for label, v, style in counted]
+    shaded = None
+    if band is not None and min(band) >= SMOOTH_BELOW:
+        shaded = jnd_apart(band[0], first), jnd_apart(band[1], first)
     return svg.dot_chart(dots, f"just-noticeable differences from {name}", shaded)
 
 

@@ -1,11 +1,14 @@
 """What each headline number of a page means, in a sentence or two for a person who has not read the paper."""
 
+from tactile.jnd import SMOOTH_BELOW
 from tactile.quantities import QUANTITIES
 
 MEANINGS = {
     **{name: quantity.meaning for name, quantity in QUANTITIES.items()},
     "jnd": "One just-noticeable difference (JND) is a ratio of 1.19 in roughness: a person who touches both "
     "plates names the rougher one in 84 of 100 tries. Two are 97 of 100; guessing is 50.",
+    "smooth": f"Below a roughness of {SMOOTH_BELOW:g}, the least that people have judged, a ratio is no "
+    "number of just-noticeable differences. A sliding finger may feel waves of the skin's surface.",
     "contact_fraction": "The contact fraction is the share of the plate that bears pressure. The contact "
     "area is larger, as it also counts skin close by, at a gap of 0.0125 mm by half.",
     "eye": "How much the radiance of a pixel changes on average, over all pixels that show the plate and all "

@@ -7,11 +7,11 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from optimize.verification import verification
+from optimize.verification.felt_places import jnd_at
 from relief.ground.arrays import Array
 from relief.ground.formatting import number
 from relief.relief import Relief
 from retouch.pages import colour_maps, svg
-from tactile.jnd import ROUGHNESS_JND
 from tactile.quantities import ROUGHNESS
 
 LEAST_LIMIT_JND = 0.25
@@ -45,8 +45,8 @@ class PlaceArrays:
 
     @property
     def off(self) -> Array | None:
-        """(n,) just-noticeable differences from the target, not finite at flat places."""
-        return None if self.goal is None else _jnd(self.reached, self.goal)
+        """(n,) just-noticeable differences from the target, NaN at smooth places."""
+        return None if self.goal is None else jnd_at(self.reached, self.goal)
 
 
 def read_places(measured: verification.Places) -> PlaceArrays:
@@ -124,18 +124,18 @@ def place_figures(measured: verification.Places | None, result: Relief) -> Place
         return None
     places = read_places(measured)
     board = _Board.of(result, places)
-    change, off = _jnd(places.reached, places.original), places.off
+    change, off = jnd_at(places.reached, places.original), places.off
     maps = []
-    if not measured.varied:
+    if not measured.varied and np.isfinite(change).any():
         maps.append(
             board.signed("Change from the original", change, "JND from the original; orange: rougher")
         )
-    else:
+    elif measured.varied:
         assert places.goal is not None
         ends = _ends(places.original, places.goal, places.reached)
         each = (("Original", places.original), ("Target", places.goal), ("Reached", places.reached))
         maps += [board.map(name, values, ends, "roughness") for name, values in each]
-    if off is not None:
+    if off is not None and np.isfinite(off).any():
         maps.append(board.signed("Distance from the target", off, "JND from the target; orange: rougher"))
     return PlaceFigures(
         maps=maps,
@@ -294,13 +294,6 @@ def _line(places: PlaceArrays) -> Markup | None:
     )
 
 
-def _jnd(values: Array, reference: Array) -> Array:
-    """(n,) just-noticeable differences, NaN where a roughness is zero."""
-    felt = (values > 0.0) & (reference > 0.0)
-    ratio = np.divide(values, reference, out=np.full(values.shape, np.nan), where=felt)
-    return np.asarray(np.log(ratio) / np.log(ROUGHNESS_JND))
-
-
 def _signed(jnd: float) -> str:
     return f"{round(jnd, 2) + 0.0:+.2f}".replace("-", "\N{MINUS SIGN}")
 
@@ -311,7 +304,7 @@ def _ends(*values: Array) -> svg.Range:
 
 
 def _extremes(places: PlaceArrays, jnd: Array) -> Extremes | None:
-    """Least, mean and largest difference, and where it is largest; None where all places are flat."""
+    """Least, mean and largest difference, and where it is largest; None where all places are smooth."""
     if not np.isfinite(jnd).any():
         return None
     down, right = places.centres[int(np.nanargmax(jnd))]

@@ -8,6 +8,7 @@ from retouch.pages import svg
 from retouch.pages.content import Report
 from retouch.pages.figures import ladder, odds
 from retouch.pages.rendering import Context
+from retouch.pages.sentences import smooth_change
 from tactile.quantities import QUANTITIES, ROUGHNESS
 from tactile.touch_limits import model_name
 
@@ -17,7 +18,7 @@ def roughness_figures(report: Report) -> Context:
     touch, name = report.verification.touch, ROUGHNESS.name
     original, target, achieved = (each.get(name) for each in (touch.initial, touch.target, touch.achieved))
     chart = None
-    if original and achieved:
+    if original and achieved and touch.jnd_from_original is not None:
         rows = (
             ("original", original, "before"),
             ("target", target, "target"),
@@ -26,7 +27,8 @@ def roughness_figures(report: Report) -> Context:
         )
         band = (target * (1.0 - report.tolerance), target * (1.0 + report.tolerance)) if target else None
         chart = ladder(rows, original, "the original", band)
-    return {"ladder": chart, **odds(touch.jnd_from_original)}
+    smooth = smooth_change(*touch.ends_of(name)) if touch.jnd_from_original is None else ""
+    return {"ladder": chart, "smooth": smooth, **odds(touch.jnd_from_original)}
 
 
 def descent_charts(report: Report) -> list[Markup]:

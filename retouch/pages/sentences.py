@@ -6,11 +6,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from relief.ground.formatting import number
-from tactile.jnd import tries_of_100
+from tactile.jnd import smooth_clause, tries_of_100
 
 if TYPE_CHECKING:
-    from optimize.verification.verification import Fingers, Measured
+    from optimize.verification.verification import Fingers, Measured, SurfaceBand
 
+FACTOR = 10.0
+"""Ratio of two roughnesses from which the second is clearer than the change in %."""
 LEAST_LOST = 0.001
 """Share of a surface that a printer does not make, from which the screen says so: 0.1 % with one decimal."""
 
@@ -38,6 +40,22 @@ def jnd_in_words(jnd: float) -> str:
 def told_apart(jnd: float) -> str:
     """How often a person notices a difference, in a clause."""
     return f"told apart in {tries_of_100(jnd)} of 100 tries"
+
+
+def smooth_change(before: float, after: float) -> str:
+    """A change from or to a smooth surface, of roughness V before and after, in a clause."""
+    ratio = after / before if before > 0.0 else math.inf
+    change = f"changes by {100.0 * (ratio - 1.0):+.3g} %" if ratio < FACTOR else f"becomes {number(after)}"
+    return f"{smooth_clause(min(before, after))}; V {change}"
+
+
+def surface_band(band: "SurfaceBand") -> str:
+    """Change of the skin's surface in a band of wavelength, in a clause."""
+    return (
+        f"waves of {band.least_mm:g} to {band.most_mm:g} mm: {number(band.initial_um, 2)} µm rms, then "
+        f"{number(band.final_um, 2)}; changed by {number(band.change_um, 2)} (on a smooth plate "
+        f"{number(band.threshold_um, 2)} is detected)"
+    )
 
 
 def other_fingers(fingers: "Fingers", several: bool) -> str:

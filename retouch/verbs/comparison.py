@@ -17,14 +17,16 @@ from optimize.settings.run_file import Run
 from optimize.settings.skins import described_skin, load_skin
 from optimize.verification import picture_metrics as metrics
 from optimize.verification.converged import colour_pictures, converged
-from optimize.verification.felt_places import place_spread
+from optimize.verification.felt_places import FeltPlaces, place_spread
 from optimize.verification.other_fingers import felt_by_fingers, felt_by_measured
+from optimize.verification.skin_surface import skin_bands
 from optimize.verification.verification import Fingers, Measured, PictureChange
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
 from relief.ground.lengths import Lengths
 from relief.ground.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from relief.ground.progress import Progress, stage
+from relief.patches import Patches
 from relief.places import places
 from relief.relief import Relief
 from relief.surface import Repeats
@@ -168,9 +170,14 @@ def compared(
     for subject in subjects:
         with naming(subject.file), stage(f"pressing on {subject.name}"):
             touches.append(measure_touch(subject.relief, finger, options.model))
-    felt = ComparedFingers.of(one.relief, other.relief, finger)
+    touch = FeltPlaces(places(one.relief.surface), touches[0], touches[1])
+    felt = ComparedFingers.of(one.relief, other.relief, finger, touch.mean_jnd is None)
     seen = _seen(one, other, scene, options)
     numbers = _numbers(subjects, touches, seen, felt, described_skin(finger, skin_name), scene)
+    if numbers.jnd_apart is None and one.relief.surface == other.relief.surface:
+        patches = Patches(one.relief.surface, touch.places, side_mm=finger.patch_mm)
+        bands = skin_bands(touch, finger, patches.size_mm)
+        numbers = numbers.model_copy(update={"surface_bands": bands})
     if page is None:
         return numbers
     write_comparison(Path(page), _content(one, other, touches, seen, numbers))
@@ -204,12 +211,18 @@ class ComparedFingers:
     measured: Measured | None
 
     @classmethod
-    def of(cls, one: Relief, other: Relief, finger: Skin) -> Self:
-        """Press with the fingers about the one given, and with the measured one on reliefs of one surface."""
+    def of(cls, one: Relief, other: Relief, finger: Skin, smooth: bool) -> Self:
+        """Press with the fingers about the one given, and with the measured one on reliefs of one surface.
+
+        Args:
+            one, other: the reliefs.
+            finger: the one given.
+            smooth: whether a relief is smooth to it.
+        """
         alike = one.surface == other.surface
         return cls(
             felt_by_fingers(one, other, finger),
-            felt_by_measured(one, other, places(one.surface)) if alike else None,
+            felt_by_measured(one, other, places(one.surface), smooth) if alike else None,
         )
 
 

@@ -29,7 +29,7 @@ from relief.solids.meshes import Mesh
 from relief.surface import Repeats
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source, refuse, relief_of
-from tactile.jnd import jnd_unless_smooth
+from tactile.jnd import SMOOTH_BELOW, jnd_unless_smooth, smooth_clause
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import CONTACT_AREA, LARGEST_JND, LIMIT_PERCENT, ROUGHNESS
@@ -137,7 +137,10 @@ class Evaluation:
         return felt | ({"places": self.touch.ends} if several else {})
 
     def lines(self) -> Iterator[str]:
-        """Sentences for a person about the reach of a relief, and about a solid."""
+        """Sentences for a person about a smooth surface, the reach of a relief, and a solid."""
+        if self.roughness < SMOOTH_BELOW:
+            bands = "retouch compare shows waves of the skin's surface"
+            yield f"{self.name}: {smooth_clause(self.roughness)}; {bands}."
         if self.reach is not None and self.scene is not None:
             of_mean = f"{percent(self.reach.limit_percent_of_mean)} of the mean picture"
             limit = f"its pictures in {self.scene.stem} change by {of_mean} ({LIMIT_PERCENT:g} % of white)"

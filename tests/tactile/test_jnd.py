@@ -1,8 +1,15 @@
 """Just-noticeable differences."""
 
+import json
+import math
+from pathlib import Path
+
 import pytest
 
 from tactile import discrimination_probability, jnd_apart, jnd_scaled
+from tactile.jnd import SMOOTH_BELOW, jnd_unless_smooth
+
+ROOT = Path(__file__).parents[2]
 
 
 def test_one_jnd_is_a_factor_of_1_19() -> None:
@@ -21,3 +28,12 @@ def test_plates_one_jnd_apart_are_told_apart_84_percent_of_the_time() -> None:
     assert discrimination_probability(-1.0) == discrimination_probability(1.0)
     assert discrimination_probability(0.0) == 0.5
     assert discrimination_probability(3.0) > 0.998
+
+
+def test_ratios_to_what_nobody_judged_are_no_just_noticeable_differences() -> None:
+    drewing = json.loads((ROOT / "benchmarks/results/skin.json").read_text())["felt"]["F/E 20"]
+    judged = [min(drewing[name]) for name in ("waves", "ridges", "spacing", "diameter", "height")]
+    assert 0.9 * min(judged) < SMOOTH_BELOW < min(judged)
+    assert jnd_unless_smooth(0.05, SMOOTH_BELOW) == pytest.approx(jnd_apart(0.05, SMOOTH_BELOW))
+    for pair in ((0.05, 0.0039), (0.0039, 0.05), (3e-5, 2e-5), (0.0, 0.05)):
+        assert math.isnan(jnd_apart(*pair)) and jnd_unless_smooth(*pair) is None

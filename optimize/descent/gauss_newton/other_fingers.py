@@ -22,7 +22,7 @@ from relief.ground.threads import one_torch_thread
 from relief.patches import STEERING_SAMPLES, Patches
 from tactile import jnd_scaled, roughness, touch_model
 from tactile.fingers import at_depth, fingers
-from tactile.jnd import SMOOTH
+from tactile.jnd import SMOOTH_BELOW
 from tactile.layer.elastic_layer import ElasticLayerOperator
 from tactile.pressing import Press
 
@@ -69,9 +69,14 @@ class FingersFelt:
     pressure: Array
 
     @property
+    def _counted(self) -> Array:
+        """(m,) roughness, or that from which just-noticeable differences count."""
+        return np.maximum(self.values, SMOOTH_BELOW)
+
+    @property
     def jnd_off(self) -> Array:
         """(m,) distance to the goals in just-noticeable differences; positive is too rough."""
-        return np.asarray(np.log(np.maximum(self.values, SMOOTH) / np.maximum(self.goals, SMOOTH)) / JND)
+        return np.asarray(np.log(self._counted / np.maximum(self.goals, SMOOTH_BELOW)) / JND)
 
     @property
     def percent(self) -> float:
@@ -80,8 +85,7 @@ class FingersFelt:
 
     def soft_targets(self) -> SoftTargets:
         """The goals as soft targets of a step."""
-        values = np.maximum(self.values, SMOOTH)
-        unit, most = JND * values, LARGEST_SHARE * values
+        unit, most = JND * self._counted, LARGEST_SHARE * self._counted
         wanted = np.clip(-self.jnd_off * unit, -most, most)
         return SoftTargets(self.gradients, wanted, self.stiffness / len(unit) / unit**2)
 

@@ -13,7 +13,8 @@ from retouch.app.stages.elements import ReliefView
 from retouch.app.stages.window import AppWindow, PageStage
 from retouch.app.state.runs import earlier_runs, state_of
 from retouch.app.values.findings import Lines, Map, Sides
-from tactile.quantities import QUANTITIES
+from retouch.pages.sentences import smooth_change, surface_band
+from tactile.quantities import QUANTITIES, ROUGHNESS
 
 WAYS = ("Swipe", "Side by side", "Blink", "Change", "Feel", "Strain")
 MAPS = {
@@ -168,6 +169,9 @@ def _lines(result: Verification) -> Lines:
         if before is not None and after is not None:
             values = f"{before:.4g} to {after:.4g} {quantity.unit}"
             lines.append((f"{quantity.label} {quantity.symbol}", values.rstrip()))
+    if result.touch.jnd_from_original is None:
+        lines.append(("feel", smooth_change(*result.touch.ends_of(ROUGHNESS.name))))
+        lines += [("skin's surface", surface_band(band)) for band in result.touch.surface_bands or ()]
     if result.touch.verified_by is not None:
         lines.append(("verified by", result.touch.verified_by))
     if (fingers := result.touch.fingers) is not None and fingers.jnd_min is not None:

@@ -3,6 +3,7 @@
 import base64
 import binascii
 import contextlib
+import math
 from collections.abc import Callable
 from functools import partial
 from statistics import fmean
@@ -17,7 +18,8 @@ from retouch.app.stages.elements import Brush, JndSlider, Range
 from retouch.app.stages.window import AppWindow, PageStage
 from retouch.app.state.runs import finished_runs
 from retouch.app.values.document import FEEL_OF, JND, MOST_JND, goals
-from tactile.quantities import Quantity
+from tactile.jnd import SMOOTH_BELOW, smooth_clause
+from tactile.quantities import ROUGHNESS, Quantity
 
 FACTOR_ENDS = (0.4, 1.6)
 """Ends of the slider of a quantity, as factors on the original's value."""
@@ -97,6 +99,7 @@ class FeelStage(PageStage):
             with ui.element("div") as self._parts[goal]:
                 if goal == JND:
                     self._jnd = JndSlider(MOST_JND, partial(self._number_chosen, JND))
+                    self._smooth = ui.label().classes("hint")
                 else:
                     self._factors[goal] = FactorGoal(quantity, partial(self._number_chosen, goal))
         with ui.element("div").classes("section") as self._parts[FEEL_OF]:
@@ -135,7 +138,7 @@ class FeelStage(PageStage):
         self._skin.set_value(feel.skin)
         self._printer.show(feel.printer)
         self._fast.set_value(feel.fast)
-        self._fault.set_text(session.activity.faults.get("reach", ""))
+        self._fault.set_text("" if self._smooth.text else session.activity.faults.get("reach", ""))
 
     def _show_goals(self) -> None:
         numbers, feel = self.session.numbers, self.session.document.feel
@@ -153,6 +156,12 @@ class FeelStage(PageStage):
         self._runs.set_value(feel.feel_of if feel.feel_of in runs else NO_RUN)
 
     def _show_jnd(self) -> None:
+        felt = self.session.numbers.felt
+        roughness = math.inf if felt is None else fmean(felt[ROUGHNESS.name])
+        smooth = roughness < SMOOTH_BELOW
+        advice = f"The texture is {smooth_clause(roughness)}. Choose “Like another” or a deeper relief."
+        self._smooth.set_text(advice if smooth else "")
+        self._jnd.set_visibility(not smooth)
         reach = self.session.numbers.reach.answer
         waiting = WAITING if "reach" in self.session.activity.under_way else ""
         curve: dict[str, Any] = {"costs": [], "smoother": 0.0, "rougher": 0.0}

@@ -8,7 +8,7 @@ from relief.ground.errors import InputError
 from retouch.laboratory.people.tables import CsvRow, read_table
 from retouch.laboratory.stimulus_sets.document import PLATES
 from retouch.laboratory.stimulus_sets.levels import CONTACT, ROUGHNESS
-from tactile.jnd import SMOOTH
+from tactile.jnd import SMOOTH_BELOW
 
 COLUMNS = ("texture", "label", "kind", "level", "roughness", "contact_area_mm2")
 """Columns of `plates.csv` without which there is no experiment."""
@@ -73,8 +73,6 @@ def read_plates(folder: Path, fingers: bool = False) -> dict[str, SetPlate]:
 
 def _plate(row: CsvRow, folder: Path, fingers: bool) -> SetPlate:
     roughness = row.number("roughness")
-    if roughness < SMOOTH:
-        raise row.fault(f"roughness: {roughness:g} is that of a smooth plate, of which ratios mean nothing")
     try:
         level = float(row.text("level"))
     except ValueError:
@@ -107,12 +105,16 @@ def _by_finger(folder: Path) -> dict[str, float]:
     )
     if result.touch.measured is not None:
         felt[MEASURED] = result.touch.measured.roughness
-    return {name: value for name, value in felt.items() if value > SMOOTH}
+    return {name: value for name, value in felt.items() if value >= SMOOTH_BELOW}
 
 
 def levels_of(plates: dict[str, SetPlate]) -> dict[str, list[SetPlate]]:
-    """Levels of roughness of each texture, ascending by roughness; textures of one level are left out."""
-    return _by_texture([plate for plate in plates.values() if plate.kind == ROUGHNESS], "roughness")
+    """Levels of roughness of each texture, ascending by roughness; textures of one level are left out.
+
+    Smooth plates are left out, too: no just-noticeable differences are predicted of them.
+    """
+    levels = [plate for plate in plates.values() if plate.kind == ROUGHNESS]
+    return _by_texture([plate for plate in levels if plate.roughness >= SMOOTH_BELOW], "roughness")
 
 
 def areas_of(plates: dict[str, SetPlate]) -> dict[str, list[SetPlate]]:

@@ -17,6 +17,7 @@ from pathlib import Path
 from relief.ground.errors import InputError
 from retouch.laboratory.people.plates import SetPlate
 from retouch.laboratory.people.tables import CsvRow, CsvTable, read_table
+from tactile.jnd import SMOOTH_BELOW, smooth_clause
 
 ROUGHER, COLDER, SAME, SORTS, MAGNITUDES = "rougher", "colder", "same", "sorts", "magnitudes"
 """Questions of an experiment; the first three are also the headings of the answers."""
@@ -148,6 +149,9 @@ def _check_labels(question: str, rows: Sequence[CsvRow], plates: Mapping[str, Se
         for name in names:
             if row.text(name) not in plates:
                 raise row.fault(f"{name}: {row.cells[name]!r} is no plate of this set")
+            roughness = plates[row.text(name)].roughness
+            if question in (SORTS, ROUGHER) and roughness < SMOOTH_BELOW:
+                raise row.fault(f"{name}: {row.cells[name]!r} is {smooth_clause(roughness)}")
 
 
 def _answered(

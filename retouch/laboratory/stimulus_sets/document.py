@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-import tactile
 from optimize.run_directory.finished_run import read_verification
 from optimize.run_directory.pictures import read_grey
 from retouch.laboratory.stimulus_sets import prediction
@@ -21,6 +20,7 @@ from retouch.laboratory.stimulus_sets.levels import CONTACT, CONTROLS, ROUGHNESS
 from retouch.laboratory.studies.engine import ROWS, Rows
 from retouch.laboratory.studies.records import Cell
 from retouch.laboratory.studies.row_key import SHORT
+from tactile.jnd import jnd_unless_smooth
 
 DOCUMENT, PLATES, PAIRS = "stimuli.json", "plates.csv", "pairs.csv"
 """Files of a set: everything, its plates, and its pairs of plates for a spreadsheet."""
@@ -230,7 +230,7 @@ def numbers_of(plate: FinishedPlate, original: float | None) -> PlateNumbers:
         kind=plate.plan.kind,
         level=plate.plan.level,
         roughness=felt,
-        jnd=tactile.jnd_apart(felt, original) if felt and original else None,
+        jnd=jnd_unless_smooth(felt, original) if felt and original else None,
         places=plate.number("places.count"),
         off_target_percent=plate.number("miss_percent"),
         contact_area_mm2=plate.number("verified_contact_area_mm2"),

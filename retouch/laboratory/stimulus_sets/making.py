@@ -23,6 +23,7 @@ from retouch.laboratory.studies.page import page as study_page
 from retouch.laboratory.studies.rows import expand
 from retouch.laboratory.workers.jobs import Runner, Work
 from retouch.pages.sentences import TextTable
+from tactile.jnd import smooth_clause
 
 PAGE, STUDY_PAGE = "index.html", "study.html"
 """The page of a set, and that of its study."""
@@ -69,6 +70,8 @@ class StimulusPlates:
         headings = ("plate", "kind", "felt, JND", "over places", "contact, mm²", "pictures, %", "JOD")
         rows = [_cells(plate) for plate in self.numbers.plates]
         yield TextTable([(heading, "") for heading in headings], rows, gap=1)
+        if smooth := [plate.roughness for plate in self.numbers.plates if plate.jnd is None]:
+            yield smooth_clause(min(roughness or 0.0 for roughness in smooth))
         summary = self.numbers.summary
         if summary.neighbours_percent is not None:
             yield (
@@ -90,7 +93,7 @@ def _cells(plate: documents.PlateNumbers) -> list[str]:
     """Cells of a plate; what it lacks is empty."""
     ends = (plate.jnd_least, plate.jnd_most)
     cells = (
-        (plate.jnd, "+.2f"),
+        ("smooth" if plate.jnd is None else f"{plate.jnd:+.2f}", "s"),
         (None if None in ends else " to ".join(f"{end:+.2f}" for end in ends), "s"),
         (plate.contact_area_mm2, ".3g"),
         (plate.picture_change_percent, ".2g"),

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from retouch.laboratory.studies.measuring.measures import MEASURES
 from retouch.laboratory.studies.records import Cell
+from tactile.jnd import SMOOTH_BELOW
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,9 @@ class Column:
 SHOWN: Mapping[str, Column] = {
     "reason": Column("ended", "Why the descent stopped."),
     "jnd_from_original": Column(
-        "felt, JND", "Just-noticeable differences from the original, as verified; negative is smoother."
+        "felt, JND",
+        "Just-noticeable differences from the original, as verified; negative is smoother; none where one "
+        f"of the two is smooth, with V below {SMOOTH_BELOW:g}, the least that people have judged.",
     ),
     "miss_percent": Column("off target, %", "Largest relative error of a target, as verified.", 2),
     "change_percent": Column(

@@ -13,7 +13,7 @@ from retouch.pages.svg import colour_bar, nice_axis
 from retouch.pages.viewer.figure import key, viewer_figure
 from retouch.pages.viewer.lighter import MOST_FACES, lighter
 from retouch.pages.viewer.models import ColourLayer, ViewerModel
-from tactile.jnd import jnd_apart
+from tactile.jnd import jnd_unless_smooth, smooth_clause
 from tactile.quantities import CONTACT_AREA, ROUGHNESS
 
 LAYER = "Roughness"
@@ -55,8 +55,9 @@ def _cards(feel: MeshFeel, skin: str) -> list[Card]:
     if count > 1:
         spread = f"mean; {number(least)} to {number(most)} over {count} places"
     cards = [Card("Roughness", number(mean), "", f"{spread}; skin {skin}")]
-    if count > 1 and least > 0.0:
-        apart = jnd_apart(most, least)
+    if (apart := jnd_unless_smooth(most, least)) is None:
+        cards.append(Card("Spread", "smooth", "", smooth_clause(least)))
+    elif count > 1:
         cards.append(Card("Spread", number(apart, 2), "JND", "just-noticeable differences between the ends"))
     area = feel.means[CONTACT_AREA.name]
     cards.append(Card("Contact", number(area), "mm²", "mean area that the finger touches"))

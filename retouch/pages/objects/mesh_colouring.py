@@ -17,7 +17,7 @@ from relief.solids.export.parts import write_parts
 from relief.solids.meshes.mesh_places import vertex_normals
 from retouch.pages.colour_maps import NO_CONTACT, VIRIDIS
 from retouch.pages.objects.feel_page import write_feel_page
-from tactile.jnd import ROUGHNESS_JND, jnd_apart
+from tactile.jnd import ROUGHNESS_JND, jnd_unless_smooth
 from tactile.quantities import ROUGHNESS
 from visual.backend.variants import load_mitsuba
 
@@ -190,7 +190,8 @@ def _with_legend(views: list[Array], ends: tuple[float, float], mean: float, ski
         at = bottom - (value - ends[0]) / max(ends[1] - ends[0], 1e-12) * (bottom - top)
         draw.line((left + 22, at, left + 26, at), "black")
         draw.text((left + 30, at - 18), f"{value:.3g}", "black", font)
-        apart = "mean" if value == mean else f"{jnd_apart(value, mean):+.1f} JND"
+        jnd = jnd_unless_smooth(value, mean)
+        apart = "mean" if value == mean else "smooth" if jnd is None else f"{jnd:+.1f} JND"
         draw.text((left + 30, at), apart, "black", font)
     return picture
 

@@ -51,8 +51,9 @@ class Steered:
 
     def line(self) -> str:
         """The region for a person."""
+        reached = "smooth" if self.reached is None else f"{self.reached:+.2f} JND"
         return (
-            f"{self.mask}: {self.reached:+.2f} JND on the object's curvature, asked for {self.jnd:+g}; the "
+            f"{self.mask}: {reached} on the object's curvature, asked for {self.jnd:+g}; the "
             f"tile is that of {self.run}."
         )
 

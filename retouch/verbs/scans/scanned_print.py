@@ -11,7 +11,7 @@ from relief.scans.print_summary import PrintScanned
 from relief.scans.registration import Interval
 from retouch.pages.compared import Compared
 from retouch.pages.scan import PAGE
-from retouch.pages.sentences import interval
+from retouch.pages.sentences import interval, smooth_change
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,11 +22,13 @@ class FeltPrint:
         shown: the print as its scan shows it.
         roughness: V of the print; the interval takes in noise of the scan.
         jnd: just-noticeable differences from the design, with the ends of the interval; None if smooth.
+        of_design: V of the design.
     """
 
     shown: PrintScanned
     roughness: Interval
     jnd: tuple[float | None, float | None, float | None]
+    of_design: float
 
     def as_json(self) -> dict[str, Any]:
         """The numbers of the print: where it lies, what was lost, and how it feels."""
@@ -58,7 +60,9 @@ class FeltPrint:
             "blur",
             f"{_text(blur_um, '.1f')} um; half is left of periods of {half_kept_mm(blur).value:.2f} mm",
         )
-        if self.jnd[0] is not None:
+        if self.jnd[0] is None:
+            yield "feel", smooth_change(self.of_design, self.roughness.value)
+        else:
             yield "feel", f"{interval(*self.jnd, '+.2f')} JND from the design"
         for note in self.shown.notes():
             yield "note", note
@@ -121,7 +125,7 @@ class ScannedPrint:
         """Lines for a person about both prints and the page; each print has lines of its own."""
         if len(self.prints) > 1:
             between = self.compared.jnd_apart
-            apart = "smooth" if between is None else f"{between:+.2f} JND from the first"
+            apart = self.compared.smooth if between is None else f"{between:+.2f} JND from the first"
             yield f"the second print is {apart}"
         if (look := self.compared.look) is not None:
             yield f"pictures: {look.change_percent:.2g} % of the mean picture apart"

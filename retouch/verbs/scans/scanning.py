@@ -161,7 +161,7 @@ class _Pressing:
             felt = self._felt(shown)
         ends = (felt.value, felt.low, felt.high)
         jnd, low, high = (jnd_unless_smooth(each, self.of_design) for each in ends)
-        return FeltPrint(shown, felt, (jnd, low, high))
+        return FeltPrint(shown, felt, (jnd, low, high), self.of_design)
 
     def _felt(self, shown: PrintScanned) -> Interval:
         """Roughness of a print; the interval takes in what noise adds, and what lies between samples.

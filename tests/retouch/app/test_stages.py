@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip("nicegui", reason="without the extra app")
@@ -9,6 +10,7 @@ pytest.importorskip("nicegui", reason="without the extra app")
 from nicegui import Client, ui
 from nicegui.page import page
 
+from retouch.app.stages.elements import JndSlider
 from retouch.app.stages.feel import FeelStage
 from retouch.app.stages.picture import PictureStage
 from retouch.app.stages.printing import PrintStage
@@ -47,6 +49,27 @@ def texts(client: Client) -> set[str]:
     labels = {one.text for one in client.elements.values() if isinstance(one, ui.label)}
     choices = [one.options for one in client.elements.values() if isinstance(one, ui.toggle)]
     return labels | {str(name) for names in choices if isinstance(names, dict) for name in names.values()}
+
+
+def test_a_smooth_texture_offers_no_just_noticeable_differences(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    session = Session()
+    with Client(page("")) as client:
+        feel = FeelStage(AppWindow(session, Addresses(), lambda _: None))
+        feel.build()
+        (slider,) = (one for one in client.elements.values() if isinstance(one, JndSlider))
+        for roughness, shown in ((3e-5, False), (0.05, True)):
+            session.numbers.felt = {
+                "roughness": np.array([roughness]),
+                "contact_area_mm2": np.array([90.0]),
+            }
+            feel.refresh()
+            assert slider.visible == shown
+            line = "smooth: V 0.00003 is below 0.004, the least that people have judged"
+            assert any(line in text for text in texts(client)) != shown
+    client.delete()
 
 
 def test_a_new_quantity_is_a_goal_and_a_number_of_the_page(

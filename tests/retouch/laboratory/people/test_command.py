@@ -1,5 +1,6 @@
 """`retouch answers`: numbers, the page, and what is refused in one line."""
 
+import csv
 import json
 import shutil
 from collections.abc import Callable
@@ -186,10 +187,6 @@ def test_bad_answers_are_told_in_one_line(
             "roughness: missing",
         ),
         (
-            "texture,label,kind,level,roughness,contact_area_mm2\na,a 0,roughness,0,1e-9,30\n",
-            "a smooth plate",
-        ),
-        (
             2 * "texture,label,kind,level,roughness,contact_area_mm2\na,a 0,roughness,0,1,30\n",
             "roughness: 'roughness' is not a positive number",
         ),
@@ -203,6 +200,23 @@ def test_a_set_that_is_none_is_refused(
     assert main(["answers", str(tmp_path), str(made / "answers" / "answers-rougher.csv")]) == BAD_INPUT
     error = capsys.readouterr().err
     assert error.count("\n") == 1 and line in error
+
+
+def test_no_just_noticeable_difference_is_fitted_to_answers_about_smooth_plates(
+    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answers = made / "answers" / "answers-rougher.csv"
+    rows = list(csv.DictReader((made / "plates.csv").open()))
+    label = next(csv.DictReader(answers.open()))["first"]
+    for row in rows:
+        row["roughness"] = "0.003" if row["label"] == label else row["roughness"]
+    with (tmp_path / "plates.csv").open("w") as file:
+        table = csv.DictWriter(file, list(rows[0]))
+        table.writeheader()
+        table.writerows(rows)
+    assert main(["answers", str(tmp_path), str(answers)]) == BAD_INPUT
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1 and "smooth: V 0.00300 is below 0.004" in error
 
 
 def test_options_without_what_they_are_for_are_refused(

@@ -23,6 +23,7 @@ from retouch.laboratory.stimulus_sets.prediction import probability
 from retouch.laboratory.stimulus_sets.stimulus_set import LABEL_MM, PrintSettings, StimulusSet
 from retouch.laboratory.studies import row_job
 from retouch.laboratory.studies.rows import expand
+from retouch.pages.sentences import TextTable
 from tests.retouch.laboratory.stimulus_sets.conftest import request
 from tests.retouch.laboratory.studies.conftest import in_process
 
@@ -278,3 +279,20 @@ def test_one_plate_at_a_time_is_under_a_lamp_that_moves(whole: Path) -> None:
 def waiting(condition: str) -> str:
     """A script that waits until a condition holds."""
     return f"(async () => {{ while (!({condition})) await new Promise((done) => setTimeout(done, 20)); }})()"
+
+
+@pytest.mark.slow
+@pytest.mark.sentinel
+def test_a_smooth_texture_has_no_levels_and_no_jnd(tmp_path: Path) -> None:
+    wave = 0.5 + 0.5 * np.sin(4.0 * np.pi * np.arange(32) / 32)
+    save_heights_exr(tmp_path / "tiny.exr", 2.5e-4 * np.outer(wave, wave), 10.0)
+    made = make(request(tmp_path / "tiny.exr", contact_area_scale=(0.99,)), tmp_path / "set", in_process)
+    (refused,) = [line for line in made.numbers.failures if "smooth: V" in line]
+    assert "touch.jnd: smooth" in refused and "is below 0.004, the least that people have judged" in refused
+    assert made.numbers.plates and all(plate.jnd is None for plate in made.numbers.plates)
+    assert made.numbers.textures[0].levels is None
+    assert all(pair.second_rougher_percent is None for pair in made.numbers.textures[0].pairs)
+    table, smooth = list(made.lines())[:2]
+    assert isinstance(table, TextTable)
+    assert all("smooth" in row for row in table.rows) and str(smooth).startswith("smooth: V 0.000")
+    assert "JND" not in Path(made.page).read_text().split("<h2>Tiny</h2>")[1].split("All pairs")[0]
