@@ -11,7 +11,7 @@ from relief.heightmap import LEAST_FELT_MM
 from relief.patches import Patches
 from relief.places import places
 from relief.relief import Relief
-from tactile.jnd import ROUGHNESS_JND, SMOOTH
+from tactile.jnd import ROUGHNESS_JND
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
 from tactile.skin import Skin
@@ -59,7 +59,7 @@ def warn_of_tilt(relief: Relief, skin: Skin, roughness: float) -> None:
     if abs(felt[0] - felt[1]) >= CHANGE * max(felt):
         across, along = abs(right) * cols, abs(down) * rows
         tilt = f"{math.degrees(math.atan(slope)):.2g}° ({across:.2g} mm over the width, {along:.2g} mm over"
-        ratio = f"{felt[1] / max(felt[0], SMOOTH):.2g} times as rough"
+        ratio = f"{felt[1] / felt[0]:.2g} times as rough"
         line = "%s: is tilted by %s the height); level, it is %s; --level takes the tilt out"
         _log.warning(line, relief.name, tilt, ratio)
 
