@@ -8,14 +8,7 @@ from typing import TYPE_CHECKING
 from relief.ground.formats import PLATES
 from relief.ground.formatting import between, duration, number, percent, plus_minus, rounded
 from retouch.commands.options import lines_table
-from retouch.pages.sentences import (
-    jnd_in_words,
-    measured_finger,
-    other_fingers,
-    smooth_change,
-    surface_band,
-    told_apart,
-)
+from retouch.pages import sentences
 from tactile.jnd import ROUGHNESS_JND
 from tactile.quantities import FLAT_SHARE, GAPS_COUNT, PLACE_JND, QUANTITIES, ROUGHNESS
 
@@ -92,7 +85,7 @@ def _feel(touch: "Touch", verbose: bool) -> Iterator[tuple[str, str]]:
 
     if verbose or touch.jnd_from_original is None:
         for line, band in enumerate(touch.surface_bands or ()):
-            yield "" if line else "skin's surface", surface_band(band)
+            yield "" if line else "skin's surface", sentences.surface_band(band)
 
 
 def _change(touch: "Touch", several: bool) -> Iterator[str]:
@@ -101,18 +94,18 @@ def _change(touch: "Touch", several: bool) -> Iterator[str]:
     varied = places is not None and places.varied
     average = " on average" if several else ""
     if (jnd := touch.jnd_from_original) is None:
-        yield smooth_change(*touch.ends_of(ROUGHNESS.name)) + average
+        yield sentences.smooth_change(*touch.ends_of(ROUGHNESS.name)) + average
     elif not varied:
-        yield f"{jnd_in_words(jnd)} than the original{average}, {told_apart(jnd)}"
+        yield f"{sentences.jnd_in_words(jnd)} than the original{average}, {sentences.told_apart(jnd)}"
     if places is not None and several and places.jnd_min is not None:
         ends = f"{places.jnd_min:+.2f} to {places.jnd_max:+.2f} JND{' from the original' * varied}"
         far = places.farthest_from_target_jnd
         target = "" if far is None else f", at most {far:.2f} JND off the target"
         yield f"{ends} over {places.count} places of the finger{target}"
     if (fingers := touch.fingers) is not None and fingers.jnd_min is not None:
-        yield other_fingers(fingers, several)
+        yield sentences.other_fingers(fingers, several)
     if (measured := touch.measured) is not None and measured.jnd_mean is not None:
-        yield measured_finger(measured)
+        yield sentences.measured_finger(measured)
 
 
 def _farthest(places: "Places") -> Iterator[tuple[str, str]]:

@@ -6,14 +6,7 @@ from typing import Annotated, Any
 from optimize.verification.section import Keys, Section
 from optimize.verification.verification import Fingers, Measured, PictureChange, Spread, SurfaceBand, Values
 from relief.ground.formatting import number, percent
-from retouch.pages.sentences import (
-    jnd_in_words,
-    measured_finger,
-    other_fingers,
-    smooth_change,
-    surface_band,
-    told_apart,
-)
+from retouch.pages import sentences
 from tactile.quantities import GAPS_COUNT, QUANTITIES, ROUGHNESS
 
 
@@ -83,7 +76,7 @@ class Compared(Section):
     def smooth(self) -> str:
         """Why there are no just-noticeable differences, in a clause; empty if there are."""
         values = (side.values[ROUGHNESS.name] or 0.0 for side in self.sides)
-        return smooth_change(*values) if self.jnd_apart is None else ""
+        return sentences.smooth_change(*values) if self.jnd_apart is None else ""
 
     def lines(self, verbose: bool = False) -> Iterator[tuple[str, str]]:
         """A word and a sentence each; `verbose` adds other measures of the pictures."""
@@ -100,11 +93,11 @@ class Compared(Section):
             ends = f"{places.jnd_min:+.2f} to {places.jnd_max:+.2f}"
             yield "", f"{ends} JND over {places.count} places of the finger"
         if (fingers := self.fingers) is not None and fingers.jnd_min is not None:
-            yield "", other_fingers(fingers, self.places is not None)
+            yield "", sentences.other_fingers(fingers, self.places is not None)
         if (measured := self.measured) is not None and measured.jnd_mean is not None:
-            yield "", measured_finger(measured)
+            yield "", sentences.measured_finger(measured)
         for line, band in enumerate(self.surface_bands or ()):
-            yield "" if line else "skin's surface", surface_band(band)
+            yield "" if line else "skin's surface", sentences.surface_band(band)
         if (look := self.look) is None:
             yield "pictures", f"not compared: {self.no_look}"
         else:
@@ -121,7 +114,7 @@ def _feel(numbers: Compared) -> str:
     one, other = (f"the {name}" if name.islower() else name for name in names)
     if jnd is None:
         return numbers.smooth
-    return f"{other} is {jnd_in_words(jnd)} than {one}, {told_apart(jnd)}"
+    return f"{other} is {sentences.jnd_in_words(jnd)} than {one}, {sentences.told_apart(jnd)}"
 
 
 def _pictures(look: PictureChange, verbose: bool) -> str:

@@ -206,8 +206,8 @@ def test_no_just_noticeable_difference_is_fitted_to_answers_about_smooth_plates(
     made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     answers = made / "answers" / "answers-rougher.csv"
-    rows = list(csv.DictReader((made / "plates.csv").open()))
-    label = next(csv.DictReader(answers.open()))["first"]
+    rows = list(csv.DictReader((made / "plates.csv").read_text().splitlines()))
+    label = next(csv.DictReader(answers.read_text().splitlines()))["first"]
     for row in rows:
         row["roughness"] = "0.003" if row["label"] == label else row["roughness"]
     with (tmp_path / "plates.csv").open("w") as file:
