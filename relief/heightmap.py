@@ -37,6 +37,7 @@ from relief.reading.samples import TILE, Check, Samples
 from relief.reading.tiff import MAGIC, holds_numbers
 from relief.seam import misfit
 from relief.surface import Repeats, axes
+from relief.terraces import terraces
 
 _log = logging.getLogger(__name__)
 _PHOTOGRAPHS = ("JPEG", "WebP", "BMP", "GIF", "PGM")
@@ -151,6 +152,8 @@ def load_height_map(
         heights = content.values * unit
     ends = axes(content.repeats if repeats is None else repeats)
     checked = _in_range(path, _corrected(path, heights, ends, fill, level), content.holds_mm, unit)
+    if (warning := terraces(checked)) is not None:
+        _log.warning("%s: %s", path, warning)
     kind = "heights times" if content.holds_mm else "a picture, white is"
     _log.info("%s: %d x %d samples read, %s %g mm", path, *checked.shape, kind, unit)
     return HeightMap(checked, _first(path, "size_mm", size_mm, content.size_mm), content.repeats)

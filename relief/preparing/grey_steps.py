@@ -1,6 +1,6 @@
-"""Dequantisation of 8-bit grey, whose steps are terraces to a finger and to raking light, into smooth slopes.
+"""Dequantisation of heights of few levels, which are terraces to a finger and to light, to smooth slopes.
 
-A slope that rises one grey step over many samples is stored as a staircase. The heights are estimated again,
+A slope that rises one step over many samples is stored as a staircase. The heights are estimated again,
 as the surface of least weighted curvature within half a step of the stored heights. Weights fall with the
 curvature of the picture nearby: flat terraces become slopes, while crests and edges stay.
 """
@@ -10,11 +10,12 @@ import scipy
 
 from relief.ground.arrays import Array
 from relief.ground.progress import Stage, stage
+from relief.terraces import Steps
 
 ROUNDING_PRECISION = 12.0
-"""Inverse variance of the rounding to whole steps, in steps**-2: errors are uniform over one step."""
+"""Inverse variance of the rounding to levels, in local steps**-2: errors are uniform over one step."""
 LEAST_CURVATURE = 0.02
-"""Curvature, in steps a sample squared, that a surface may always have; below, slopes would be facets."""
+"""Curvature, in local steps a sample squared, that a surface may always have; below, slopes become facets."""
 NEARBY = (2.0, 1.0)
 """Standard deviations, in samples, of means of squared curvature: of the stored steps, then of the result.
 
@@ -26,23 +27,32 @@ REMEMBERED = 6
 """Earlier gradients that L-BFGS-B keeps; each takes the memory of a picture."""
 
 
-def smooth_steps(grey: Array, step: float) -> Array:
+def smooth_steps(grey: Array, steps: Steps, pixels: float = 1.0) -> Array:
     """Smooth the steps of a picture with few grey values.
 
     Args:
-        grey: (rows, cols) values, rounded to multiples of ``step`` before they were averaged, if they were.
-        step: Difference of neighbouring values.
+        grey: (rows, cols) values, rounded to levels before they were averaged or interpolated, if they were.
+        steps: The steps of the levels, which need not be equal.
+        pixels: Pixels of the picture along one sample.
 
     Returns:
-        (rows, cols) values, each within half a step of ``grey``.
+        (rows, cols) values, each within half of the local step of ``grey``; within less on slopes where it is
+        a mean of several pixels, as their errors of rounding cancel.
     """
-    stored = grey / step
+    local = steps.near(grey)
+    step = float(np.median(local))
+    stored, local = grey / step, local / step
     smooth, blurred = stored, scipy.ndimage.gaussian_filter(stored, NEARBY[0], mode="nearest")
+    if pixels > 1.0:
+        # A mean over a triangle two samples wide leaves sinc² of the rounding of a slope, or a mean of noise.
+        slopes = np.gradient(scipy.ndimage.gaussian_filter(stored, NEARBY[1], mode="nearest"))
+        rise = np.minimum(np.hypot(*slopes) / local, 1.0)
+        local = local * np.maximum(np.sinc(rise) ** 2, 1.0 / (1.5 * pixels))
     with stage("smoothing the steps of grey", len(NEARBY) * ITERATIONS, at_most=True) as advance:
         for nearby in NEARBY:
-            smooth = _estimate(stored, smooth, _squared_curvature(blurred, nearby), advance)
+            smooth = _estimate(stored, local, smooth, _squared_curvature(blurred, nearby), advance)
             blurred = smooth
-    within = np.clip(smooth * step, grey - 0.5 * step, grey + 0.5 * step)
+    within = np.clip(smooth * step, grey - 0.5 * step * local, grey + 0.5 * step * local)
     return np.clip(within, grey.min(), grey.max())
 
 
@@ -62,9 +72,10 @@ def _squared_curvature(heights: Array, nearby: float) -> Array:
     return scipy.ndimage.gaussian_filter(squares, nearby, mode="nearest") / 3.0
 
 
-def _estimate(stored: Array, start: Array, squared_curvature: Array, advance: Stage) -> Array:
-    """The most likely heights within half a step of the stored ones, in steps."""
-    weight = 1.0 / (squared_curvature + LEAST_CURVATURE**2)
+def _estimate(stored: Array, local: Array, start: Array, squared_curvature: Array, advance: Stage) -> Array:
+    """The most likely heights within half of the local step of the stored ones; unit: the median step."""
+    weight = 1.0 / (squared_curvature + (LEAST_CURVATURE * local) ** 2)
+    precision = ROUNDING_PRECISION / local**2
     between = (weight[1:, 1:] + weight[:-1, :-1] + weight[1:, :-1] + weight[:-1, 1:]) / 4.0
     weights = weight[1:-1], weight[:, 1:-1], 2.0 * between
 
@@ -73,7 +84,7 @@ def _estimate(stored: Array, start: Array, squared_curvature: Array, advance: St
         off = heights - stored
         curvature = _second_differences(heights)
         down, right, mixed = (w * c for w, c in zip(weights, curvature, strict=True))
-        gradient = ROUNDING_PRECISION * off
+        gradient = precision * off
         for part, view in ((down, gradient), (right.T, gradient.T)):
             view[2:] += part
             view[1:-1] -= 2.0 * part
@@ -82,11 +93,11 @@ def _estimate(stored: Array, start: Array, squared_curvature: Array, advance: St
         gradient[:-1, :-1] += mixed
         gradient[1:, :-1] -= mixed
         gradient[:-1, 1:] -= mixed
-        terms = ROUNDING_PRECISION * np.vdot(off, off)
+        terms = np.vdot(precision * off, off)
         terms += sum(np.vdot(p, c) for p, c in zip((down, right, mixed), curvature, strict=True))
         return 0.5 * float(terms), gradient.ravel()
 
-    bounds = np.stack([stored.ravel() - 0.5, stored.ravel() + 0.5], axis=1)
+    bounds = np.stack([(stored - 0.5 * local).ravel(), (stored + 0.5 * local).ravel()], axis=1)
     options = {"maxiter": ITERATIONS, "maxcor": REMEMBERED, "ftol": 1e-7}
     result = scipy.optimize.minimize(
         energy,

@@ -28,7 +28,7 @@ from relief.preparing.grey_levels import AS_STORED, FULL, WHITE, Levels
 from relief.preparing.grey_steps import smooth_steps
 from relief.preparing.repeated_tiles import repeated
 from relief.preparing.resampling import resampled, square_in
-from relief.preparing.source_pictures import grey_step, grey_values
+from relief.preparing.source_pictures import grey_values
 from relief.preparing.tiling import (
     OVERLAP,
     PERIOD_SIDE,
@@ -42,6 +42,7 @@ from relief.reading.readers import read_samples
 from relief.reading.samples import Samples
 from relief.relief import Relief
 from relief.seam import misfit
+from relief.terraces import Steps, found_steps
 
 STEEP_PERCENTILE = 95.0
 """Percentile of the slopes that is reported beside the median."""
@@ -338,15 +339,16 @@ class _Work:
         start = beyond * int(np.ceil(max(pixels, 1.0)))
         square = count + 2 * beyond, pixels * (count + 2 * beyond), start - beyond * pixels
         values = np.pad(values, start, mode="wrap") if around else values
-        step = grey_step(self.picture)
-        smooth = None if keep_steps or step is None else step
-        if smooth is not None and pixels < 1.0:
-            values = self._smoothed(values.astype(np.float64), smooth).astype(np.float32)
+        bits = self.picture.bits
+        steps = found_steps(values, None if bits is None or bits > 8 else 1.0 / (2.0**bits - 1.0))
+        if steps is not None and pixels < 1.0 and not keep_steps:
+            values = self._smoothed(values.astype(np.float64), steps).astype(np.float32)
         heights = resampled(values, *square)
-        if smooth is not None and pixels >= 1.0:
-            heights = self._smoothed(heights, smooth)
-        elif step is not None and keep_steps:
+        if steps is not None and keep_steps:
+            step = float(np.median(steps.near(heights)))
             self.done["steps"] = f"kept, {self._grey(step)} each: terraces to finger and light"
+        elif steps is not None and pixels >= 1.0:
+            heights = self._smoothed(heights, steps, pixels)
         if options.level:
             heights -= resampled(np.pad(tilt, start, mode="wrap"), *square)
         if around:
@@ -371,13 +373,13 @@ class _Work:
         self.numbers["tile"] = {name: getattr(joint, name) for name in kept} | {"pixels": self.side}
         return joint.heights
 
-    def _smoothed(self, heights: Array, step: float) -> Array:
-        smooth = smooth_steps(heights, step)
+    def _smoothed(self, heights: Array, steps: Steps, pixels: float = 1.0) -> Array:
+        smooth, step = smooth_steps(heights, steps, pixels), float(np.median(steps.near(heights)))
         most = float(np.abs(smooth - heights).max())
         self.done["steps"] = (
             f"of {self._grey(step)} smoothed to slopes; values changed by at most {self._grey(most)}"
         )
-        self.numbers["steps"] = {"step": WHITE * step, "largest_change": WHITE * most}
+        self.numbers["steps"] = {"step": self._unit * step, "largest_change": self._unit * most}
         return smooth
 
     def levelled(

@@ -1,11 +1,8 @@
-"""Grey values of what a file holds, and the steps between them."""
-
-from collections.abc import Mapping
+"""Grey values of what a file holds."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError
 from relief.preparing.choices import GREYS
 from relief.reading.samples import Samples
@@ -41,21 +38,3 @@ def grey_values(picture: Samples, box: tuple[int, int, int, int], grey: str) -> 
     if picture.bits is not None and grey != "alpha" and "A" in picture.channels:
         total = 1.0 - (1.0 - total) * band("A")
     return total
-
-
-def grey_step(picture: Samples) -> float | None:
-    """Difference of neighbouring grey values if white is 1, or None where there are no steps to smooth.
-
-    A picture of two values is a drawing without slopes. A file of 16 bits may hold a picture of fewer bits.
-    """
-    if picture.bits is None or picture.bits == 1:
-        return None
-    if picture.bits <= 8:
-        return 1.0 / (2.0**picture.bits - 1.0)
-    return None if picture.coloured else _common_gap(picture.channels, picture.white)
-
-
-def _common_gap(channels: Mapping[str, AnyArray], white: float) -> float | None:
-    held = np.unique(channels["Y"]).astype(np.int64)
-    gap = int(np.gcd.reduce(np.diff(held))) if len(held) > 2 else 0
-    return gap / white if gap > 1 else None

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from relief.ground.errors import InputError
-from relief.preparing.source_pictures import grey_step, grey_values
+from relief.preparing.source_pictures import grey_values
 from relief.reading.readers import read_samples
 from relief.reading.samples import Samples
 
@@ -79,14 +79,6 @@ def test_16_bits_are_kept_whichever_end_is_white(tmp_path: Path) -> None:
     np.testing.assert_allclose(grey(read_samples(tmp_path / "b.tif")), 1.0 - values / 65535.0, atol=1e-6)
 
 
-@pytest.mark.parametrize(("factor", "steps"), [(257, 255), (256, 65535 / 256), (1, None)])
-def test_few_greys_in_a_file_of_16_bits_are_noticed(tmp_path: Path, factor: int, steps: float | None) -> None:
-    values = (np.arange(HIGH * WIDE, dtype=np.uint16).reshape(HIGH, WIDE) % 250) * np.uint16(factor)
-    Image.fromarray(values).save(tmp_path / "a.png")
-    step = grey_step(read_samples(tmp_path / "a.png"))
-    assert step == (None if steps is None else pytest.approx(1 / steps))
-
-
 @pytest.mark.parametrize("orientation", range(1, 9))
 def test_a_photograph_stands_upright(tmp_path: Path, orientation: int) -> None:
     """The eight orientations of EXIF, each undone by the transpositions of its definition."""
@@ -132,7 +124,7 @@ def test_files_of_numbers_keep_their_unit(tmp_path: Path) -> None:
     ).write(str(tmp_path / "colour.exr"))
     for name in ("a.npy", "a.tif"):
         picture = read_samples(tmp_path / name)
-        assert picture.bits is None and grey_step(picture) is None
+        assert picture.bits is None
         np.testing.assert_allclose(grey(picture), hills, rtol=1e-6)
     np.testing.assert_allclose(grey(read_samples(tmp_path / "colour.exr"), "mean"), 2 * hills, rtol=1e-6)
 
