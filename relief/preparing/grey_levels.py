@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relief.ground.arrays import Array
+from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError
 from relief.ground.lengths import shown
 
@@ -42,13 +42,15 @@ class Levels:
             )
         return cls(low, high, percent)
 
-    def values(self, grey: Array, white: float) -> tuple[float, float]:
+    def values(self, grey: AnyArray, white: float) -> tuple[float, float]:
         """The two values in the unit of an array in which white is 1 and levels count up to ``white``.
 
         Raises:
             InputError: They are the same, as in a picture of one grey.
         """
-        if self.percent:
+        if self == FULL:
+            low, high = float(grey.min()), float(grey.max())
+        elif self.percent:
             low, high = (float(value) for value in np.percentile(grey, [self.low, self.high]))
         else:
             low, high = self.low / white, self.high / white
@@ -58,6 +60,6 @@ class Levels:
 
 
 FULL = Levels(0.0, 100.0, percent=True)
-"""From the darkest to the brightest sample."""
+"""From the darkest to the brightest pixel."""
 AS_STORED = Levels(0.0, WHITE, percent=False)
 """From black to white."""

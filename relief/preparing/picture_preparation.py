@@ -142,7 +142,7 @@ def prepare(path: str | os.PathLike[str], options: PrepareOptions) -> Prepared:
 
 
 def _prepared(
-    work: "_Work", options: PrepareOptions, levels: Levels | None, given: Mapping[str, float]
+    work: "_Work", options: PrepareOptions, levels: Levels | None, given: dict[str, float]
 ) -> Prepared:
     """The height map of what a file holds; ``given`` are the lengths among the options."""
     picture = work.picture
@@ -155,7 +155,8 @@ def _prepared(
     values = work.part(options)
     tilt = work.tilt(values, options.level, scale)
     values = work.filled(values, tilt, options.fill)
-    ends = (levels or FULL).values(values - tilt, 1.0 if picture.bits is None else WHITE)
+    flat = values - tilt if options.level else values
+    ends = (levels or FULL).values(flat, 1.0 if picture.bits is None else WHITE)
     heights = work.sampled(values, tilt, options)
     if options.size_mm is None and "size_mm" in lengths:
         lengths["size_mm"] = in_range("size_mm", lengths["size_mm"] * work.side / picture.width)
@@ -253,7 +254,7 @@ class _Work:
         """The tilt that is to be taken out of the values, or zeros; that of numbers is reported anyway."""
         if self.picture.bits is not None and not level:
             return np.zeros((1, 1), np.float32)
-        down, right, middle = plane(values)
+        down, right, middle = plane(values.astype(np.float64))
         unit, name = (self._unit, "") if scale is None else (scale, " mm")
         x, y, middle = (unit * one for one in (right * len(values), -down * len(values), middle))
         done = "taken out" if level else "--level takes it out"

@@ -1,6 +1,7 @@
 """A picture becomes the height map that was asked for, and everything that was done is told."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -205,7 +206,7 @@ def test_the_ends_are_the_pixels_of_the_part_that_is_taken(tmp_path: Path) -> No
     grey = np.rint(20 + 200 * rng.random((96, 96))).astype(np.uint8)
     grey[40:60, 40:60] = np.rint(60 + 60 * rng.random((20, 20))).astype(np.uint8)
     Image.fromarray(grey).save(tmp_path / "a.png")
-    options = {"relief_mm": 0.6, "keep_steps": True}
+    options: dict[str, Any] = {"relief_mm": 0.6, "keep_steps": True}
     for samples in (24, 96):
         stretched = prepare(tmp_path / "a.png", samples=samples, **options)
         known = prepare(tmp_path / "a.png", samples=samples, levels="0,255", **options)
@@ -227,6 +228,7 @@ def test_numbers_times_a_scale_are_heights_above_the_lowest(tmp_path: Path, hill
     np.save(tmp_path / "a.npy", micrometres)
     with pytest.raises(InputError, match="the numbers span 250, more than 3 if they are mm; if they are um"):
         prepare(tmp_path / "a.npy")
+    options: dict[str, Any]
     for options in ({"units": "um"}, {"height_scale": 1e-3}):
         prepared = prepare(tmp_path / "a.npy", **options)
         np.testing.assert_allclose(prepared.heights, 0.25 * hills, atol=1e-7)
