@@ -21,8 +21,6 @@ from relief.reading.tiff import MAGIC
 
 ROOT = Path(__file__).parents[2]
 """Folder of the packages, which the process that reads a file imports."""
-LONGEST_WAIT_S = 600.0
-"""Longest time for a file, s; the process that reads it ends itself after some CPU minutes."""
 HEADING_BYTES = 4096
 """Bytes of a text that may be a heading."""
 _WIDTHS = "Width|Šířka|Breite|Anchura|Largeur|Larghezza|幅|폭|Largura|Ширина"
@@ -99,16 +97,11 @@ def _read(path: Path, _mtime_ns: int, _size: int) -> tuple[dict[str, Any], Array
     folders = os.pathsep.join([str(ROOT), *filter(None, sys.path)])
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
     environment = os.environ | threads | {"PYTHONPATH": folders}
-    try:
-        child = subprocess.run(
-            command, env=environment, capture_output=True, timeout=LONGEST_WAIT_S, check=False
-        )
-    except subprocess.TimeoutExpired as error:
-        raise InputError(f"{path}: reading it takes longer than {LONGEST_WAIT_S:g} s") from error
-    line, _, numbers = child.stdout.partition(b"\n")
-    if child.returncode or not line:
+    child = subprocess.run(command, env=environment, capture_output=True, check=False)
+    if child.returncode:
         ended = f"the process that reads it ended with status {child.returncode}"
         raise InputError(f"{path}: damaged or not a measured surface: {ended}")
+    line, _, numbers = child.stdout.partition(b"\n")
     header = json.loads(line)
     if "error" in header:
         raise InputError(header["error"])

@@ -23,7 +23,7 @@ from relief.ground.files import damage_named, read_limited
 from relief.ground.formats import GRIDS
 from relief.ground.lengths import shown
 from relief.ground.limits import LARGEST_SIDE
-from relief.reading.samples import SQUARE, check_extent
+from relief.reading.samples import SQUARE
 
 LARGEST_FILE = 1 << 28
 """Most bytes of a file, and of the unpacked parts of a ZIP archive: 4096 x 4096 samples of 16 bytes."""
@@ -40,8 +40,6 @@ READERS = (
 )
 """The library's readers that are asked. The others read files of no unit (MAT, HDF5, NPY, NPZ, HGT), archives
 of any content, profiles alone, or sizes of NMS a million times too large (version 1.27.1)."""
-
-
 TEXTS = ("asc", "xyz")
 """Those of them that read any text."""
 
@@ -66,50 +64,21 @@ def read_surface(
     """
     with damage_named(path, "a measured surface"):
         _check_bytes(path)
-        # Imported here: what the import prints stays inside.
-        from SurfaceTopography.Support.UnitConversion import (
-            get_unit_conversion_factor,
-            is_length_unit,
-            mangle_length_unit_utf8,
-        )
-
         reader = _reader(path)
-        channel, names = _channel(reader, path)
-        unit = mangle_length_unit_utf8(channel.unit) if channel.unit else None
-        unit_mm = float(get_unit_conversion_factor(unit, "mm")) if is_length_unit(unit) else None
+        channel, note = _channel(reader, path)
+        unit_mm, size_mm, shape = _extent(channel, sides_mm, path)
         cols, rows = channel.nb_grid_pts
-        check_extent((rows, cols), path)
-        sides = channel.physical_sizes
-        pitches = np.abs([1.0, 1.0] if sides is None else np.asarray(sides, float) / (cols, rows))
-        if not (np.isfinite(pitches).all() and pitches.min() > 0.0):
-            raise InputError(f"{path}: its size is {shown(sides)}")
-        new_cols, new_rows = np.rint(pitches / pitches.min() * (cols, rows))
-        if max(new_cols, new_rows) > LARGEST_SIDE:
-            square = " square" * ((new_cols, new_rows) != (cols, rows))
-            samples = f"{new_cols:.0f} x {new_rows:.0f}{square} samples"
-            raise InputError(f"{path}: {samples}; at most {LARGEST_SIDE} a side are read")
-        size_mm = None if sides is None or unit_mm is None else pitches * (cols, rows) * unit_mm
-        if size_mm is not None:
-            _check_size(size_mm, sides_mm, path)
-        missing_size = {} if sides is not None else {"physical_sizes": (float(cols), float(rows))}
-        stored = channel.topography(**missing_size).heights()
-        heights = np.ma.filled(np.ma.masked_array(stored, dtype=np.float64), np.nan).T
-        if heights.shape != (rows, cols):
-            raise InputError(f"{path}: {heights.shape} heights; its header says {(rows, cols)}")
-        heights = np.where(np.isfinite(heights), heights, np.nan)
+        some_size = {} if channel.physical_sizes else {"physical_sizes": (float(cols), float(rows))}
+        stored = np.ma.masked_invalid(channel.topography(**some_size).heights())
+        heights = stored.astype(np.float64).filled(np.nan).T
         if np.isnan(heights).all():
             raise InputError(f"{path}: nothing was measured")
-        notes = names
-        if abs(pitches[0] / pitches[1] - 1.0) > SQUARE:
-            heights = _square(heights, (int(new_rows), int(new_cols)))
-            notes += [f"resampled from {cols} x {rows} samples, which are not square"]
-        return {
-            "kind": f"{reader.name()} of numbers",
-            "unit_mm": unit_mm,
-            "size_mm": None if size_mm is None else float(size_mm[0]),
-            "notes": notes,
-            "shape": heights.shape,
-        }, np.ascontiguousarray(heights)
+        notes = [note]
+        if not np.allclose(np.divide(shape, heights.shape), 1.0, rtol=SQUARE):
+            heights = _resampled(heights, shape)
+            notes.append(f"resampled from {cols} x {rows} samples, which are not square")
+    header = {"kind": f"{reader.name()} of numbers", "unit_mm": unit_mm, "size_mm": size_mm}
+    return header | {"notes": notes, "shape": heights.shape}, np.ascontiguousarray(heights)
 
 
 def _check_bytes(path: Path) -> None:
@@ -132,14 +101,14 @@ def _reader(path: Path) -> Any:
     marks = {one: one.can_read(content[:512]) for one in asked}
     best = MagicMatch.YES if MagicMatch.YES in marks.values() else MagicMatch.MAYBE
     asked = [one for one in asked if marks[one] == best]
-    fault: Exception | None = None
+    faults: list[Exception] = []
     for one in sorted(asked, key=lambda each: suffix not in each.file_extensions()):
         try:
             # The library reads UTF-8 alone; programs of Windows write one byte a character.
             return one(StringIO(_decoded(content)) if one.format() == "asc" else str(path))
         except Exception as error:
-            fault = fault or error
-    raise fault or InputError(f"{path}: damaged, or of no kind that SurfaceTopography knows")
+            faults.append(error)
+    raise faults[0] if faults else InputError(f"{path}: damaged, or of no kind that SurfaceTopography knows")
 
 
 def _decoded(content: bytes) -> str:
@@ -148,31 +117,50 @@ def _decoded(content: bytes) -> str:
     return content.decode("latin-1")
 
 
-def _channel(reader: Any, path: Path) -> tuple[Any, list[str]]:
-    """The channel of heights that is read, and a note of its name, if it has one or there are several."""
+def _channel(reader: Any, path: Path) -> tuple[Any, str]:
+    """The channel of heights that is read, the reader's own choice if that has heights, and its name."""
     channels = reader.channels
+    names = ", ".join(shown(one.name) for one in channels)
     surfaces = [one for one in (reader.default_channel, *channels) if one.is_height_channel and one.dim == 2]
     if not surfaces or reader.format() == "xyz":
-        profile = any(one.dim == 1 for one in channels)
-        what = "a profile along a line" if profile else ", ".join(shown(one.name) for one in channels)
-        raise InputError(f"{path}: holds {what or 'nothing'}; a height map is a surface")
-    name, others = surfaces[0].name, len(channels) - 1
-    if not others and name.lower() in ("default", "channel 0"):
-        return surfaces[0], []
-    of_all = f" of {', '.join(shown(one.name) for one in channels)}" if others else ""
-    return surfaces[0], [f"channel {shown(name)}{of_all}"]
+        what = "a profile along a line" if any(one.dim == 1 for one in channels) else names
+        raise InputError(f"{path}: holds {what}; a height map is a surface")
+    return surfaces[0], f"channel {shown(surfaces[0].name)}" + f" of {names}" * (len(channels) > 1)
 
 
-def _check_size(size_mm: Array, sides_mm: tuple[float, float], path: Path) -> None:
-    """Raise InputError for sides that are too short to feel, or too long to read."""
-    (least, most), size = sides_mm, f"{size_mm[0]:.3g} x {size_mm[1]:.3g} mm"
-    if size_mm.min() < least:
-        raise InputError(f"{path}: {size}; at least {least:g} mm are needed under a finger")
-    if size_mm.max() > most:
-        raise InputError(f"{path}: {size}; at most {most:g} mm a side are read")
+def _extent(
+    channel: Any, sides_mm: tuple[float, float], path: Path
+) -> tuple[float | None, float | None, tuple[int, int]]:
+    """Mm of a height of 1, width in mm, and (rows, cols) of square samples, before heights are read."""
+    from SurfaceTopography.Support import UnitConversion as units
+
+    unit = units.mangle_length_unit_utf8(channel.unit) if channel.unit else None
+    unit_mm = float(units.get_unit_conversion_factor(unit, "mm")) if units.is_length_unit(unit) else None
+    counts = np.array(channel.nb_grid_pts)
+    sides = np.abs(np.asarray(channel.physical_sizes or counts, dtype=np.float64))
+    pitches = sides / counts
+    if not (np.isfinite(pitches).all() and pitches.min() > 0.0):
+        raise InputError(f"{path}: its size is {shown(channel.physical_sizes)}")
+    cols, rows = np.rint(sides / pitches.min())
+    if max(cols, rows) > LARGEST_SIDE:
+        raise InputError(
+            f"{path}: {cols:.0f} x {rows:.0f} square samples; at most {LARGEST_SIDE} a side are read"
+        )
+    if channel.physical_sizes is None or unit_mm is None:
+        return unit_mm, None, (int(rows), int(cols))
+    width, height = sides * unit_mm
+    least, most = sides_mm
+    if not least <= min(width, height) <= max(width, height) <= most:
+        small, large = (
+            f"at least {least:g} mm are needed under a finger",
+            f"at most {most:g} mm a side are read",
+        )
+        limit = small if min(width, height) < least else large
+        raise InputError(f"{path}: {width:.3g} x {height:.3g} mm; {limit}")
+    return unit_mm, float(width), (int(rows), int(cols))
 
 
-def _square(heights: Array, shape: tuple[int, int]) -> Array:
+def _resampled(heights: Array, shape: tuple[int, int]) -> Array:
     """Heights on more rows or columns by cubic splines; a sample is missing where the nearest one is.
 
     No height is lower or higher than all heights before: splines overshoot at walls.

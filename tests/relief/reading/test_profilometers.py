@@ -77,7 +77,8 @@ def park(path: Path, heights: Array, side_um: float) -> Path:
     header += struct.pack("<5d16s6i", 0, 0, 1, 1, 0, unit, 0, 0, 0, 0, 0, 1)
     header += struct.pack("<dd16s16s16s3Idd32s", 0, 0, b"", b"", b"", 2, 0, 0, 0, 0, b"")
     data = heights[::-1].astype("<f4").tobytes()
-    tags = [(50432, "I", 1, 0x0E031301, True), (50433, "I", 1, 0x1000002, True)]
+    tags: list[tuple[int, str, int, object, bool]] = [(50432, "I", 1, 0x0E031301, True)]
+    tags += [(50433, "I", 1, 0x1000002, True)]
     tags += [(50434, "B", len(data), data, True), (50435, "B", len(header), header, True)]
     thumbnail = np.zeros((8, 8, 3), np.uint8)
     tifffile.imwrite(path, thumbnail, photometric="rgb", extratags=tags, metadata=None)
@@ -146,7 +147,7 @@ def test_samples_that_are_not_square(tmp_path: Path) -> None:
     wave = 2.0 + np.sin(0.5 * (y + 0.5)) + 0.1 * np.cos(0.3 * x)
     wave[10:14, 20:30] = np.nan
     header, heights = read_surface(sdf(tmp_path / "a.sdf", wave, (100.0, 200.0)))
-    assert header["notes"] == ["resampled from 60 x 30 samples, which are not square"]
+    assert header["notes"] == ["channel Default", "resampled from 60 x 30 samples, which are not square"]
     assert heights.shape == (60, 60)
     assert header["size_mm"] == pytest.approx(6.0)
     y, x = np.mgrid[0:60, 0:60]
