@@ -40,7 +40,7 @@ def filled(heights: Array, repeats: tuple[bool, bool] = (False, False)) -> Array
     # Imported here: SciPy takes long to load, and most reliefs have no holes.
     from scipy.sparse import csr_array
 
-    at = np.argwhere(holes)
+    at: Index = np.argwhere(holes)
     unknowns = np.arange(len(at))
     numbers, around = np.full(heights.shape, MEASURED, np.int32), heights
     numbers[holes] = unknowns

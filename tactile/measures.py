@@ -175,8 +175,9 @@ def measure_touch(
     say_forecast(relief, parts)
     with stage("pressing on places", sum(part.samples_in_all for part in parts)) as advance:
         nodes = mesh if model == "fem" else None
-        pressed = [collected(part, heights, press, advance, model, nodes) for part in parts]
-    measures = pressed[0] if chosen is None else ratio_estimate(*pressed, chosen)
+        measures, *full = [collected(part, heights, press, advance, model, nodes) for part in parts]
+    if chosen is not None:
+        measures = ratio_estimate(measures, full[0], chosen)
     _log.info("pressed: %r", measures)
     return measures
 

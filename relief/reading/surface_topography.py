@@ -70,7 +70,7 @@ def read_surface(
         cols, rows = channel.nb_grid_pts
         some_size = {} if channel.physical_sizes else {"physical_sizes": (float(cols), float(rows))}
         stored = np.ma.masked_invalid(channel.topography(**some_size).heights())
-        heights = stored.astype(np.float64).filled(np.nan).T
+        heights = np.ma.filled(stored.astype(np.float64), np.nan).T
         if np.isnan(heights).all():
             raise InputError(f"{path}: nothing was measured")
         notes = [note]

@@ -96,6 +96,7 @@ def tiffs(draw: st.DrawFn) -> bytes:
     file = io.BytesIO()
     if not values.size:
         return b"II*\0\x08\0\0\0"
+    tags: tuple[list[Any], ...] = ([], [], [(274, "H", 1, 6, True)], [(42113, "s", 0, "0", True)])
     photometric = draw(st.sampled_from(("minisblack", "minisblack", "miniswhite", "rgb", "palette")))
     if photometric == "rgb":
         values = np.repeat(values[..., None], draw(st.sampled_from((3, 4))), axis=-1)
@@ -107,7 +108,7 @@ def tiffs(draw: st.DrawFn) -> bytes:
             byteorder=draw(st.sampled_from("<>")),
             compression=draw(st.sampled_from((None, None, "zlib", "lzw", "packbits", "zstd", "lzma"))),
             rowsperstrip=draw(st.sampled_from((None, 1, 5))),
-            extratags=draw(st.sampled_from(([], [], [(274, "H", 1, 6, True)], [(42113, "s", 0, "0", True)]))),
+            extratags=draw(st.sampled_from(tags)),
             metadata=None,
         )
     except (ValueError, TypeError, KeyError, ZeroDivisionError):

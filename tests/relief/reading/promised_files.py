@@ -112,8 +112,8 @@ def _tiffs() -> Iterator[tuple[str, str, Writer]]:
             continue
         values = np.where(_hole(), of.type(marker), np.maximum(stored(kind), 8)).astype(of)
         truth = true(np.maximum(stored(kind), 8).astype(of), holes=True)
-        tag = [(42113, "s", 0, f"{marker:g}", True)]
-        yield f"tiff-{kind}-no-data-{marker:g}", ".tif", _tiff(values, truth, extratags=tag)
+        of_gdal: list[Any] = [(42113, "s", 0, f"{marker:g}", True)]
+        yield f"tiff-{kind}-no-data-{marker:g}", ".tif", _tiff(values, truth, extratags=of_gdal)
     for kind in ("float16", "float32", "float64"):
         values = stored(kind, holes=True)
         yield f"tiff-{kind}-nan", ".tif", _tiff(values, values.astype(np.float64))
