@@ -52,7 +52,7 @@ def filled(heights: Array, repeats: tuple[bool, bool] = (False, False)) -> Array
     middle = float(np.nanmean(heights))
     laplacian, right = csr_array((len(at), len(at))), np.zeros(len(at))
     low, high = np.inf, -np.inf
-    for step in (1, -1, numbers.shape[1], -numbers.shape[1]):
+    for step in (1, -1, numbers.shape[-1], -numbers.shape[-1]):
         beside, values = numbers.ravel()[places + step], around.ravel()[places + step]
         rim, linked = beside == MEASURED, beside >= 0
         ends = (np.concatenate((unknowns, unknowns[linked])), np.concatenate((unknowns, beside[linked])))

@@ -113,7 +113,7 @@ def test_what_is_no_scan_is_refused(tmp_path: Path, name: str, content: bytes, l
 def test_lengths_of_another_kind_of_file_are_refused(scan: Scan, tmp_path: Path) -> None:
     save_heights_exr(tmp_path / "scan.exr", scan.heights, scan.size_mm[1])
     for lengths, line in (
-        (ScanLengths(units="mm"), "units: is for meshes"),
+        (ScanLengths(units="mm", height_scale=2.0), "units: height_scale states the unit"),
         (ScanLengths(relief_mm=1.0), "relief_mm: is for another kind"),
     ):
         with pytest.raises(InputError, match=line):
