@@ -176,7 +176,7 @@ def measure_touch(
     with stage("pressing on places", sum(part.samples_in_all for part in parts)) as advance:
         nodes = mesh if model == "fem" else None
         pressed = [collected(part, heights, press, advance, model, nodes) for part in parts]
-    measures = pressed[0] if chosen is None else ratio_estimate(*pressed, chosen)
+    measures = pressed[0] if chosen is None else ratio_estimate(pressed[0], pressed[1], chosen)
     _log.info("pressed: %r", measures)
     return measures
 
