@@ -13,8 +13,6 @@ from relief.ground.formats import PREVIEW
 from relief.ground.formatting import number
 from relief.ground.options import add_options, declared, given
 from relief.ground.progress import stage
-from relief.patches import Patches
-from relief.places import places
 from relief.preparing.choices import OUTPUTS, PrepareOptions
 from retouch.commands.options import (
     add_talk,
@@ -96,8 +94,11 @@ def _felt(prepared: "Prepared", picture: Path) -> "Evaluation | None":
 
     None if no relief is known, or it is too finely sampled to be pressed.
     """
+    # Imported here, because the help needs no numpy.
+    from relief.places import patch_shape
+
     relief = prepared.relief
-    if relief is None or Patches(relief.surface, places(relief.surface)).samples > MAX_SAMPLES:
+    if relief is None or patch_shape(relief.surface)[0] > MAX_SAMPLES:
         return None
     with contact_errors_name(picture), stage("pressing the skin on the relief"):
         return retouch.evaluate(relief, skin=retouch.Skin())
