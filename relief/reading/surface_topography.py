@@ -113,7 +113,7 @@ def _reader(path: Path) -> Any:
 
 def _decoded(content: bytes) -> str:
     with suppress(UnicodeDecodeError):
-        return content.decode()
+        return content.decode("utf-8-sig")
     return content.decode("latin-1")
 
 
