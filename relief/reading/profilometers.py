@@ -43,7 +43,9 @@ def is_measured(path: Path) -> bool:
         start = file.read(HEADING_BYTES)
     if start[:4] in MAGIC:
         return _is_measured_tiff(path)
-    known = start.startswith(METROPRO) or HEADING.search(start.decode("utf-8-sig", errors="replace")) is not None
+    known = (
+        start.startswith(METROPRO) or HEADING.search(start.decode("utf-8-sig", errors="replace")) is not None
+    )
     return suffix in GRIDS and known
 
 
