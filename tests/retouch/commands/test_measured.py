@@ -122,7 +122,7 @@ def test_python_refuses_what_the_command_does(measured: Array) -> None:
         ((np.full((32, 32), 0.5), {"level": True}), "level: is for files"),
     ):
         with pytest.raises(InputError, match=line):
-            retouch.evaluate(arguments[0], **arguments[1])  # type: ignore[arg-type]
+            retouch.evaluate(arguments[0], **arguments[1])
 
 
 def loaded(command: str) -> Run:
