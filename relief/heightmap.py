@@ -35,10 +35,10 @@ from relief.reading.data_colours import no_heights
 from relief.reading.profilometers import is_measured
 from relief.reading.readers import read_samples
 from relief.reading.samples import TILE, Check, Samples
+from relief.reading.terraces import terraces
 from relief.reading.tiff import MAGIC, holds_numbers
 from relief.seam import misfit
 from relief.surface import Repeats, axes
-from relief.terraces import terraces
 
 _log = logging.getLogger(__name__)
 _PHOTOGRAPHS = ("JPEG", "WebP", "BMP", "GIF", "PGM")

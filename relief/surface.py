@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from relief.reading.samples import Repeats as Repeats
+from relief.ground.formats import Repeats as Repeats
 
 
 def axes(repeats: Repeats | None) -> tuple[bool, bool]:

@@ -23,6 +23,7 @@ from optimize.settings.touch import too_large
 from optimize.verification.converged import MOST_SAMPLES
 from optimize.verification.jod import jod_obstacle
 from optimize.verification.measuring import Original
+from optimize.verification.tilt import warn_of_tilt
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError, naming
 from relief.ground.limits import HEIGHT_LIMIT_MM
@@ -35,7 +36,6 @@ from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName, check_model
 from tactile.pair_variation import check_patch
 from tactile.quantities import FLAT_SHARE, ROUGHNESS, GoalKey, Quantity, Values
-from tactile.tilt import warn_of_tilt
 from visual.looks import AUTO, EXACT, FAST
 from visual.scene import Scene, load_scene, plate_size_mm
 

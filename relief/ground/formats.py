@@ -1,6 +1,7 @@
 """File formats: of bodies, one row each, which everything that names a format reads; of height maps."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,9 @@ FORMATS = {
 
 DISPLACEMENT = ".png"
 """Suffix of a height map that `retouch export` writes for programs that displace a surface by a picture."""
+
+Repeats = bool | Literal["x", "y"]
+"""How run files, commands and headers state where a relief repeats: along both axes, one, or none."""
 
 RUN_HEIGHTS = "heights.exr"
 """Name of the height map in mm that each run writes."""

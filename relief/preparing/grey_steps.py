@@ -10,7 +10,7 @@ import scipy
 
 from relief.ground.arrays import Array
 from relief.ground.progress import Stage, stage
-from relief.terraces import Steps
+from relief.reading.terraces import Steps
 
 ROUNDING_PRECISION = 12.0
 """Inverse variance of the rounding to levels, in local steps**-2: errors are uniform over one step."""

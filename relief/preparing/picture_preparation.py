@@ -40,9 +40,9 @@ from relief.preparing.tiling import (
 from relief.reading.data_colours import no_heights
 from relief.reading.readers import read_samples
 from relief.reading.samples import Samples
+from relief.reading.terraces import Steps, found_steps
 from relief.relief import Relief
 from relief.seam import misfit
-from relief.terraces import Steps, found_steps
 
 STEEP_PERCENTILE = 95.0
 """Percentile of the slopes that is reported beside the median."""

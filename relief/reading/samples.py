@@ -3,12 +3,13 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError
+from relief.ground.formats import Repeats
 from relief.ground.lengths import HEADER, shown
 
 MOST_PIXELS = 178_956_970
@@ -24,8 +25,6 @@ NO_DATA = (-9999.0, -99999.0, -32767.0, -32768.0, -1e30, float(np.finfo(np.float
 """Numbers that stand for samples without a measurement in elevation models, also without a word about it."""
 REMOTE = 10.0
 """Least distance of such a number from the other heights, in their span: elevations of -9999 m are none."""
-Repeats = bool | Literal["x", "y"]
-"""How a run file and the commands state where a relief repeats: along both axes, one, or none."""
 TILE = f"{HEADER}repeats"
 """Name in a header of the axes along which a relief repeats."""
 TILE_MARKS: Mapping[str, Repeats] = {"xy": True, "x": "x", "y": "y"}

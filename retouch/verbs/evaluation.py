@@ -14,6 +14,7 @@ from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.estimates.change_curves import Reach
 from optimize.run_directory.finished_run import holds_run
 from optimize.settings.skins import OWN, described_skin, load_skin
+from optimize.verification.tilt import warn_of_tilt
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
 from relief.ground.formats import MESHES
@@ -33,7 +34,6 @@ from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import CONTACT_AREA, LARGEST_JND, LIMIT_PERCENT, ROUGHNESS
 from tactile.skin import Skin
-from tactile.tilt import warn_of_tilt
 
 if TYPE_CHECKING:
     from optimize.verification.solids.mesh_feel import MeshFeel
@@ -255,7 +255,9 @@ def evaluate(
             return Evaluation(
                 relief, feel, model, finger, name, files=files, printer=made_by, printed=printed
             )
-    if units is not None:
+    if not isinstance(relief, str | os.PathLike):
+        refuse("files", {"units": units})
+    elif units is not None:
         lengths["height_scale"] = scale_of(units, lengths.get("height_scale"))
     of_solids = {"without_texture": without_texture, "colours": colours}
     refuse("print files", of_solids | {"on_shape": on_shape or None})

@@ -28,7 +28,7 @@ OTHER = list(PRINTERS)[1]
         (lambda: retouch.evaluate(TILE, repeats=False), "repeats: is for files and arrays"),
         (lambda: retouch.evaluate(RELIEF, relief_mm=1.0), "relief_mm: is for files"),
         (lambda: retouch.evaluate(HEIGHTS, height_scale=2.0), "height_scale: is for files"),
-        (lambda: retouch.evaluate(HEIGHTS, units="in"), "units: is for print files"),
+        (lambda: retouch.evaluate(HEIGHTS, units="in"), "units: is for files"),
         (lambda: retouch.evaluate(PRINTED, printer=OTHER), "printer: heights is a print already"),
         (lambda: retouch.render("studio", texture=RELIEF, repeats=True), "repeats: is for files and arrays"),
         (lambda: retouch.load_scene("studio", relief=RELIEF, size_mm=12.0), "size_mm: is for files and arr"),

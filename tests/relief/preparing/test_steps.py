@@ -12,7 +12,7 @@ from PIL import Image
 from relief.preparing.grey_steps import smooth_steps
 from relief.preparing.picture_preparation import prepare
 from relief.preparing.resampling import resampled
-from relief.terraces import Steps
+from relief.reading.terraces import Steps
 
 SIDE = 96
 STEP = 1.0 / 255.0

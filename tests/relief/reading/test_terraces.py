@@ -12,7 +12,7 @@ from PIL import Image
 
 from mitsuba_scenes import FOLDER
 from relief.heightmap import load_height_map, save_heights_exr, save_heights_png
-from relief.terraces import found_steps, terraces
+from relief.reading.terraces import found_steps, terraces
 
 Surface = NDArray[np.generic]
 AXIS = np.arange(128)

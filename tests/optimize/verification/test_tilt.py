@@ -8,11 +8,11 @@ import pytest
 
 import mitsuba_scenes
 from optimize.settings.skins import load_skin
+from optimize.verification.tilt import PLANE, warn_of_tilt
 from relief.corrections import levelled
 from relief.relief import Relief
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
-from tactile.tilt import PLANE, warn_of_tilt
 
 TEXTURES = sorted((Path(mitsuba_scenes.__file__).parent / "textures").glob("*.png"))
 SKIN = load_skin("paper")
