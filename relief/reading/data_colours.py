@@ -6,7 +6,7 @@ import numpy as np
 
 from relief.ground.arrays import AnyArray, Array
 
-MOST_PIXELS = 2**20
+MOST_PIXELS = 2**18
 """Pixels, about, that are looked at, of the rows in the middle."""
 FEWEST_COLOURS = 32
 """Colours, or bytes, below which a picture is a drawing: teal, purple and olive have length 1, too."""
