@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import AnyArray, Array, Index
 from relief.ground.errors import InputError
 
 FEWEST_SAMPLES = 500
@@ -37,32 +37,43 @@ def filled(heights: Array, repeats: tuple[bool, bool] = (False, False)) -> Array
         return heights
     if holes.all():
         raise InputError("no sample was measured")
+    result = heights.copy()
+    at, middle = np.argwhere(holes), float(np.nanmean(heights))
+    laplacian, right, ends = _equations(heights - middle, at, repeats)
+    result[holes] = np.clip(_solution(laplacian, right, at), *ends) + middle
+    return result
+
+
+def _equations(
+    heights: Array, at: Index, repeats: tuple[bool, bool]
+) -> tuple[Any, Array, tuple[float, float]]:
+    """Laplace's equation of samples at (n, 2) rows and columns, and the extremes of the samples beside them.
+
+    Returns:
+        Matrix (n, n) and right-hand side (n,) of heights that are each the mean of their neighbours.
+    """
     # Imported here: SciPy takes long to load, and most reliefs have no holes.
     from scipy.sparse import csr_array
 
-    at: Index = np.argwhere(holes)
     unknowns = np.arange(len(at))
-    numbers, around = np.full(heights.shape, MEASURED, np.int32), heights
-    numbers[holes] = unknowns
+    numbers: AnyArray = np.full(heights.shape, MEASURED, np.int32)
+    numbers[tuple(at.T)] = unknowns
     for axis, periodic in enumerate(repeats):
         pad = [(int(axis == 0),) * 2, (int(axis == 1),) * 2]
         numbers = np.pad(numbers, pad, "wrap") if periodic else np.pad(numbers, pad, constant_values=OUTSIDE)
-        around = np.pad(around, pad, "wrap" if periodic else "edge")
+        heights = np.pad(heights, pad, "wrap" if periodic else "edge")
     places = np.ravel_multi_index(tuple(at.T + 1), numbers.shape)
-    middle = float(np.nanmean(heights))
     laplacian, right = csr_array((len(at), len(at))), np.zeros(len(at))
     low, high = np.inf, -np.inf
     for step in (1, -1, numbers.shape[1], -numbers.shape[1]):
-        beside, values = numbers.ravel()[places + step], around.ravel()[places + step]
+        beside, values = numbers.ravel()[places + step], heights.ravel()[places + step]
         rim, linked = beside == MEASURED, beside >= 0
-        ends = (np.concatenate((unknowns, unknowns[linked])), np.concatenate((unknowns, beside[linked])))
+        pairs = (np.concatenate((unknowns, unknowns[linked])), np.concatenate((unknowns, beside[linked])))
         weights = np.concatenate(((beside != OUTSIDE).astype(float), np.full(linked.sum(), -1.0)))
-        laplacian += csr_array((weights, ends), shape=laplacian.shape)
-        right[rim] += values[rim] - middle
+        laplacian += csr_array((weights, pairs), shape=laplacian.shape)
+        right[rim] += values[rim]
         low, high = min(low, values[rim].min(initial=np.inf)), max(high, values[rim].max(initial=-np.inf))
-    result = heights.copy()
-    result[holes] = np.clip(middle + _solution(laplacian, right, at), low, high)
-    return result
+    return laplacian, right, (low, high)
 
 
 def _solution(matrix: Any, right: Array, at: Index) -> Array:

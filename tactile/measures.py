@@ -52,12 +52,10 @@ class Subsample:
 
     Attributes:
         count: number of these locations.
-        samples: of the relief along the side of a patch.
         standard_errors: of the means over all locations, by the name of the quantity.
     """
 
     count: int
-    samples: int
     standard_errors: Mapping[str, float]
 
     def as_json(self) -> dict[str, float]:
@@ -175,9 +173,8 @@ def measure_touch(
     say_forecast(relief, parts)
     with stage("pressing on places", sum(part.samples_in_all for part in parts)) as advance:
         nodes = mesh if model == "fem" else None
-        measures, *full = [collected(part, heights, press, advance, model, nodes) for part in parts]
-    if chosen is not None:
-        measures = ratio_estimate(measures, full[0], chosen)
+        pressed = [collected(part, heights, press, advance, model, nodes) for part in parts]
+    measures = pressed[0] if chosen is None else ratio_estimate(pressed[0], pressed[1], chosen)
     _log.info("pressed: %r", measures)
     return measures
 
@@ -225,13 +222,9 @@ def ratio_estimate(coarse: TouchMeasures, full: TouchMeasures, chosen: Index) ->
 
     errors = dict[str, float]()
     values = {name: estimate(name, each, full.values[name]) for name, each in coarse.values.items()}
-    return replace(
-        coarse,
-        values=values,
-        contact_fractions=estimate("contact_fraction", coarse.contact_fractions, full.contact_fractions),
-        error_bound=max(coarse.error_bound, full.error_bound),
-        subsample=Subsample(len(chosen), full.strain.shape[-1], errors),
-    )
+    fractions = estimate("contact_fraction", coarse.contact_fractions, full.contact_fractions)
+    bound, some = max(coarse.error_bound, full.error_bound), Subsample(len(chosen), errors)
+    return replace(coarse, values=values, contact_fractions=fractions, error_bound=bound, subsample=some)
 
 
 Press = Callable[[Array], tuple[tactile.Touch, dict[str, Array]]]
@@ -240,12 +233,7 @@ Press = Callable[[Array], tuple[tactile.Touch, dict[str, Array]]]
 
 @one_torch_thread()
 def collected(
-    patches: Patches,
-    heights: Array,
-    press: Press,
-    advance: Stage,
-    model: ModelName,
-    mesh: int | None = None,
+    patches: Patches, heights: Array, press: Press, advance: Stage, model: ModelName, mesh: int | None = None
 ) -> TouchMeasures:
     """Press on all patches of a relief, batch by batch; fields as in `TouchMeasures`, without gradients.
 
@@ -258,21 +246,20 @@ def collected(
     """
     side = patches.samples
     kept = min(patches.count, max(1, MAP_SAMPLES // side**2))
-    strain, pressure = np.empty((2, kept, side, side))
+    maps = np.empty((2, kept, side, side))
     values, fractions, bounds = [], [], []
     for part in batches(patches):
         touch, of_part = press(patches.of(heights, part))
         # Maps beyond those that are kept are dropped here, and with them the gap.
-        for all_maps, one in ((strain, touch.strain), (pressure, touch.pressure)):
-            of_batch = all_maps[part]
-            of_batch[:] = one.detach().numpy().reshape(-1, side, side)[: len(of_batch)]
+        of_batch = torch.stack((touch.strain, touch.pressure)).detach().reshape(2, -1, side, side)
+        maps[:, part] = of_batch[:, : len(maps[0, part])]
         values.append(of_part)
         fractions.append(each(touch.contact_fraction))
         bounds.append(float(touch.error_bound.max()))
-        advance(len(fractions[-1]) * side**2)
+        advance(of_batch[0].numel())
     joined = {name: np.concatenate([of_part[name] for of_part in values]) for name in values[0]}
     none = np.zeros((0, heights.size))
-    return TouchMeasures(model, mesh, joined, np.concatenate(fractions), strain, pressure, none, max(bounds))
+    return TouchMeasures(model, mesh, joined, np.concatenate(fractions), maps[0], maps[1], none, max(bounds))
 
 
 def batches(patches: Patches) -> list[slice]:

@@ -75,8 +75,8 @@ _ALLOWED = {
         "optimize.descent optimize.settings relief relief.ground tactile visual visual.exact"
     ),
     "optimize.verification.solids": (
-        "relief.ground relief.solids relief.solids.meshes relief.solids.objects relief.solids.remeshing "
-        "tactile"
+        "relief relief.ground relief.solids relief.solids.meshes relief.solids.objects "
+        "relief.solids.remeshing tactile"
     ),
     "retouch": (
         "optimize.estimates optimize.runs optimize.settings relief relief.ground relief.preparing "

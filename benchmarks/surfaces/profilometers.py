@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from SurfaceTopography.IO import open_topography
 
-from benchmarks.shared.common import DOCS, folder_named, put, save, table
+from benchmarks.shared.common import DOCS, folder_named, publish, save, table
 from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError
 from relief.heightmap import load_height_map
@@ -39,7 +39,7 @@ def main() -> None:
     rows = {file.name: _row(file) for file in sorted(folder.iterdir()) if file.is_file()}
     save(NAME, {"rows": rows})
     lines = [[name, *(str(row.get(key, "")) for key in HEAD[1:])] for name, row in rows.items()]
-    print(put(PAGE, NAME, f"benchmarks.surfaces.{NAME}", table(HEAD, lines) + "\n"))
+    publish(PAGE, NAME, f"benchmarks.surfaces.{NAME}", table(HEAD, lines))
 
 
 def _row(file: Path) -> dict[str, Any]:

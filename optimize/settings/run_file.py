@@ -93,7 +93,8 @@ class Run(Section):
         scene, texture: files; absolute paths once loaded.
         size_mm: width of the plate, mm; by default that of the texture's header, else that of the scene.
         relief_mm: height of white above black, mm, in a picture; by default that of its header.
-        height_scale: mm for a height of 1 in a file that holds heights; without meaning for pictures.
+        height_scale: mm for a height of 1 in a file that holds heights, where 1 leaves the unit to a file
+            that states one; without meaning for pictures.
         fill: whether samples that were not measured are filled from around.
         level: whether the tilt of the texture is taken out.
         repeats: whether the relief goes on as itself beyond its rim: along both axes, or along "x" or "y"; by
@@ -137,7 +138,7 @@ class Run(Section):
             self.texture,
             size_mm=self.size_mm,
             relief_mm=self.relief_mm,
-            height_scale=self.height_scale,
+            height_scale=None if self.height_scale == 1.0 else self.height_scale,
             fill=self.fill,
             level=self.level,
             repeats=self.repeats,

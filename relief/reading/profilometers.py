@@ -43,8 +43,8 @@ def is_measured(path: Path) -> bool:
         start = file.read(HEADING_BYTES)
     if start[:4] in MAGIC:
         return _is_measured_tiff(path)
-    known = start.startswith(METROPRO) or HEADING.search(start.decode(errors="replace")) is not None
-    return suffix in GRIDS and known
+    heading = HEADING.search(start.decode("utf-8-sig", errors="replace"))
+    return suffix in GRIDS and (start.startswith(METROPRO) or heading is not None)
 
 
 def _is_measured_tiff(path: Path) -> bool:

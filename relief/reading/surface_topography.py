@@ -27,8 +27,9 @@ from relief.reading.samples import SQUARE
 
 LARGEST_FILE = 1 << 28
 """Most bytes of a file, and of the unpacked parts of a ZIP archive: 4096 x 4096 samples of 16 bytes."""
-MOST_MEMORY = 3 << 30
-"""Most address space of the process, bytes; a text of 4096 x 4096 numbers takes two thirds."""
+LEAST_MEMORY, MEMORY_BYTES = 3 << 29, 8
+"""Most address space of the process, bytes: the imports and 4096 x 4096 samples in several copies, and more
+for each byte of the file, as a text of 4096 x 4096 numbers takes 2.1 GB."""
 MOST_SECONDS = 180
 """Most CPU seconds of the process; a text of 4096 x 4096 numbers takes a tenth."""
 NARROWEST_MM, WIDEST_MM = 1.0, 100.0
@@ -113,7 +114,7 @@ def _reader(path: Path) -> Any:
 
 def _decoded(content: bytes) -> str:
     with suppress(UnicodeDecodeError):
-        return content.decode()
+        return content.decode("utf-8-sig")
     return content.decode("latin-1")
 
 
@@ -181,7 +182,8 @@ def main(path: str) -> None:
 
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         resource.setrlimit(resource.RLIMIT_CPU, (MOST_SECONDS, MOST_SECONDS))
-        resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+        memory = LEAST_MEMORY + MEMORY_BYTES * os.path.getsize(path)
+        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     # Whatever prints, in Python or C, prints to stderr.
     stdout = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)

@@ -14,7 +14,7 @@ from scipy.spatial import Delaunay, QhullError
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError, PictureError, naming
 from relief.ground.files import damage_named, read_limited
-from relief.ground.formats import GRIDS, HEIGHTS, MESHES, UNITS
+from relief.ground.formats import GRIDS, HEIGHTS, MEASURED, MESHES, UNITS
 from relief.ground.lengths import in_range, scale_of
 from relief.ground.limits import LARGEST_SIDE, SMALLEST_SIDE
 from relief.ground.progress import stage
@@ -87,7 +87,8 @@ def read_scan(path: str | os.PathLike[str], lengths: ScanLengths | None = None) 
     path, lengths = Path(path), lengths or ScanLengths()
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        raise InputError(f"{path}: not a scan: expected one of {', '.join(SUFFIXES)}")
+        expected = ", ".join(one for one in SUFFIXES if one not in MEASURED)
+        raise InputError(f"{path}: not a scan: expected one of {expected}, or of a profilometer")
     if not path.is_file():
         raise InputError(f"{path}: no such file")
     is_map = suffix in HEIGHTS and (suffix not in POINTS or _is_grid(path))

@@ -13,8 +13,6 @@ from relief.ground.formats import PREVIEW
 from relief.ground.formatting import number
 from relief.ground.options import add_options, declared, given
 from relief.ground.progress import stage
-from relief.patches import Patches
-from relief.places import places
 from relief.preparing.choices import OUTPUTS, PrepareOptions
 from retouch.commands.options import (
     add_talk,
@@ -98,8 +96,11 @@ def _felt(prepared: "Prepared", picture: Path) -> "Evaluation | None":
 
     None if no relief is known, or it is too finely sampled to be pressed.
     """
+    # Imported here, because the help needs no numpy.
+    from relief.places import patch_shape
+
     relief = prepared.relief
-    if relief is None or Patches(relief.surface, places(relief.surface)).samples > MAX_SAMPLES:
+    if relief is None or patch_shape(relief.surface)[0] > MAX_SAMPLES:
         return None
     with contact_errors_name(picture), stage("pressing the skin on the relief"):
         return retouch.evaluate(relief, skin=retouch.Skin())
@@ -131,13 +132,18 @@ def _how_to_be_rougher(prepared: "Prepared", felt: "Evaluation") -> str:
     """What makes a smooth relief natural: a higher one, unless its features are too fine for the finger."""
     relief, relief_mm = prepared.relief, prepared.relief_mm
     assert relief is not None and relief_mm is not None
+    touch = felt.touch
     if relief_mm < HIGH_MM:
         higher = replace(relief, heights=relief.heights * (HIGH_MM / relief_mm))
+        # Imported here: torch, which presses, takes long to load.
+        from tactile.measures import measure_touch
+
         with contact_errors_name(relief.name), stage("pressing the skin on a higher relief"):
-            felt, relief_mm = retouch.evaluate(higher, skin=retouch.Skin()), HIGH_MM
-    at_most = f"roughness {number(felt.roughness)} at {relief_mm:g} mm"
+            touch, relief_mm = measure_touch(higher, retouch.Skin(), "layer"), HIGH_MM
+    roughness = touch.means[ROUGHNESS.name]
+    at_most = f"roughness {number(roughness)} at {relief_mm:g} mm"
     # A finger that rests on the tops alone gains little by higher tops; one that follows gains in proportion.
-    if felt.roughness >= NATURAL_ROUGHNESS[0] or felt.contact_fraction > 0.5:
+    if roughness >= NATURAL_ROUGHNESS[0] or touch.contact_fraction > 0.5:
         return f"a higher --relief-mm helps ({at_most})"
     # Of a picture whose size is known, a part keeps its scale.
     part = "" if "size_mm" in prepared.picture.lengths else "--crop or --centre a smaller part, or "

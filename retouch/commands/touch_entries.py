@@ -25,10 +25,15 @@ def table(evaluations: "Sequence[Evaluation]") -> "Table":
         means = one.touch.means
         values = [f"{number(means[name])} {quantity.unit}".rstrip() for name, quantity in QUANTITIES.items()]
         jnd = one.jnd_from(evaluations[0])
-        apart = ["smooth" if jnd is None else number(jnd)] if several else []
+        apart = ["smooth" if jnd is None else _jnd(jnd)] if several else []
         contact = f"{100.0 * one.contact_fraction:.0f} %"
         rows.append([one.name, *values, contact, *apart, *([_spread(one)] if spread else [])])
     return options.table(columns, rows)
+
+
+def _jnd(jnd: float) -> str:
+    """Just-noticeable differences to a hundredth, which is far less than anybody feels."""
+    return f"{round(jnd, 2) + 0.0:.2f}".replace("-", "\N{MINUS SIGN}")
 
 
 def _spread(one: "Evaluation") -> str:

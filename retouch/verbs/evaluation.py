@@ -19,7 +19,6 @@ from relief.ground.errors import InputError, naming
 from relief.ground.formats import MESHES
 from relief.ground.formatting import number, percent
 from relief.ground.lengths import Lengths, scale_of
-from relief.ground.limits import PATCH_SIDE_MM
 from relief.ground.progress import Progress, stage
 from relief.patches import Patches
 from relief.places import centres_mm, places
@@ -122,7 +121,8 @@ class Evaluation:
         if self.skin.patch_mm is not None:
             return self.skin.patch_mm
         if isinstance(self.relief, Mesh):
-            return PATCH_SIDE_MM
+            assert not isinstance(self.touch, TouchMeasures)
+            return self.touch.crops[0].side_mm
         return Patches(self.relief.surface, places(self.relief.surface)).size_mm
 
     def jnd_from(self, first: Self) -> float | None:

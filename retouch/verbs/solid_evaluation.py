@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from optimize.verification.solids.mesh_feel import ESTIMATED, TAKEN_OUT, UNDER, MeshFeel, feel_of
+from optimize.verification.solids.mesh_feel import ESTIMATED, PLATE, TAKEN_OUT, UNDER, MeshFeel, feel_of
 from relief.ground.errors import naming
 from relief.ground.formatting import number
 from relief.ground.limits import MOST_MESH_PLACES
@@ -77,7 +77,10 @@ def write_colours(folder: Path, mesh: Mesh, feel: MeshFeel, skin_name: str) -> t
 def solid_lines(name: str, felt: MeshFeel, printed: PrintedPart | None) -> Iterator[str]:
     """Sentences for a person about a solid of this name, and about its print."""
     sides = " x ".join(number(side) for side in felt.sides_mm)
-    own = f"The object's own curvature is {felt.curvature}"
+    if felt.curvature == PLATE:
+        own = "Its back is flat and its sides are upright; a curvature of its own is taken out by --object"
+    else:
+        own = f"The object's own curvature is {felt.curvature}"
     if felt.curvature == ESTIMATED:
         own += f"; with it roughness is {number(float(felt.as_pressed[ROUGHNESS.name].mean()))}"
     yield f"{name} ({sides} mm): {_pressed_places(felt)}. {own}."
@@ -88,6 +91,9 @@ def solid_lines(name: str, felt: MeshFeel, printed: PrintedPart | None) -> Itera
 def _pressed_places(felt: MeshFeel) -> str:
     """Where the finger pressed on a solid, and which places were left out."""
     count = len(felt.crops)
+    if felt.curvature == PLATE:
+        over = f"; {felt.edges} over its outline or holes are left out" if felt.edges else ""
+        return f"a plate: felt as its height map, at {count} contact location{'s' * (count > 1)}{over}"
     pressed = "felt at one place" if count == 1 else f"mean over {count} places"
     if felt.crops[0].on_edge:
         where = "on an edge" if count == 1 else "all on edges"

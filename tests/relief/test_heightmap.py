@@ -277,7 +277,7 @@ def test_exr_and_png_follow_one_rule_of_colour(tmp_path: Path, ramp: NDArray[np.
         ({"Y": ramp, "RY": other, "BY": other}, "coloured"),
         ({"Y": ramp, "A": other}, "transparency"),
         ({"R": ramp, "A": np.where(np.eye(SIDE) > 0, np.nan, 1.0)}, "transparency"),
-        ({"R": np.where(np.eye(SIDE) > 0, np.nan, 1.0)}, "not finite"),
+        ({"R": np.where(np.eye(SIDE) > 0, np.nan, 1.0)}, "32 of 1024 samples were not measured"),
     ):
         write_exr(path, channels)
         assert word in fault(path)

@@ -98,7 +98,7 @@ def test_details_finer_than_coarse_patches_count_where_few_places_are_pressed_wi
     monkeypatch.setattr(measures, "MOST_SAMPLES", 9 * 256**2 - 1)
     monkeypatch.setattr(measures, "FULL_SAMPLES", 4 * 256**2)
     some = measure_touch(plate, tactile.Skin(), "layer")
-    assert some.subsample is not None and (some.subsample.count, some.subsample.samples) == (4, 256)
+    assert some.subsample is not None and some.subsample.count == 4
     assert some.ends["count"] == 9 and some.ends["count_full_sampling"] == 4
     assert some.strain.shape == (9, 128, 128)
     fields = Patches(plate.surface, places(plate.surface), 128).of(plate.heights)

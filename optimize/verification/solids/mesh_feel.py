@@ -11,18 +11,20 @@ import torch
 import tactile
 from optimize.verification.solids.over_object import over_object
 from optimize.verification.solids.own_shape import textures_alone
+from optimize.verification.solids.plates import plates_of
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.limits import HEIGHT_LIMIT_MM, MOST_MESH_PLACES, PATCH_SIDE_MM
 from relief.ground.progress import stage
+from relief.places import SPACING_MM, cut, patch_shape, places
 from relief.solids.body import Body
-from relief.solids.meshes.crops import Cropper, SurfaceCrop
+from relief.solids.meshes.crops import EDGE_SHARE, Cropper, SurfaceCrop
 from relief.solids.meshes.mesh import Mesh
 from relief.solids.meshes.mesh_places import frames, spread, surface_points
 from relief.solids.meshes.shells import outside
 from relief.solids.meshes.unrolling import Unroller
 from relief.solids.remeshing.smooth_surface import smooth_object
-from tactile.measures import BATCH_SAMPLES, each
+from tactile.measures import BATCH_SAMPLES, each, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import QUANTITIES, means
 
@@ -31,8 +33,12 @@ MOST_TRIED = 450
 
 PART, ESTIMATED, TAKEN_OUT = "part of the roughness", "estimated and taken out", "taken out"
 UNDER = "under the texture; the strain under the bare object is taken out"
+PLATE = "none: a plate, felt as its height map"
 """What becomes of the object's own curvature: of edges and planes it is a part; from curved patches it is
-taken by their own smooth shapes, or by the object without texture, which may also lie under the texture."""
+taken by their own smooth shapes, or by the object without texture, which may also lie under the texture. The
+top of a plate has none."""
+MOST_ON_PLATE = 1600
+"""Most contact locations of a plate, 40 x 40; a larger one has them at a multiple of the usual distance."""
 FARTHEST_OBJECT_MM = 2.0 * HEIGHT_LIMIT_MM
 """Largest distance of a textured mesh from its object without texture, mm."""
 
@@ -132,7 +138,7 @@ def feel_of(
         mesh: A solid.
         skin: The finger.
         model: Of touch.
-        most: Most places that are pressed.
+        most: Most places that are pressed, but of a plate.
         without_texture: The object before its texture, at the same place. With it the finger presses on the
             heights of the texture over the unrolled object, so that the object's own curvature is no part of
             what is felt; places whose patch is not textured all over are left out. Without it the texture is
@@ -148,6 +154,8 @@ def feel_of(
     """
     cropped: Iterator[SurfaceCrop]
     body = mesh.body if as_printed is None else as_printed
+    if without_texture is None and (of_plates := _plates_felt(mesh, skin, model, as_printed)) is not None:
+        return of_plates
     if without_texture is None:
         points = surface_points(mesh.body)
         candidates = spread(points.at, MOST_TRIED)
@@ -163,10 +171,10 @@ def feel_of(
     else:
         unroller = _unroller(replace(mesh, body=body), without_texture)
         points = surface_points(unroller.object)
-        places = points.at[spread(points.at, MOST_TRIED)]
+        near = points.at[spread(points.at, MOST_TRIED)]
         for whole in (True, False):
-            cropped = (over_object(unroller, at, skin.patch_mm, whole) for at in places)
-            crops = _looked_at(cropped, len(places), most)
+            cropped = (over_object(unroller, at, skin.patch_mm, whole) for at in near)
+            crops = _looked_at(cropped, len(near), most)
             if not all(crop.on_edge for crop in crops):
                 break
     on_edge, flat = ([one for one in crops if one.on_edge], [one for one in crops if one.flat])
@@ -188,6 +196,39 @@ def feel_of(
             values = {name: _replaced(values[name], numbers, found[name]) for name in values}
             fractions = _replaced(fractions, numbers, shares)
     return MeshFeel(body, chosen, values, fractions, edges, plain, points.area_mm2, curvature, as_pressed)
+
+
+def _plates_felt(
+    mesh: Mesh, skin: tactile.Skin, model: ModelName, as_printed: Body | None
+) -> MeshFeel | None:
+    """What fingers get from plates as their height maps; None of other solids. Raises ContactError."""
+    crops: list[SurfaceCrop] = []
+    touches, left_out = [], 0
+    for plate in plates_of(mesh.body, str(mesh.path), as_printed):
+        surface, spacing = plate.relief.surface, SPACING_MM
+        shape = patch_shape(surface)
+        while len(at := places(surface, spacing)) > MOST_ON_PLATE:
+            spacing *= 2.0
+        kept = at[cut(plate.bare, at, shape).mean(axis=(1, 2)) <= EDGE_SHARE]
+        if not len(kept):
+            return None
+        try:
+            touches.append(measure_touch(plate.relief, skin, model, at=kept))
+        except InputError:
+            # Too small for a patch, or so deep that fingers reach through its floor.
+            return None
+        side_mm = min(PATCH_SIDE_MM, *surface.size_mm)
+        for frame, (row, col) in zip(plate.frames(kept), kept, strict=True):
+            under = plate.relief.heights[row : row + shape[0], col : col + shape[1]]
+            crops.append(SurfaceCrop(frame, under, False, side_mm))
+        left_out += len(at) - len(kept)
+    if not crops:
+        return None
+    values = {name: np.concatenate([touch.values[name] for touch in touches]) for name in QUANTITIES}
+    fractions = np.concatenate([(touch.pressure > 0.0).mean(axis=(1, 2)) for touch in touches])
+    area = surface_points(mesh.body).area_mm2
+    body = mesh.body if as_printed is None else as_printed
+    return MeshFeel(body, crops, values, fractions, left_out, 0, area, PLATE, values)
 
 
 def _of_print(crop: SurfaceCrop, cropper: Cropper) -> SurfaceCrop:

@@ -103,7 +103,17 @@ class Cropper:
 
         Back faces are culled; of several surfaces above one another the highest counts.
         """
-        near = self._around(frame, 0.5 * self._side, HEIGHT_LIMIT_MM)
+        heights = self.heights(frame, self._side, self._samples)
+        top = float(in_the_middle(heights, self._side).max())
+        level = top - HEIGHT_LIMIT_MM if np.isfinite(top) else 0.0
+        return SurfaceCrop(frame, *reachable(heights, self._side), self._side, level)
+
+    def heights(self, frame: Frame, side_mm: float, samples: int, depth_mm: float = HEIGHT_LIMIT_MM) -> Array:
+        """Heights (samples, samples) mm of a square around a place, counted from the place; -inf: none.
+
+        Faces farther from the place than a depth along the axis may be left out.
+        """
+        near = self._around(frame, 0.5 * side_mm, depth_mm)
         seen = near[self._normals[near] @ frame.axes[2] > 0.0]
         slopes = np.repeat(_slopes(self._normals[seen] @ frame.axes.T)[:, None], 3, axis=1)
         at_corners = self._vertex_normals[self._faces[seen]] @ frame.axes.T
@@ -111,10 +121,7 @@ class Cropper:
         smooth = self._fine[seen] & (extents(at_corners[:, :, 2])[0] > 0.0)
         smooth &= extents(np.abs(curved).reshape(-1, 6))[1] < STEEPEST
         slopes[smooth] = curved[smooth]
-        heights = rasterise(frame.local(self._corners[seen]), slopes, self._side, self._samples)
-        top = float(in_the_middle(heights, self._side).max())
-        level = top - HEIGHT_LIMIT_MM if np.isfinite(top) else 0.0
-        return SurfaceCrop(frame, *reachable(heights, self._side), self._side, level)
+        return rasterise(frame.local(self._corners[seen]), slopes, side_mm, samples)
 
     def around(self, frame: Frame, reach_mm: float) -> Body:
         """The body in the axes of a place, mm: its faces within a reach along x and y, 6 mm down and up."""

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from mitsuba_scenes import FOLDER, find_texture
 from relief.ground.errors import InputError
-from relief.ground.formats import HEIGHTS, MESHES, PICTURES
+from relief.ground.formats import HEIGHTS, MEASURED, MESHES, PICTURES
 
 PICTURES_FOLDER, PARTS_FOLDER, RUNS_FOLDER = Path("pictures"), Path("parts"), Path("runs")
 SUFFIXES = {PICTURES_FOLDER: (*HEIGHTS, *PICTURES), PARTS_FOLDER: MESHES}
@@ -49,7 +49,7 @@ def safe_name(name: str, folder: Path = PICTURES_FOLDER) -> str:
     base = name.replace("\\", "/").rpartition("/")[2]
     stem, suffix = os.path.splitext(base)
     if suffix.lower() not in SUFFIXES[folder]:
-        expected = ", ".join(SUFFIXES[folder])
+        expected = ", ".join(one for one in SUFFIXES[folder] if one not in MEASURED)
         raise InputError(f"{base[:LONGEST_STEM]}: cannot be taken: expected one of {expected}")
     stem = UNUSUAL.sub("-", stem).strip(".-")[:LONGEST_STEM] or "file"
     return stem + suffix.lower()

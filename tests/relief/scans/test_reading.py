@@ -113,7 +113,7 @@ def test_what_is_no_scan_is_refused(tmp_path: Path, name: str, content: bytes, l
 def test_lengths_of_another_kind_of_file_are_refused(scan: Scan, tmp_path: Path) -> None:
     save_heights_exr(tmp_path / "scan.exr", scan.heights, scan.size_mm[1])
     for lengths, line in (
-        (ScanLengths(units="mm"), "units: is for meshes"),
+        (ScanLengths(units="mm", height_scale=2.0), "units: height_scale states the unit"),
         (ScanLengths(relief_mm=1.0), "relief_mm: is for another kind"),
     ):
         with pytest.raises(InputError, match=line):
@@ -121,6 +121,15 @@ def test_lengths_of_another_kind_of_file_are_refused(scan: Scan, tmp_path: Path)
     (tmp_path / "scan.xyz").write_text("0 0 0\n")
     with pytest.raises(InputError, match="size_mm: is for height maps"):
         read_scan(tmp_path / "scan.xyz", ScanLengths(size_mm=1.0))
+
+
+def test_the_unit_of_a_height_map_is_that_of_its_heights(scan: Scan, tmp_path: Path) -> None:
+    save_heights_exr(tmp_path / "scan.exr", 1e3 * scan.heights, scan.size_mm[1])
+    read = read_scan(tmp_path / "scan.exr", ScanLengths(units="um"))
+    np.testing.assert_allclose(read.heights, scan.heights, rtol=1e-6)
+    save_heights_png(tmp_path / "scan.png", np.full((40, 40), 0.5), 3.0, scan.size_mm[1])
+    with pytest.raises(InputError, match="units: is for another kind of height map; this one holds grey"):
+        read_scan(tmp_path / "scan.png", ScanLengths(units="um"))
 
 
 def test_more_holes_than_surface_are_refused(scan: Scan, tmp_path: Path) -> None:

@@ -137,7 +137,7 @@ def test_one_place_is_no_mean(on_edge: bool, count: int, line: str) -> None:
         ("cube.stl --on-shape", "--on-shape: needs --object"),
         ("cube.stl --on-shape --object ball --model net", "--on-shape: the net is trained for flat objects"),
         ("gravel --on-shape --object ball", "--object: is for print files"),
-        ("gravel --units mm", "--units: is for print files"),
+        ("gravel --units mm", "--height-scale: is for files that hold mm, as --units is"),
         ("gravel -o out", "-o: is for print files"),
         ("cube.stl -o cube.stl", "cube.stl: -o: is no folder"),
         ("nowhere.stl", "nowhere.stl: No such file"),

@@ -69,7 +69,7 @@ def test_two_prints_are_laid_on_their_design_and_compared(
     [
         (["design.exr", "first.exr", "--size-mm", "8000"], "--size-mm: 8000.0 is not a number"),
         (["design.exr", "first.exr", "--size-mm", "223"], "State --units or --size-mm"),
-        (["design.exr", "first.exr", "--units", "in"], "units: is for meshes"),
+        (["design.exr", "first.exr", "--units", "in"], "state --height-scale or --units"),
         (["design.exr", "none.exr"], "none.exr: no such file"),
         (["design.exr"], "RUN and FILE are needed"),
         (["design.exr", "first.exr", "--layer-um", "50"], "--layer-um: is for coupons"),
