@@ -29,7 +29,7 @@ GIVEN = (
     *("stone.jpg", "logo.png", "my-study.toml", "~/materials"),
     *("grip.3mf", "knob.3mf", "case.3mf", "button.3mf"),
     *("answers.csv", "answers-rougher.csv", "press.csv"),
-    *("print.stl", "coupon-scan.stl"),
+    *("print.stl", "coupon-scan.stl", "scan.tif", "surface.plu"),
 )
 """Files and folders that a user has before the first command of a page."""
 STONE = "runs/stone"

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 from relief.ground.formats import UNITS
 from relief.ground.limits import LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
 from relief.ground.options import Option, whole_number
-from relief.plate_options import fill_option, level_option
+from relief.plate_options import RELIEF_MM, fill_option, height_scale_option, level_option, size_option
 
 GREYS: Mapping[str, Mapping[str, float]] = {
     "luminance": {"R": 0.2126, "G": 0.7152, "B": 0.0722},
@@ -53,39 +53,18 @@ class LengthOptions:
         Option(
             "height of the highest pixel above the lowest, mm; written to OUT",
             "MM",
-            default="unknown",
-            python="height of the highest pixel above the lowest, mm, or of white above black with levels "
-            "(default: the header's; of a file of numbers, its numbers)",
+            RELIEF_MM,
+            default="the file's",
             exclusive="scale",
         ),
     ] = None
-    height_scale: Annotated[
-        float | None,
-        Option(
-            "heights of a file of numbers are its numbers times this factor, mm, the lowest lifted to 0",
-            "FACTOR",
-            default="by the file's unit, else 1",
-            exclusive="scale",
-        ),
-    ] = None
+    height_scale: Annotated[float | None, height_scale_option("the file's unit, else 1")] = None
     units: Annotated[
         str | None,
-        Option(
-            "unit of the numbers, in place of --height-scale",
-            choices=tuple(UNITS),
-            default="the file's, else mm",
-            exclusive="scale",
-        ),
+        Option("unit, in place of --height-scale", choices=tuple(UNITS), default="", exclusive="scale"),
     ] = None
     size_mm: Annotated[
-        float | None,
-        Option(
-            "side of the plate, mm; written to OUT",
-            "MM",
-            default=f"unknown, which counts as {PATCH_SIDE_MM:g}",
-            python="side of the plate, mm, or of the tile that repeats over it (default: that of the part, "
-            "by the file's)",
-        ),
+        float | None, size_option("side of the plate", f"the file's, else {PATCH_SIDE_MM:g}")
     ] = None
 
 
@@ -158,9 +137,7 @@ class HeightOptions:
     plate_mm: Annotated[
         float | None,
         Option(
-            "repeat the tile over a plate of this side; --size-mm is that of the tile",
-            "MM",
-            default="one tile",
+            "repeat the tile over a plate of this side; --size-mm is the tile's", "MM", default="one tile"
         ),
     ] = None
 

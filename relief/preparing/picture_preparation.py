@@ -13,7 +13,7 @@ from relief.corrections import filled, plane
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
 from relief.ground.formats import UNITS
-from relief.ground.lengths import RANGES, in_range, scale_of
+from relief.ground.lengths import in_range, scale_of
 from relief.ground.limits import (
     DEEPEST_RELIEF_MM,
     HEIGHT_LIMIT_MM,
@@ -22,21 +22,14 @@ from relief.ground.limits import (
 )
 from relief.ground.options import by_keywords, checked
 from relief.ground.progress import stage
-from relief.heightmap import LEAST_FELT_MM, save_heights_exr, save_heights_png
+from relief.heightmap import LEAST_FELT_MM, check_scales, save_heights_exr, save_heights_png
 from relief.preparing.choices import AUTO, GREYS, MOST_USUAL_SAMPLES, OUTPUTS, Box, PrepareOptions
 from relief.preparing.grey_levels import AS_STORED, FULL, WHITE, Levels
 from relief.preparing.grey_steps import smooth_steps
 from relief.preparing.repeated_tiles import repeated
 from relief.preparing.resampling import resampled, square_in
 from relief.preparing.source_pictures import grey_values
-from relief.preparing.tiling import (
-    OVERLAP,
-    PERIOD_SIDE,
-    border_ratio,
-    make_tile,
-    period,
-    repeats_already,
-)
+from relief.preparing.tiling import OVERLAP, PERIOD_SIDE, border_ratio, make_tile, period, repeats_already
 from relief.reading.data_colours import no_heights
 from relief.reading.readers import read_samples
 from relief.reading.samples import Samples
@@ -127,33 +120,28 @@ def prepare(path: str | os.PathLike[str], options: PrepareOptions) -> Prepared:
     with naming(path):
         checked(options)
         levels = None if options.levels is None else Levels.read(options.levels)
-        scales = [
-            name for name in ("relief_mm", "height_scale", "units") if getattr(options, name) is not None
-        ]
-        if len(scales) > 1:
-            raise InputError(f"{scales[1]}: is another scale than {scales[0]}; one holds")
-        given = {
-            key: in_range(key, getattr(options, key)) for key in RANGES if getattr(options, key) is not None
-        }
+        scale = scale_of(options.units, options.height_scale)
+        if scale is not None and options.relief_mm is not None:
+            raise InputError("relief_mm: units or height_scale state the heights already")
     with stage(f"reading {path}"):
         picture = read_samples(path)
     with naming(path):
-        return _prepared(_Work(picture), options, levels, given)
+        if scale is not None:
+            check_scales([path], {"height_scale": scale})
+        return _prepared(_Work(picture, scale), options, levels)
 
 
-def _prepared(
-    work: "_Work", options: PrepareOptions, levels: Levels | None, given: dict[str, float]
-) -> Prepared:
-    """The height map of what a file holds; ``given`` are the lengths among the options."""
+def _prepared(work: "_Work", options: PrepareOptions, levels: Levels | None) -> Prepared:
+    """The height map of what a file holds."""
     picture = work.picture
-    scale = work.scale(options)
-    lengths = dict(picture.lengths) | given
+    asked = {"size_mm": options.size_mm, "relief_mm": options.relief_mm}
+    lengths = dict(picture.lengths) | {name: mm for name, mm in asked.items() if mm is not None}
     if picture.bits is None and options.relief_mm is None:
         lengths.pop("relief_mm", None)
     elif levels is None and options.relief_mm is None and "relief_mm" in picture.lengths:
         levels = AS_STORED
     values = work.part(options)
-    tilt = work.tilt(values, options.level, scale)
+    tilt = work.tilt(values, options)
     values = work.filled(values, tilt, options.fill)
     flat = values - tilt if options.level else values
     ends = (levels or FULL).values(flat, 1.0 if picture.bits is None else WHITE)
@@ -162,7 +150,7 @@ def _prepared(
         lengths["size_mm"] = in_range("size_mm", lengths["size_mm"] * work.side / picture.width)
     heights = work.levelled(heights, ends, levels, options.invert)
     if picture.bits is None and "relief_mm" not in lengths:
-        lengths["relief_mm"] = work.height_of_numbers(ends[1] - ends[0], scale)
+        lengths["relief_mm"] = work.height_of_numbers(ends[1] - ends[0])
     repeats = (options.tile is not None or work.known_tile) and misfit(heights) is None
     if options.plate_mm is not None:
         plate = repeated(heights, lengths.get("size_mm", PATCH_SIDE_MM), options.plate_mm)
@@ -186,8 +174,10 @@ def _prepared(
 class _Work:
     """A preparation in progress; each method does one step, and records a sentence and numbers about it."""
 
-    def __init__(self, picture: Samples) -> None:
+    def __init__(self, picture: Samples, unit_mm: float | None) -> None:
         self.picture = picture
+        self.unit_mm = unit_mm or picture.unit_mm
+        """Height of a number of 1, mm; None if neither an option nor the file states it."""
         bits = "" if picture.bits is None else f"{picture.bits} bits"
         size = f"{picture.width} x {picture.height} pixels"
         self.done = {
@@ -202,26 +192,6 @@ class _Work:
         """Side of what becomes the plate or the tile, in pixels of the picture."""
         self.known_tile = False
         """Whether the whole of a tile is taken, by the header."""
-
-    def scale(self, options: PrepareOptions) -> float | None:
-        """Height in mm of a number of 1, None where a relief is given and for pictures of grey.
-
-        Raises:
-            InputError: A picture of grey is to have a unit.
-        """
-        asked = scale_of(options.units, options.height_scale)
-        if self.picture.bits is None:
-            known = asked or self.picture.unit_mm
-            self.numbers["height_scale"] = None if options.relief_mm else known or 1.0
-            self.known_unit = known is not None
-            return self.numbers["height_scale"]
-        if asked is not None:
-            name = "units" if options.height_scale is None else "height_scale"
-            refused = "is for files of numbers; the height of a picture of grey is"
-            raise InputError(
-                f"{name}: {refused} relief_mm", f"--{name.replace('_', '-')}: {refused} --relief-mm"
-            )
-        return None
 
     def part(self, options: PrepareOptions) -> NDArray[np.float32]:
         """Values of the square that is taken, turned."""
@@ -242,6 +212,8 @@ class _Work:
             parts = " + ".join(f"{weight:.4g} {name}" for name, weight in GREYS[grey].items())
             self.done["grey"] = f"{grey}, {parts} as stored"
             self.numbers["grey"] = grey
+        elif picture.bits is None and "A" in picture.channels:
+            self.done["grey"] = "channel A, transparency, is not read"
         if rotate:
             self.done["turned"] = f"{rotate}° anticlockwise"
             self.numbers["rotate"] = rotate
@@ -250,12 +222,14 @@ class _Work:
         self.known_tile = picture.repeats is True and side == picture.width == picture.height
         return values
 
-    def tilt(self, values: NDArray[np.float32], level: bool, scale: float | None) -> NDArray[np.float32]:
+    def tilt(self, values: NDArray[np.float32], options: PrepareOptions) -> NDArray[np.float32]:
         """The tilt that is to be taken out of the values, or zeros; that of numbers is reported anyway."""
+        level, unit, name = options.level, self._unit, ""
         if self.picture.bits is not None and not level:
             return np.zeros((1, 1), np.float32)
-        down, right, middle = plane(values.astype(np.float64))
-        unit, name = (self._unit, "") if scale is None else (scale, " mm")
+        if self.picture.bits is None and options.relief_mm is None:
+            unit, name = self.unit_mm or 1.0, " mm"
+        down, right, middle = plane(values.astype(np.float64), (self.known_tile, self.known_tile))
         x, y, middle = (unit * one for one in (right * len(values), -down * len(values), middle))
         done = "taken out" if level else "--level takes it out"
         rise = f"{x:.3g}{name} along x and {y:.3g}{name} along y"
@@ -274,39 +248,27 @@ class _Work:
         if not share:
             return values
         if not fill:
-            fault = f"{share:.2g} % of the part that is taken were not measured"
-            ways = (("crop", "fill=True"), ("--crop", "--fill"))
-            raise InputError(
-                *(f"{fault}; {fill} fills them from around, {crop} takes another part" for crop, fill in ways)
-            )
+            fault = f"{share:.2g} % of the part that is taken were not measured; "
+            ways = "fills them from around, {}crop takes another part"
+            raise InputError(f"{fault}fill=True {ways.format('')}", f"{fault}--fill {ways.format('--')}")
         self.done["holes"] = f"{share:.2g} % were not measured, and are filled from around"
         with stage("filling what was not measured"):
             whole = filled(np.where(holes, np.nan, (values - tilt).astype(np.float64)))
         return np.where(holes, (whole + tilt).astype(np.float32), values)
 
-    def height_of_numbers(self, span: float, scale: float | None) -> float:
-        """Height in mm of numbers that span so much.
-
-        Raises:
-            InputError: Without a unit, the numbers span more than a finger follows.
-        """
-        height = span * (scale or 1.0)
-        if self.known_unit or LEAST_FELT_MM <= height <= HEIGHT_LIMIT_MM:
+    def height_of_numbers(self, span: float) -> float:
+        """Height in mm of numbers that span so much. Raises InputError if they are hardly mm."""
+        height = span * (self.unit_mm or 1.0)
+        self.numbers["height_scale"] = self.unit_mm or 1.0
+        if self.unit_mm is not None or LEAST_FELT_MM <= height <= HEIGHT_LIMIT_MM:
             return height
         unit = "um" if height > HEIGHT_LIMIT_MM else "m"
-        likely = f"{unit} ({span * UNITS[unit]:.3g} mm)"
+        likely = f"are these {unit}, {span * UNITS[unit]:.3g} mm?"
         if height < LEAST_FELT_MM:
-            self.done["unit"] = (
-                f"{height:.3g} mm high, which no finger feels; are these {likely}? --units {unit}"
-            )
+            self.done["unit"] = f"{height:.3g} mm high, less than a finger feels; {likely} --units {unit}"
             return height
-        missing = (
-            f"missing; the numbers span {span:g}, more than {HEIGHT_LIMIT_MM:g} if they are mm; if they are"
-        )
-        raise InputError(
-            f"relief_mm: {missing} {likely}, units='{unit}'",
-            f"--relief-mm: {missing} {likely}, --units {unit}",
-        )
+        fault = f"missing; the numbers span {span:g}, more than {HEIGHT_LIMIT_MM:g} if they are mm; {likely}"
+        raise InputError(f"relief_mm: {fault} units='{unit}'", f"--relief-mm: {fault} --units {unit}")
 
     def sampled(
         self, values: NDArray[np.float32], tilt: NDArray[np.float32], options: PrepareOptions

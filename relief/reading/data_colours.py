@@ -6,14 +6,12 @@ import numpy as np
 
 from relief.ground.arrays import AnyArray, Array
 
-MOST_PIXELS = 2**20
+MOST_PIXELS = 2**18
 """Pixels, about, that are looked at, of the rows in the middle."""
 FEWEST_COLOURS = 32
 """Colours, or bytes, below which a picture is a drawing: teal, purple and olive have length 1, too."""
 LEAST_SHARE = 0.002
 """Least share of pixels that vary."""
-LENGTHS = (0.55, 1.18)
-"""Lengths of 90 % of the normals to a surface; JPEG and averages change them."""
 MEDIAN = (0.8, 1.03)
 """Median length of normals."""
 LENGTH_SPREAD, LENGTH_SPREAD_ALL_ROUND = 0.38, 0.2
@@ -22,11 +20,9 @@ that point anywhere. Colours at random have 0.58."""
 COLLINEAR = 0.03
 """Second standard deviation of directions, in the first, below which colours are shades of one colour."""
 STEEPEST_MEAN = 0.2
-"""Largest slope of the mean normal to a surface. Azure paint has lengths of 1, too, but is far from blue."""
+"""Largest x and y of the mean normal to a surface, and least z. Azure paint has lengths of 1, too."""
 ALL_ROUND = 0.6
 """Least standard deviation of directions that point anywhere."""
-MOSTLY = 0.95
-"""Least share of normals to a surface whose blue is above half."""
 SMOOTHER = 0.9
 """Largest bends of both bytes, in those of the higher one; at least 0.999 in photographs."""
 NOISE = 0.3
@@ -75,15 +71,12 @@ def _are_normals(colours: Array) -> bool:
     if len(found) < FEWEST_COLOURS or directions.shape[1] < flat.shape[1] * LEAST_SHARE:
         return False
     lengths = np.linalg.norm(directions, axis=0)
-    variances = np.maximum(np.linalg.eigvalsh(np.cov(directions)), 1e-12)
-    spread = float(np.sqrt(variances.sum()))
+    variances, mean = np.linalg.eigvalsh(np.cov(directions)), directions.mean(axis=1)
+    spread = float(np.sqrt(max(variances.sum(), 1e-12)))
     scatter = lengths.std() / spread
-    on_a_line = variances[1] < COLLINEAR**2 * variances[2]
-    if on_a_line or not MEDIAN[0] < np.median(lengths) < MEDIAN[1] or scatter > LENGTH_SPREAD:
+    if variances[1] < COLLINEAR**2 * variances[2] or not MEDIAN[0] < np.median(lengths) < MEDIAN[1]:
         return False
-    low, high = np.percentile(lengths, [5.0, 95.0])
-    steepest, blue = np.abs(directions[:2].mean(axis=1)).max(), np.mean(directions[2] > 0.0)
-    to_surface = steepest < STEEPEST_MEAN and blue > MOSTLY and low > LENGTHS[0] and high < LENGTHS[1]
+    to_surface = scatter < LENGTH_SPREAD and np.abs(mean[:2]).max() < STEEPEST_MEAN < mean[2]
     return bool(to_surface or (spread > ALL_ROUND and scatter < LENGTH_SPREAD_ALL_ROUND))
 
 

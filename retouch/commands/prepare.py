@@ -35,8 +35,9 @@ HIGH_MM = 2.0
 HELP = "make a height map of any picture"
 DESCRIPTION = """\
 Makes a height map of a picture: square, grey, white is high. The picture may be a photograph, a scan or a
-drawing of any sides: PNG, JPEG, TIFF, WebP, BMP, GIF, PGM, EXR or NPY. Every step is reported. Beside the
-height map lies a preview, NAME-preview.png, with the picture, the relief under raking light and the numbers.
+drawing of any sides: PNG, JPEG, TIFF, WebP, BMP, GIF or PGM; or numbers: TIFF, EXR, NPY, text, a measured
+surface. Every step is reported. Beside the height map lies a preview, NAME-preview.png, with the picture, the
+relief under raking light and the numbers.
 
 A photograph knows brightness, not height: bright is taken as high, dark with --invert.
 """
@@ -47,6 +48,7 @@ examples:
   retouch prepare weave.tif -o weave.exr --relief-mm 0.5 --tile
   retouch prepare weave.exr -o large.exr --plate-mm 25
   retouch prepare heights.png -o heights-100.png --levels 0,255 --samples 100
+  retouch prepare scan.tif -o scan.exr --units um --level --fill
 """
 
 

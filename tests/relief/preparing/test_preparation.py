@@ -226,7 +226,7 @@ def test_the_ends_are_the_pixels_of_the_part_that_is_taken(tmp_path: Path) -> No
 def test_numbers_times_a_scale_are_heights_above_the_lowest(tmp_path: Path, hills: Array) -> None:
     micrometres = 250 * (hills - 0.5)
     np.save(tmp_path / "a.npy", micrometres)
-    with pytest.raises(InputError, match="the numbers span 250, more than 3 if they are mm; if they are um"):
+    with pytest.raises(InputError, match="the numbers span 250, more than 3 if they are mm; are these um"):
         prepare(tmp_path / "a.npy")
     options: dict[str, Any]
     for options in ({"units": "um"}, {"height_scale": 1e-3}):
@@ -236,12 +236,12 @@ def test_numbers_times_a_scale_are_heights_above_the_lowest(tmp_path: Path, hill
     lifted = prepare(tmp_path / "a.npy", units="um", levels="-100,50")
     np.testing.assert_allclose(lifted.heights, np.clip(micrometres, -100, 50) / 1000 + 0.1, atol=1e-7)
     np.save(tmp_path / "a.npy", 250e-6 * hills)
-    assert "are these m (0.25 mm)? --units m" in prepare(tmp_path / "a.npy").done["unit"]
+    assert "are these m, 0.25 mm? --units m" in prepare(tmp_path / "a.npy").done["unit"]
     for options, word in (
-        ({"units": "um", "height_scale": 1e-3}, "units: is another scale than height_scale"),
-        ({"units": "um", "relief_mm": 1.0}, "units: is another scale than relief_mm"),
+        ({"units": "um", "height_scale": 1e-3}, "units: height_scale states the unit of heights already"),
+        ({"units": "um", "relief_mm": 1.0}, "relief_mm: units or height_scale state"),
         ({"units": "ell"}, "units: 'ell' is not one of um, mm"),
-        ({"height_scale": 0.0}, "height_scale: 0.0 is not a number"),
+        ({"height_scale": 0.0}, r"height_scale: 0 is outside \[1e-06"),
         ({"units": "m", "height_scale": None, "levels": "0,1"}, "relief_mm: 1000 is above 20"),
     ):
         with pytest.raises(InputError, match=word):
@@ -249,11 +249,9 @@ def test_numbers_times_a_scale_are_heights_above_the_lowest(tmp_path: Path, hill
 
 
 def test_a_picture_of_grey_has_no_unit(stone: Path) -> None:
-    with pytest.raises(InputError, match="height of a picture of grey is relief_mm") as caught:
+    with pytest.raises(InputError, match="a picture is scaled by relief_mm") as caught:
         prepare(stone, units="um")
-    assert caught.value.for_command.endswith(
-        "--units: is for files of numbers; the height of a picture of grey is --relief-mm"
-    )
+    assert caught.value.for_command.endswith("as --units is; a picture is scaled by --relief-mm")
 
 
 def test_what_was_not_measured_is_filled_or_refused(tmp_path: Path, hills: Array) -> None:
