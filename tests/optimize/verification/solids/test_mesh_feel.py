@@ -1,4 +1,4 @@
-"""Feel of meshes: that of a plate is that of its height map, and what a finger cannot feel is left out."""
+"""Feel of meshes: that of a known relief is that of its height map; what a finger cannot feel is left out."""
 
 from pathlib import Path
 
@@ -45,10 +45,13 @@ def gravel() -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def feel(gravel: np.ndarray) -> MeshFeel:
-    return feel_of(Mesh(plate_mesh(gravel, SIZE_MM), None, Path("plate.stl")), Skin())
+    """Of a tray whose sides slant, and which is no plate."""
+    plate = plate_mesh(gravel, SIZE_MM)
+    narrow = np.where(plate.vertices[:, 2:] < -1.0, (0.8, 0.8, 1.0), 1.0)
+    return feel_of(Mesh(Body(plate.vertices * narrow, plate.faces), None, Path("plate.stl")), Skin())
 
 
-def test_a_plate_feels_as_its_height_map(gravel: np.ndarray, feel: MeshFeel) -> None:
+def test_the_top_of_a_tray_feels_as_its_height_map(gravel: np.ndarray, feel: MeshFeel) -> None:
     """Pressed by the path of plates at the same places, to half a sample."""
     centres = np.array([crop.frame.at[:2] for crop in feel.crops])
     first = np.stack([SIZE_MM / 2 - centres[:, 1], SIZE_MM / 2 + centres[:, 0]], axis=1) - 5.0
