@@ -46,8 +46,8 @@ def flat() -> TouchMeasures:
     return measure_touch(Relief(texture(), SIZE_MM), Skin(), "layer")
 
 
-def turned(body: Body, axis: str, degrees: float) -> Body:
-    turn = Rotation.from_euler(axis, degrees, degrees=True).as_matrix()
+def turned(body: Body, axes: str, *degrees: float) -> Body:
+    turn = Rotation.from_euler(axes, np.squeeze(degrees), degrees=True).as_matrix()
     return Body(body.vertices @ turn.T + (3.0, -40.0, 7.0), body.faces)
 
 
@@ -56,7 +56,7 @@ WAYS: dict[str, Callable[[Body], Body]] = {
     "on its side": lambda body: turned(body, "x", 90.0),
     "face down": lambda body: turned(body, "y", 180.0),
     "turned on the bed": lambda body: turned(body, "z", 30.0),
-    "in the air": lambda body: turned(body, "xyz", np.array([20.0, 50.0, 70.0])),
+    "in the air": lambda body: turned(body, "xyz", 20.0, 50.0, 70.0),
     "raised label": lambda body: labelled(body, ["A1"], 0.4),
     "engraved label": lambda body: labelled(body, ["A1"], -0.4),
     "a thick block": lambda body: Body(
