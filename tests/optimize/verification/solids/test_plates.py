@@ -46,7 +46,7 @@ def flat() -> TouchMeasures:
     return measure_touch(Relief(texture(), SIZE_MM), Skin(), "layer")
 
 
-def turned(body: Body, axis: str, degrees: float) -> Body:
+def turned(body: Body, axis: str, degrees: float | np.ndarray) -> Body:
     turn = Rotation.from_euler(axis, degrees, degrees=True).as_matrix()
     return Body(body.vertices @ turn.T + (3.0, -40.0, 7.0), body.faces)
 
