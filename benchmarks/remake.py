@@ -170,6 +170,7 @@ PARTS: Mapping[str, Part] = {
             "-m benchmarks.objects.objects_figure",
             "-m benchmarks.objects.direction",
             "-m benchmarks.touch.mesh_feel",
+            "-m benchmarks.objects.plates",
         ),
     ),
     "prints": study(

@@ -1,10 +1,11 @@
-"""Plates by their files beside their height maps: sizes, formats, labels, turns, fewer triangles, printers.
+"""Plates by their files beside their height maps: sizes, formats, labels, turns, fewer triangles.
 
 python -m benchmarks.objects.plates
 """
 
 import tempfile
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import retouch
-from benchmarks.shared.common import DOCS, machine, put, save, table
+from benchmarks.shared.common import DOCS, kept, put, table
 from mitsuba_scenes import find_texture
 from relief.ground.arrays import Array
 from relief.heightmap import load_heights
@@ -23,7 +24,7 @@ from relief.solids.export.plate_export import plate_mesh
 from relief.solids.meshes.shells import _body, _manifold
 from tactile import jnd_apart
 
-TEXTURES = ("gravel", "leather", "bark", "brick", "knit", "terrain", "grass")
+TEXTURES = ("gravel", "leather", "bark", "brick", "knit", "terrain")
 SIZES_MM, WIDE_MM, TILE_MM = (10.0, 15.0, 25.0, 40.0), 25.0, 10.0
 TOLERANCES_MM = (0.005, 0.02)
 """Distances by which fewer triangles may be off, mm."""
@@ -59,25 +60,27 @@ def compared(path: Path, flat: retouch.Evaluation) -> dict[str, Any]:
     return row | {"places_flat": flat.places.count, "jnd": jnd_apart(felt.roughness, flat.roughness)}
 
 
-def measured(name: str, folder: Path) -> dict[str, Any]:
+def measured(name: str) -> dict[str, Any]:
     """Rows of a texture, by size and kind."""
-    rows = {}
+    with tempfile.TemporaryDirectory() as folder:
+        return dict(rows_of(name, Path(folder)))
+
+
+def rows_of(name: str, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Sizes and kinds of a texture's plates, with what was measured."""
     for size_mm in SIZES_MM:
         relief = retouch.Relief.of(cut(name, size_mm), size_mm)
         flat = retouch.evaluate(relief, quiet=True)
-        for suffix in SUFFIXES:
+        for suffix in SUFFIXES if size_mm == WIDE_MM else SUFFIXES[:1]:
             path = folder / f"plate{suffix}"
             retouch.export(relief, path)
-            rows[f"{size_mm:g} mm, {suffix[1:]}"] = compared(path, flat)
+            yield f"{size_mm:g} mm, {suffix[1:]}", compared(path, flat)
         for kind, path in variants(relief.heights, folder) if size_mm == WIDE_MM else ():
-            rows[kind] = compared(path, flat)
-    return rows
+            yield kind, compared(path, flat)
 
 
 def main() -> None:
-    with tempfile.TemporaryDirectory() as folder:
-        content = {name: measured(name, Path(folder)) for name in TEXTURES}
-    save(RESULT, {"machine": machine(), "plates": content})
+    content = {name: kept(RESULT, "plates", name, partial(measured, name)) for name in TEXTURES}
     heads = ("texture, 25 mm", "V of the height map", "V of its STL", "places", "all kinds, most JND off")
     rows = []
     for name, kinds in content.items():

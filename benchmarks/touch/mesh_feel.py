@@ -1,4 +1,4 @@
-"""Feel of meshes: plates against their height maps, tubes, fuzzy skin, a knurl, a coin's edge, and time.
+"""Feel of meshes: tubes, fuzzy skin, a knurl, a coin's edge, and time.
 
 python -m benchmarks.touch.mesh_feel [CASE ...]     # without names: the cases that are not in the results yet
 """
@@ -23,7 +23,6 @@ from relief.places import places
 from relief.relief import Relief
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
-from relief.solids.export.plate_export import plate_mesh
 from relief.solids.meshes import Mesh, check_solid, read_mesh
 from relief.solids.meshes.crops import Cropper
 from relief.solids.meshes.mesh_places import frame_along
@@ -34,7 +33,7 @@ from tactile import jnd_apart
 from tactile.measures import measure_touch
 from tactile.skin import Skin
 
-PLATE_MM, TILE_MM = 25.0, 10.0
+TILE_MM = 10.0
 AROUND = {"gravel, 32 mm": 20, "gravel, 16 mm": 10, "gravel, 9.5 mm": 6, "gravel, 6.4 mm": 4}
 """Tiles around the tubes, by name and radius."""
 PLACES = 12
@@ -104,24 +103,6 @@ def touched(textured: Body, base: Body | None = None) -> dict[str, Any]:
     v, area = (feel.as_pressed[name][side] for name in ("roughness", "contact_area_mm2"))
     row = {"roughness": float(v.mean()), "std": float(v.std()), "places": len(v), "on_edge": feel.edges}
     return row | {"contact_area_mm2": float(area.mean())}
-
-
-def plate(name: str) -> dict[str, Any]:
-    """A plate of 25 mm by its file and by its height map."""
-    tile = load_heights(find_texture(f"{name}-tile"))
-    side = round(PLATE_MM / TILE_MM * len(tile))
-    heights = np.tile(tile, (3, 3))[:side, :side]
-    body = plate_mesh(heights, PLATE_MM)
-    start = time.process_time()
-    check_solid(body, name)
-    checked = time.process_time() - start
-    start = time.process_time()
-    feel = feel_of(Mesh(body, None, Path(name)), Skin())
-    cpu = time.process_time() - start
-    flat = measure_touch(Relief(heights, PLATE_MM), Skin(), "layer").means["roughness"]
-    mean = feel.means["roughness"]
-    row = {"faces": len(body.faces), "flat": flat, "within": {"roughness": mean, "places": len(feel.crops)}}
-    return row | {"jnd_within": jnd_apart(mean, flat), "check_cpu_s": checked, "cpu_s": cpu}
 
 
 def around_tube(heights: Array, pitch_mm: float, every: int, tile: bool = False) -> dict[str, Any]:
@@ -200,8 +181,6 @@ def seconds() -> dict[str, Any]:
 
 
 CASES: dict[str, Callable[[], dict[str, Any]]] = {
-    "gravel, plate": lambda: plate("gravel"),
-    "brick, plate": lambda: plate("brick"),
     **{name: lambda around=around: gravel_tube(around) for name, around in AROUND.items()},  # type: ignore[misc]
     "fuzzy skin, 16 mm": lambda: around_tube(fuzzy_skin(100.0, 200, 0.1), 0.1, 8),
     "knurl, 8.1 mm": lambda: around_tube(*knurl(36, 264), 12),

@@ -65,7 +65,8 @@ A print file ({", ".join(MESHES)}) must be closed. Fingers press on it at
 most {MOST_PLACES} times, 2.5 mm apart, along the outward axis of each place; the flat side that lies on the
 printer's bed is left out. Roughness is the mean over the places whose 10 mm patch reaches over no edge, and
 that of the texture alone: the object's own curvature is taken out, by --object, the object without texture,
-or as estimated from each patch. Parts that pass through one another are felt from outside.
+or as estimated from each patch. A plate, with a flat back and upright sides, is felt as its height map unless
+there is --object. Parts that pass through one another are felt from outside.
 """
 EPILOG = """\
 examples:

@@ -225,7 +225,7 @@ def _plates_felt(
     if not crops:
         return None
     values = {name: np.concatenate([touch.values[name] for touch in touches]) for name in QUANTITIES}
-    fractions = np.concatenate([(touch.pressure > 0.0).mean(axis=(1, 2)) for touch in touches])
+    fractions = np.concatenate([touch.contact_fractions for touch in touches])
     area = surface_points(mesh.body).area_mm2
     body = mesh.body if as_printed is None else as_printed
     return MeshFeel(body, crops, values, fractions, left_out, 0, area, PLATE, values)

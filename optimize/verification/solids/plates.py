@@ -1,7 +1,8 @@
 """Plates among solids: bodies with a flat back and upright sides, whose tops are height maps.
 
 The waves of a plate's texture are no curvature of an object, however long they are. A top is an object's
-curved or tilted side where a polynomial of second order holds most of the variance of its heights.
+curved or tilted side where a polynomial of second order holds much of the variance of its heights, and higher
+orders little: a texture's long waves have all low orders.
 """
 
 from collections.abc import Iterator
@@ -42,13 +43,13 @@ of the back's area that bevels around it may have."""
 TWICE = 1.02
 """Area of what faces the finger, as the finger sees it, in that of the outline, from which the top lies twice
 above some places: beyond the error of counting samples along an outline."""
-CURVED, LEAST_CURVED, CURVED_MM = 0.5, 0.2, 0.01
-"""Share of the variance of heights that a polynomial of second order explains, from which a top of 10 mm is
-curved or tilted; the least of wider ones, whose share falls as their width rises; and the least standard
-deviation of the polynomial, mm. The textures that come with Retouch have up to 0.24 over 10 mm (terrain) and
-0.04 over 25 mm; a dome of 1 mm over 25 mm has 0.4 under gravel, which it makes 0.5 JND rougher."""
-FRAME = 8
-"""Width of a frame around a top that makes no dish of it: this part of the side."""
+DOMED, ALONE, WHOLE, CURVED_MM = 0.2, 8.0, 0.8, 0.01
+"""Share of the variance of heights that a polynomial of second order explains, from which a top may be domed,
+hollow or tilted, and how much more that is than third and fourth order add; share that all four explain from
+which a top has no texture to speak of; and least standard deviation of the polynomial, mm. Textures that come
+with Retouch have up to 0.24 (terrain), 1.9 times (pebbles) and 0.44; a frame, 0.58, 3 times and 0.77. A dome
+of 1 mm over 25 mm under gravel, which it makes 0.5 JND rougher, has 0.41, and 1400 times; the bundled slider,
+0.91 in all."""
 SAME_MM, OFF_LATTICE = 1e-4, 0.01
 """Distance of coordinates that differ by rounding alone, mm, and the most by which the middles of a lattice's
 samples are off, in the distance of the samples."""
@@ -145,7 +146,7 @@ def _lying(body: Body, back: Array, name: str, printed: Cropper | None) -> Plate
     heights = sampled(Cropper(body, fine_mm=fine_mm))
     bare = np.isinf(heights)
     seen = (areas * facing)[facing > 0.0].sum()
-    if seen > TWICE * np.count_nonzero(~bare) * pitch**2 or _curved(heights, pitch):
+    if seen > TWICE * np.count_nonzero(~bare) * pitch**2 or _curved(heights):
         return None
     if np.ptp(heights[~bare]) > DEEPEST_RELIEF_MM:
         return None
@@ -223,23 +224,17 @@ def _lattice(along: Array, side: float) -> int | None:
     return None
 
 
-def _curved(heights: Array, pitch_mm: float) -> bool:
-    """Whether a top (rows, cols) is curved or tilted, within a frame as well; infinite: there is none."""
-    longest = max(heights.shape)
-    share = max(LEAST_CURVED, CURVED * PATCH_SIDE_MM / (longest * pitch_mm))
-    step = max(1, longest // SAMPLES)
-    row, col = (slice(side // FRAME, side - side // FRAME, step) for side in heights.shape)
-    # The same dome is lower within, by the square of the width.
-    within = share * (1.0 - 2.0 / FRAME) ** 4
-    return _bent(heights[::step, ::step], share) and _bent(heights[row, col], within)
-
-
-def _bent(heights: Array, share: float) -> bool:
-    """Whether a polynomial of second order has more than a share of the variance of heights (rows, cols)."""
-    row, col = np.nonzero(np.isfinite(heights))
-    if not len(row):
-        return False
-    x, y, there = row / SAMPLES - 0.5, col / SAMPLES - 0.5, heights[row, col]
-    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)
-    smooth = terms @ np.linalg.lstsq(terms, there)[0]
-    return float(smooth.std()) > max(CURVED_MM, np.sqrt(share) * float(there.std()))
+def _curved(heights: Array) -> bool:
+    """Whether a top (rows, cols) is domed, hollow or tilted; heights are infinite where there is none."""
+    step = max(1, max(heights.shape) // SAMPLES)
+    row, col = np.nonzero(np.isfinite(heights[::step, ::step]))
+    there = heights[row * step, col * step]
+    x, y = row / SAMPLES - 0.5, col / SAMPLES - 0.5
+    low, both = (
+        float((terms @ np.linalg.lstsq(terms, there)[0]).var())
+        for order in (2, 4)
+        for terms in [np.stack([x**i * y**j for i in range(order + 1) for j in range(order + 1 - i)], axis=1)]
+    )
+    variance = float(there.var())
+    domed = low > max(DOMED * variance, ALONE * (both - low))
+    return both > CURVED_MM**2 and (domed or both > WHOLE * variance)
