@@ -67,7 +67,7 @@ def scale_of(units: str | None, height_scale: float | None) -> float | None:
     if units is None:
         return height_scale
     if height_scale is not None:
-        raise InputError("units: height_scale states the unit of heights already")
+        raise InputError("units: is another scale than height_scale")
     if units not in UNITS:
         raise InputError(f"units: {shown(units)} is not one of {', '.join(UNITS)}")
     return UNITS[units]
@@ -80,7 +80,7 @@ def header_of(path: str | os.PathLike[str], **lengths: float | None) -> dict[str
 
 
 def lengths_of(header: Mapping[Any, Any], path: Path) -> dict[str, float]:
-    """Lengths of a hostile header, by the names of `relief.readers.Content`."""
+    """Lengths of a hostile header, by the names of `relief.reading.samples.Samples`."""
     with naming(f"{path}: header"):
         return {
             key: in_range(key, header[HEADER + key])

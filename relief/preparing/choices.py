@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 from relief.ground.formats import UNITS
 from relief.ground.limits import LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
 from relief.ground.options import Option, whole_number
-from relief.plate_options import fill_option, level_option
+from relief.plate_options import RELIEF_MM, fill_option, height_scale_option, level_option, size_option
 
 GREYS: Mapping[str, Mapping[str, float]] = {
     "luminance": {"R": 0.2126, "G": 0.7152, "B": 0.0722},
@@ -51,23 +51,15 @@ class LengthOptions:
     relief_mm: Annotated[
         float | None,
         Option(
-            "height of the highest pixel above the lowest, mm; written to OUT",
+            "height of the highest pixel above the lowest, or of white above black with levels, mm; "
+            "written to OUT",
             "MM",
-            default="unknown",
-            python="height of the highest pixel above the lowest, mm, or of white above black with levels "
-            "(default: the header's; of a file of numbers, its numbers)",
+            RELIEF_MM,
+            default="the header's; of a file of numbers, its numbers",
             exclusive="scale",
         ),
     ] = None
-    height_scale: Annotated[
-        float | None,
-        Option(
-            "heights of a file of numbers are its numbers times this factor, mm, the lowest lifted to 0",
-            "FACTOR",
-            default="by the file's unit, else 1",
-            exclusive="scale",
-        ),
-    ] = None
+    height_scale: Annotated[float | None, height_scale_option("by the file's unit, else 1")] = None
     units: Annotated[
         str | None,
         Option(
@@ -79,12 +71,9 @@ class LengthOptions:
     ] = None
     size_mm: Annotated[
         float | None,
-        Option(
-            "side of the plate, mm; written to OUT",
-            "MM",
-            default=f"unknown, which counts as {PATCH_SIDE_MM:g}",
-            python="side of the plate, mm, or of the tile that repeats over it (default: that of the part, "
-            "by the file's)",
+        size_option(
+            "side of the plate, or of the tile that repeats over it; written to OUT",
+            f"that of the part, by the file's, else unknown, which counts as {PATCH_SIDE_MM:g}",
         ),
     ] = None
 
@@ -157,11 +146,7 @@ class HeightOptions:
     ] = None
     plate_mm: Annotated[
         float | None,
-        Option(
-            "repeat the tile over a plate of this side; --size-mm is that of the tile",
-            "MM",
-            default="one tile",
-        ),
+        Option("repeat the tile over a plate of this side; --size-mm is its own", "MM", default="one tile"),
     ] = None
 
 

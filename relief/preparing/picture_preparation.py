@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from relief.corrections import filled, plane
 from relief.ground.arrays import Array
-from relief.ground.errors import InputError, naming
+from relief.ground.errors import InputError, naming, option_error
 from relief.ground.formats import UNITS
-from relief.ground.lengths import RANGES, in_range, scale_of
+from relief.ground.lengths import in_range, scale_of
 from relief.ground.limits import (
     DEEPEST_RELIEF_MM,
     HEIGHT_LIMIT_MM,
@@ -98,8 +98,7 @@ class Prepared:
         if path.suffix.lower() == ".png":
             save_heights_png(path, self.heights, self.relief_mm, self.size_mm, self.repeats)
         elif self.relief_mm is None:
-            missing = "missing; an EXR holds mm, a PNG may do without"
-            raise InputError(f"{path}: relief_mm: {missing}", f"{path}: --relief-mm: {missing}")
+            raise option_error("relief_mm", "missing; an EXR holds mm, a PNG may do without", path)
         else:
             save_heights_exr(path, self.heights, self.size_mm, self.relief_mm, self.repeats)
 
@@ -127,27 +126,22 @@ def prepare(path: str | os.PathLike[str], options: PrepareOptions) -> Prepared:
     with naming(path):
         checked(options)
         levels = None if options.levels is None else Levels.read(options.levels)
-        scales = [
-            name for name in ("relief_mm", "height_scale", "units") if getattr(options, name) is not None
-        ]
-        if len(scales) > 1:
-            raise InputError(f"{scales[1]}: is another scale than {scales[0]}; one holds")
-        given = {
-            key: in_range(key, getattr(options, key)) for key in RANGES if getattr(options, key) is not None
-        }
+        asked = scale_of(options.units, options.height_scale)
+        if asked is not None and options.relief_mm is not None:
+            name = "height_scale" if options.units is None else "units"
+            raise InputError(f"{name}: is another scale than relief_mm; one holds")
     with stage(f"reading {path}"):
         picture = read_samples(path)
     with naming(path):
-        return _prepared(_Work(picture), options, levels, given)
+        return _prepared(_Work(picture), options, levels, asked)
 
 
-def _prepared(
-    work: "_Work", options: PrepareOptions, levels: Levels | None, given: dict[str, float]
-) -> Prepared:
-    """The height map of what a file holds; ``given`` are the lengths among the options."""
+def _prepared(work: "_Work", options: PrepareOptions, levels: Levels | None, asked: float | None) -> Prepared:
+    """The height map of what a file holds; ``asked`` is the height of a number of 1 by the options, mm."""
     picture = work.picture
-    scale = work.scale(options)
-    lengths = dict(picture.lengths) | given
+    scale = work.scale(options, asked)
+    given = {"relief_mm": options.relief_mm, "size_mm": options.size_mm}
+    lengths = dict(picture.lengths) | {key: mm for key, mm in given.items() if mm is not None}
     if picture.bits is None and options.relief_mm is None:
         lengths.pop("relief_mm", None)
     elif levels is None and options.relief_mm is None and "relief_mm" in picture.lengths:
@@ -203,13 +197,12 @@ class _Work:
         self.known_tile = False
         """Whether the whole of a tile is taken, by the header."""
 
-    def scale(self, options: PrepareOptions) -> float | None:
+    def scale(self, options: PrepareOptions, asked: float | None) -> float | None:
         """Height in mm of a number of 1, None where a relief is given and for pictures of grey.
 
         Raises:
             InputError: A picture of grey is to have a unit.
         """
-        asked = scale_of(options.units, options.height_scale)
         if self.picture.bits is None:
             known = asked or self.picture.unit_mm
             self.numbers["height_scale"] = None if options.relief_mm else known or 1.0
@@ -217,10 +210,7 @@ class _Work:
             return self.numbers["height_scale"]
         if asked is not None:
             name = "units" if options.height_scale is None else "height_scale"
-            refused = "is for files of numbers; the height of a picture of grey is"
-            raise InputError(
-                f"{name}: {refused} relief_mm", f"--{name.replace('_', '-')}: {refused} --relief-mm"
-            )
+            raise option_error(name, "is for files of numbers; a picture of grey has a relief in mm")
         return None
 
     def part(self, options: PrepareOptions) -> NDArray[np.float32]:
@@ -275,10 +265,7 @@ class _Work:
             return values
         if not fill:
             fault = f"{share:.2g} % of the part that is taken were not measured"
-            ways = (("crop", "fill=True"), ("--crop", "--fill"))
-            raise InputError(
-                *(f"{fault}; {fill} fills them from around, {crop} takes another part" for crop, fill in ways)
-            )
+            raise InputError(f"{fault}; --fill fills them from around, --crop takes another part")
         self.done["holes"] = f"{share:.2g} % were not measured, and are filled from around"
         with stage("filling what was not measured"):
             whole = filled(np.where(holes, np.nan, (values - tilt).astype(np.float64)))
@@ -300,13 +287,8 @@ class _Work:
                 f"{height:.3g} mm high, which no finger feels; are these {likely}? --units {unit}"
             )
             return height
-        missing = (
-            f"missing; the numbers span {span:g}, more than {HEIGHT_LIMIT_MM:g} if they are mm; if they are"
-        )
-        raise InputError(
-            f"relief_mm: {missing} {likely}, units='{unit}'",
-            f"--relief-mm: {missing} {likely}, --units {unit}",
-        )
+        span_mm = f"the numbers span {span:g}, more than {HEIGHT_LIMIT_MM:g} if they are mm"
+        raise option_error("relief_mm", f"missing; {span_mm}; if they are {likely}, --units {unit}")
 
     def sampled(
         self, values: NDArray[np.float32], tilt: NDArray[np.float32], options: PrepareOptions
@@ -397,7 +379,10 @@ class _Work:
                 f"{stretch:.3g}-fold; --levels 0,255 keeps the picture's own scale"
             )
         else:
-            text = f"{self._grey(lowest)} is lowest, {self._grey(highest)} highest{self._of(low, high)}"
+            text = f"{self._grey(lowest)} is lowest, {self._grey(highest)} highest"
+            if self.picture.bits is not None:
+                beyond = min(low, 1.0 - high) < 0.0
+                text += f", beyond the 0 to {WHITE:g} of the picture" if beyond else f" of {WHITE:g}"
         text += ", percentiles of the pixels that are taken" * (levels is not None and levels.percent)
         saturated = f"; {100.0 * outside:.2g} % lie outside and saturate" if outside > 0 else ""
         self.done["levels"] = f"{text}{', dark is high' * invert}{saturated}"
@@ -408,13 +393,6 @@ class _Work:
         }
         level = np.clip((heights - low) / (high - low), 0.0, 1.0)
         return 1.0 - level if invert else level
-
-    def _of(self, low: float, high: float) -> str:
-        """Words for the scale of levels of a picture of grey."""
-        if self.picture.bits is None:
-            return ""
-        beyond = min(low, 1.0 - high) < 0.0
-        return f", beyond the 0 to {WHITE:g} of the picture" if beyond else f" of {WHITE:g}"
 
     @property
     def _unit(self) -> float:

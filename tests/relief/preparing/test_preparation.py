@@ -241,7 +241,7 @@ def test_numbers_times_a_scale_are_heights_above_the_lowest(tmp_path: Path, hill
         ({"units": "um", "height_scale": 1e-3}, "units: is another scale than height_scale"),
         ({"units": "um", "relief_mm": 1.0}, "units: is another scale than relief_mm"),
         ({"units": "ell"}, "units: 'ell' is not one of um, mm"),
-        ({"height_scale": 0.0}, "height_scale: 0.0 is not a number"),
+        ({"height_scale": 0.0}, "height_scale: 0 is outside"),
         ({"units": "m", "height_scale": None, "levels": "0,1"}, "relief_mm: 1000 is above 20"),
     ):
         with pytest.raises(InputError, match=word):
@@ -249,10 +249,12 @@ def test_numbers_times_a_scale_are_heights_above_the_lowest(tmp_path: Path, hill
 
 
 def test_a_picture_of_grey_has_no_unit(stone: Path) -> None:
-    with pytest.raises(InputError, match="height of a picture of grey is relief_mm") as caught:
+    with pytest.raises(
+        InputError, match="units: is for files of numbers; a picture of grey has a relief in mm"
+    ) as caught:
         prepare(stone, units="um")
     assert caught.value.for_command.endswith(
-        "--units: is for files of numbers; the height of a picture of grey is --relief-mm"
+        "--units: is for files of numbers; a picture of grey has a relief in mm"
     )
 
 
