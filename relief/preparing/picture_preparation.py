@@ -265,7 +265,10 @@ class _Work:
             return values
         if not fill:
             fault = f"{share:.2g} % of the part that is taken were not measured"
-            raise InputError(f"{fault}; --fill fills them from around, --crop takes another part")
+            raise InputError(
+                f"{fault}; fill=True fills them from around, crop takes another part",
+                f"{fault}; --fill fills them from around, --crop takes another part",
+            )
         self.done["holes"] = f"{share:.2g} % were not measured, and are filled from around"
         with stage("filling what was not measured"):
             whole = filled(np.where(holes, np.nan, (values - tilt).astype(np.float64)))
@@ -288,7 +291,7 @@ class _Work:
             )
             return height
         span_mm = f"the numbers span {span:g}, more than {HEIGHT_LIMIT_MM:g} if they are mm"
-        raise option_error("relief_mm", f"missing; {span_mm}; if they are {likely}, --units {unit}")
+        raise option_error("relief_mm", f"missing; {span_mm}; if they are {likely}, give units {unit}")
 
     def sampled(
         self, values: NDArray[np.float32], tilt: NDArray[np.float32], options: PrepareOptions
