@@ -1,7 +1,6 @@
 """Pictures: PNG, JPEG, WebP, BMP, GIF, PGM and PPM, as Pillow reads them, upright."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from PIL import Image, ImageChops, ImageOps
@@ -10,15 +9,8 @@ from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named
 from relief.ground.lengths import lengths_of
-from relief.reading.samples import (
-    MOST_PIXELS,
-    Check,
-    Samples,
-    check_square,
-    grey_or_colours,
-    repeats_of,
-)
-from relief.reading.tiff import UPRIGHT
+from relief.reading.samples import MOST_PIXELS, Check, Samples, check_square, grey_or_colours, repeats_of
+from relief.reading.tiff import upright
 
 FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF", "PPM")
 """Kinds of pictures, by Pillow's names; the content of a file states its kind, not its name."""
@@ -113,8 +105,6 @@ def _png_of_16_bits(path: Path, image: Image.Image) -> dict[str, AnyArray]:
 
     image.load()  # Pillow checks the file's parts, and whether it ends early.
     stored = np.atleast_3d(imagecodecs.png_decode(path.read_bytes()))
-    orientation = image.getexif().get(_ORIENTATION, 1)
-    upright: Any = UPRIGHT.get(orientation, UPRIGHT[1])(stored)
-    layers = [*np.moveaxis(upright, -1, 0)]
+    layers = [*np.moveaxis(upright(stored, image.getexif().get(_ORIENTATION, 1)), -1, 0)]
     alpha = {"A": layers.pop()} if len(layers) in (2, 4) else {}
     return ({"Y": layers[0]} if len(layers) == 1 else grey_or_colours(*layers)) | alpha

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.ground.arrays import AnyArray
+from relief.ground.arrays import AnyArray, Array
 from relief.ground.errors import InputError
 from relief.ground.formats import Repeats
 from relief.ground.lengths import HEADER, shown
@@ -82,6 +82,16 @@ class Samples:
     def height(self) -> int:
         """Rows."""
         return self.shape[0]
+
+    @property
+    def holds_numbers(self) -> bool:
+        """Whether the values are numbers rather than grey."""
+        return self.bits is None
+
+    @property
+    def values(self) -> Array:
+        """(rows, cols) of the only channel: grey from 0 to 1, or numbers, NaN where nothing was measured."""
+        return self.channels["Y"].astype(np.float64, order="C") / self.white
 
     @property
     def coloured(self) -> bool:
