@@ -14,12 +14,7 @@ from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming, option_error
 from relief.ground.formats import UNITS
 from relief.ground.lengths import in_range, scale_of
-from relief.ground.limits import (
-    DEEPEST_RELIEF_MM,
-    HEIGHT_LIMIT_MM,
-    PATCH_SIDE_MM,
-    SMALLEST_SIDE,
-)
+from relief.ground.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM, PATCH_SIDE_MM, SMALLEST_SIDE
 from relief.ground.options import by_keywords, checked
 from relief.ground.progress import stage
 from relief.heightmap import LEAST_FELT_MM, save_heights_exr, save_heights_png
@@ -29,14 +24,7 @@ from relief.preparing.grey_steps import smooth_steps
 from relief.preparing.repeated_tiles import repeated
 from relief.preparing.resampling import resampled, square_in
 from relief.preparing.source_pictures import grey_values
-from relief.preparing.tiling import (
-    OVERLAP,
-    PERIOD_SIDE,
-    border_ratio,
-    make_tile,
-    period,
-    repeats_already,
-)
+from relief.preparing.tiling import OVERLAP, PERIOD_SIDE, border_ratio, make_tile, period, repeats_already
 from relief.reading.data_colours import no_heights
 from relief.reading.readers import read_samples
 from relief.reading.samples import Samples

@@ -10,14 +10,7 @@ from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named
 from relief.ground.lengths import HEADER, lengths_of, shown
-from relief.reading.samples import (
-    Check,
-    Samples,
-    check_square,
-    grey_or_colours,
-    measured,
-    repeats_of,
-)
+from relief.reading.samples import Check, Samples, check_square, grey_or_colours, measured, repeats_of
 
 MOST_CHANNELS = 8
 """Most channels of an EXR file; a height map has one."""
