@@ -142,23 +142,19 @@ def _extent(
     pitches = sides / counts
     if not (np.isfinite(pitches).all() and pitches.min() > 0.0):
         raise InputError(f"{path}: its size is {shown(channel.physical_sizes)}")
-    cols, rows = np.rint(sides / pitches.min())
+    cols, rows = map(int, np.rint(sides / pitches.min()))
     if max(cols, rows) > LARGEST_SIDE:
-        raise InputError(
-            f"{path}: {cols:.0f} x {rows:.0f} square samples; at most {LARGEST_SIDE} a side are read"
-        )
+        raise InputError(f"{path}: {cols} x {rows} square samples; at most {LARGEST_SIDE} a side are read")
     if channel.physical_sizes is None or unit_mm is None:
-        return unit_mm, None, (int(rows), int(cols))
+        return unit_mm, None, (rows, cols)
     width, height = sides * unit_mm
     least, most = sides_mm
-    if not least <= min(width, height) <= max(width, height) <= most:
-        small, large = (
-            f"at least {least:g} mm are needed under a finger",
-            f"at most {most:g} mm a side are read",
-        )
-        limit = small if min(width, height) < least else large
-        raise InputError(f"{path}: {width:.3g} x {height:.3g} mm; {limit}")
-    return unit_mm, float(width), (int(rows), int(cols))
+    size = f"{width:.3g} x {height:.3g} mm"
+    if min(width, height) < least:
+        raise InputError(f"{path}: {size}; at least {least:g} mm are needed under a finger")
+    if max(width, height) > most:
+        raise InputError(f"{path}: {size}; at most {most:g} mm a side are read")
+    return unit_mm, float(width), (rows, cols)
 
 
 def _resampled(heights: Array, shape: tuple[int, int]) -> Array:
