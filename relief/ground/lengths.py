@@ -1,11 +1,10 @@
 """Lengths that turn a height map into a plate: their ranges, and their place in a file's header."""
 
+import math
 import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypedDict
-
-import numpy as np
 
 from relief.ground.errors import InputError, naming
 from relief.ground.formats import UNITS
@@ -56,7 +55,7 @@ def in_range(key: str, number: object) -> float:
     try:
         value = float(number)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
-        value = np.nan
+        value = math.nan
     if not lowest <= value <= highest:
         raise InputError(f"{key}: {shown(number)} is not a number from {lowest:g} to {highest:g}")
     return value

@@ -57,7 +57,7 @@ def read_surface(
         sides_mm: least and greatest side of a surface that is read, mm.
 
     Returns:
-        `kind`, `unit_mm` and `size_mm` (None if the file does not say), `notes` and `shape`; and the heights
+        `kind`, `unit_mm` (None if unknown), `lengths`, `notes` and `shape` as of `Samples`; and the heights
         (rows, cols) in the file's unit, row 0 the top of the picture, NaN where nothing was measured.
 
     Raises:
@@ -78,7 +78,8 @@ def read_surface(
         if not np.allclose(np.divide(shape, heights.shape), 1.0, rtol=SQUARE):
             heights = _resampled(heights, shape)
             notes.append(f"resampled from {cols} x {rows} samples, which are not square")
-    header = {"kind": f"{reader.name()} of numbers", "unit_mm": unit_mm, "size_mm": size_mm}
+    lengths = {} if size_mm is None else {"size_mm": size_mm}
+    header = {"kind": f"{reader.name()} of numbers", "unit_mm": unit_mm, "lengths": lengths}
     return header | {"notes": notes, "shape": heights.shape}, np.ascontiguousarray(heights)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial import Delaunay, QhullError
 
 from relief.ground.arrays import Array, Index
-from relief.ground.errors import InputError, PictureError, naming
+from relief.ground.errors import InputError, naming
 from relief.ground.files import damage_named, read_limited
 from relief.ground.formats import GRIDS, HEIGHTS, MEASURED, MESHES, UNITS
 from relief.ground.lengths import in_range, scale_of
@@ -121,11 +121,7 @@ def _refuse_others(path: Path, is_map: bool, lengths: ScanLengths) -> None:
 
 
 def _of_height_map(path: Path, lengths: ScanLengths) -> Scan:
-    try:
-        content = load_content(path)
-    except InputError as error:
-        # Its line names `retouch prepare`, which makes height maps of pictures, but not scans.
-        raise error.__cause__ if isinstance(error.__cause__, PictureError) else error from None
+    content = load_content(path)
     for wrong in ("relief_mm",) if content.holds_numbers else ("height_scale", "units"):
         if getattr(lengths, wrong) is not None:
             kind = "numbers" if content.holds_numbers else "grey"
