@@ -22,7 +22,7 @@ from optimize.settings.skins import fill_in
 from optimize.settings.toml_files import NotNegative, Positive, Section, first_fault, one_of, read_toml
 from optimize.settings.touch import RIVALS, Touch, too_large
 from relief.ground.errors import InputError, naming
-from relief.ground.lengths import RANGES
+from relief.ground.lengths import RANGES, Lengths
 from relief.ground.limits import LARGEST_PLATE_MM, PATCH_SIDE_MM
 from relief.surface import Repeats, axes
 
@@ -130,16 +130,9 @@ class Run(Section):
         # Imported here: a run file is checked before anything heavy is loaded.
         from relief.relief import Relief
 
-        return Relief.read(
-            self.texture,
-            size_mm=self.size_mm,
-            relief_mm=self.relief_mm,
-            height_scale=None if self.height_scale == 1.0 else self.height_scale,
-            fill=self.fill,
-            level=self.level,
-            repeats=self.repeats,
-            default_mm=plate_mm,
-        )
+        lengths = {key: getattr(self, key) for key in Lengths.__annotations__}
+        lengths["height_scale"] = None if self.height_scale == 1.0 else self.height_scale
+        return Relief.read(self.texture, **lengths, repeats=self.repeats, default_mm=plate_mm)  # type: ignore[arg-type]
 
     def check_texture(self) -> None:
         """Read the texture, so that its faults are reported before slow work begins. Raises InputError."""
