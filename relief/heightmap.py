@@ -22,7 +22,7 @@ from relief.ground.arrays import Array
 from relief.ground.errors import InputError, PictureError, naming, option_error
 from relief.ground.files import partial_file
 from relief.ground.formats import GRIDS, HEIGHT_MAPS, HEIGHTS, MEASURED, PICTURES
-from relief.ground.lengths import Lengths, header_of, in_range
+from relief.ground.lengths import Lengths, header_of, within
 from relief.ground.limits import (
     DEEPEST_RELIEF_MM,
     HEIGHT_LIMIT_MM,
@@ -34,7 +34,7 @@ from relief.ground.progress import say
 from relief.reading.data_colours import no_heights
 from relief.reading.profilometers import is_measured
 from relief.reading.readers import read_samples
-from relief.reading.samples import TILE, Check, Samples
+from relief.reading.samples import TILE, TILE_MARKS, Check, Samples
 from relief.reading.terraces import terraces
 from relief.reading.tiff import MAGIC, holds_numbers
 from relief.seam import misfit
@@ -119,11 +119,8 @@ def load_height_map(
     """
     path = Path(path)
     with naming(path):
-        lengths = (("size_mm", size_mm), ("relief_mm", relief_mm), ("relief_mm", default_relief_mm))
-        size_mm, relief_mm, default_relief_mm = (
-            None if length is None else in_range(key, length) for key, length in lengths
-        )
-        height_scale = None if height_scale is None else in_range("height_scale", height_scale)
+        size_mm, height_scale = within("size_mm", size_mm), within("height_scale", height_scale)
+        relief_mm, default_relief_mm = (within("relief_mm", mm) for mm in (relief_mm, default_relief_mm))
     content = _read(path, _check_shape, relief_mm)
     unit = unit_mm(content, relief_mm, height_scale, default_relief_mm)
     width_mm = given_or_stored(content, "size_mm", size_mm)
@@ -493,8 +490,8 @@ def save_heights_png(
 
 def _tile_mark(repeats: Repeats) -> dict[str, str]:
     """The entry of a header for a tile; none for a plate."""
-    mark = "".join(name for name, does in zip("yx", axes(repeats), strict=True) if does)[::-1]
-    return {TILE: mark} if mark else {}
+    marks = {stated: mark for mark, stated in TILE_MARKS.items()}
+    return {TILE: marks[repeats]} if repeats else {}
 
 
 def _check_shape(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:

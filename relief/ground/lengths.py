@@ -61,6 +61,11 @@ def in_range(key: str, number: object) -> float:
     return value
 
 
+def within(key: str, number: float | None) -> float | None:
+    """`in_range` of a number that may be unknown, which None stands for."""
+    return None if number is None else in_range(key, number)
+
+
 def scale_of(units: str | None, height_scale: float | None) -> float | None:
     """mm for a height of 1, None if neither the unit nor the number states them. Raises InputError."""
     if units is None:

@@ -121,28 +121,26 @@ def prepare(path: str | os.PathLike[str], options: PrepareOptions) -> Prepared:
     with stage(f"reading {path}"):
         picture = read_samples(path)
     with naming(path):
-        return _prepared(_Work(picture), options, levels, asked)
+        return _prepared(_Work(picture, options), levels, asked)
 
 
-def _prepared(work: "_Work", options: PrepareOptions, levels: Levels | None, asked: float | None) -> Prepared:
+def _prepared(work: "_Work", levels: Levels | None, asked: float | None) -> Prepared:
     """The height map of what a file holds; ``asked`` is the height of a number of 1 by the options, mm."""
-    picture = work.picture
-    scale = work.scale(options, asked)
+    picture, options, scale = work.picture, work.options, work.scale(asked)
     given = {"relief_mm": options.relief_mm, "size_mm": options.size_mm}
     lengths = dict(picture.lengths) | {key: mm for key, mm in given.items() if mm is not None}
     if picture.bits is None and options.relief_mm is None:
         lengths.pop("relief_mm", None)
     elif levels is None and options.relief_mm is None and "relief_mm" in picture.lengths:
         levels = AS_STORED
-    values = work.part(options)
-    tilt = work.tilt(values, options.level, scale)
-    values = work.filled(values, tilt, options.fill)
-    flat = values - tilt if options.level else values
-    ends = (levels or FULL).values(flat, 1.0 if picture.bits is None else WHITE)
-    heights = work.sampled(values, tilt, options)
+    values = work.part()
+    tilt = work.tilt(values, scale)
+    values = work.filled(values, tilt)
+    ends = (levels or FULL).values(values - tilt, 1.0 if picture.bits is None else WHITE)
+    heights = work.sampled(values, tilt)
     if options.size_mm is None and "size_mm" in lengths:
         lengths["size_mm"] = in_range("size_mm", lengths["size_mm"] * work.side / picture.width)
-    heights = work.levelled(heights, ends, levels, options.invert)
+    heights = work.levelled(heights, ends, levels)
     if picture.bits is None and "relief_mm" not in lengths:
         lengths["relief_mm"] = work.height_of_numbers(ends[1] - ends[0], scale)
     repeats = (options.tile is not None or work.known_tile) and misfit(heights) is None
@@ -153,23 +151,16 @@ def _prepared(work: "_Work", options: PrepareOptions, levels: Levels | None, ask
         work.done["plate"] = str(plate)
         work.numbers["plate"] = {name: getattr(plate, name) for name in ("tile_mm", "tile_samples")}
     work.lengths(heights, lengths)
-    return Prepared(
-        heights * lengths.get("relief_mm", 1.0),
-        lengths.get("relief_mm"),
-        lengths.get("size_mm"),
-        repeats,
-        work.done,
-        work.numbers,
-        picture,
-        work.square,
-    )
+    relief_mm, size_mm = lengths.get("relief_mm"), lengths.get("size_mm")
+    heights = heights if relief_mm is None else heights * relief_mm
+    return Prepared(heights, relief_mm, size_mm, repeats, work.done, work.numbers, picture, work.square)
 
 
 class _Work:
     """A preparation in progress; each method does one step, and records a sentence and numbers about it."""
 
-    def __init__(self, picture: Samples) -> None:
-        self.picture = picture
+    def __init__(self, picture: Samples, options: PrepareOptions) -> None:
+        self.picture, self.options = picture, options
         bits = "" if picture.bits is None else f"{picture.bits} bits"
         size = f"{picture.width} x {picture.height} pixels"
         self.done = {
@@ -185,7 +176,7 @@ class _Work:
         self.known_tile = False
         """Whether the whole of a tile is taken, by the header."""
 
-    def scale(self, options: PrepareOptions, asked: float | None) -> float | None:
+    def scale(self, asked: float | None) -> float | None:
         """Height in mm of a number of 1, None where a relief is given and for pictures of grey.
 
         Raises:
@@ -193,18 +184,20 @@ class _Work:
         """
         if self.picture.bits is None:
             known = asked or self.picture.unit_mm
-            self.numbers["height_scale"] = None if options.relief_mm else known or 1.0
+            self.numbers["height_scale"] = None if self.options.relief_mm else known or 1.0
             self.known_unit = known is not None
             return self.numbers["height_scale"]
         if asked is not None:
-            name = "units" if options.height_scale is None else "height_scale"
+            name = "units" if self.options.height_scale is None else "height_scale"
             raise option_error(name, "is for files of numbers; a picture of grey has a relief in mm")
         return None
 
-    def part(self, options: PrepareOptions) -> NDArray[np.float32]:
+    def part(self) -> NDArray[np.float32]:
         """Values of the square that is taken, turned."""
-        picture, crop, grey, rotate = self.picture, options.crop, options.grey, options.rotate
-        self.square = left, upper, right, _ = square_in(picture.width, picture.height, crop, options.centre)
+        picture, crop, grey, rotate = self.picture, self.options.crop, self.options.grey, self.options.rotate
+        self.square = left, upper, right, _ = square_in(
+            picture.width, picture.height, crop, self.options.centre
+        )
         side = right - left
         if side < SMALLEST_SIDE:
             raise InputError(f"{side} x {side} pixels; at least {SMALLEST_SIDE} a side are needed")
@@ -228,8 +221,9 @@ class _Work:
         self.known_tile = picture.repeats is True and side == picture.width == picture.height
         return values
 
-    def tilt(self, values: NDArray[np.float32], level: bool, scale: float | None) -> NDArray[np.float32]:
+    def tilt(self, values: NDArray[np.float32], scale: float | None) -> NDArray[np.float32]:
         """The tilt that is to be taken out of the values, or zeros; that of numbers is reported anyway."""
+        level = self.options.level
         if self.picture.bits is not None and not level:
             return np.zeros((1, 1), np.float32)
         down, right, middle = plane(values.astype(np.float64))
@@ -242,16 +236,14 @@ class _Work:
         steps = np.arange(len(values), dtype=np.float32) * level
         return np.float32(down) * steps[:, None] + np.float32(right) * steps
 
-    def filled(
-        self, values: NDArray[np.float32], tilt: NDArray[np.float32], fill: bool
-    ) -> NDArray[np.float32]:
+    def filled(self, values: NDArray[np.float32], tilt: NDArray[np.float32]) -> NDArray[np.float32]:
         """The values without holes. Raises InputError if there are any that are not to be filled."""
         holes = ~np.isfinite(values)
         share = 100.0 * float(holes.mean())
         self.numbers["holes_percent"] = share
         if not share:
             return values
-        if not fill:
+        if not self.options.fill:
             fault = f"{share:.2g} % of the part that is taken were not measured"
             raise InputError(
                 f"{fault}; fill=True fills them from around, crop takes another part",
@@ -281,11 +273,9 @@ class _Work:
         span_mm = f"the numbers span {span:g}, more than {HEIGHT_LIMIT_MM:g} if they are mm"
         raise option_error("relief_mm", f"missing; {span_mm}; if they are {likely}, give units {unit}")
 
-    def sampled(
-        self, values: NDArray[np.float32], tilt: NDArray[np.float32], options: PrepareOptions
-    ) -> Array:
+    def sampled(self, values: NDArray[np.float32], tilt: NDArray[np.float32]) -> Array:
         """The values at the samples of the height map, level, without steps, periodic if asked for."""
-        samples, keep_steps, tile = options.samples, options.keep_steps, options.tile
+        samples, keep_steps, tile = self.options.samples, self.options.keep_steps, self.options.tile
         side, reach = float(len(values)), 1.0
         # What repeats already stays as it is, unless a way to join borders is asked for.
         repeats = self.known_tile and misfit(values) is None
@@ -323,7 +313,7 @@ class _Work:
             self.done["steps"] = f"kept, {self._grey(step)} each: terraces to finger and light"
         elif steps is not None and pixels >= 1.0:
             heights = self._smoothed(heights, steps, pixels)
-        if options.level:
+        if self.options.level:
             heights -= resampled(np.pad(tilt, start, mode="wrap"), *square)
         if around:
             heights = heights[beyond:-beyond, beyond:-beyond]
@@ -356,11 +346,9 @@ class _Work:
         self.numbers["steps"] = {"step": self._unit * step, "largest_change": self._unit * most}
         return smooth
 
-    def levelled(
-        self, heights: Array, ends: tuple[float, float], levels: Levels | None, invert: bool
-    ) -> Array:
+    def levelled(self, heights: Array, ends: tuple[float, float], levels: Levels | None) -> Array:
         """Heights from 0 to 1 between two values; without levels these are the ends of the pixels."""
-        low, high = ends
+        (low, high), invert = ends, self.options.invert
         outside = float(np.mean((heights < low) | (heights > high)))
         lowest, highest = (low, high) if not invert else (high, low)
         stretch = 1.0 / (high - low)

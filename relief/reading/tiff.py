@@ -29,9 +29,9 @@ _REDUCED, _MASK = 1, 4
 """Bits of NewSubfileType: a thumbnail or an overview, and a mask of what was measured."""
 
 
-def upright(stored: AnyArray, orientation: int) -> AnyArray:
+def upright(stored: AnyArray, orientation: Any) -> AnyArray:
     """The pixels (rows, cols, ...) that are stored with a value of Orientation, as they are to be seen."""
-    if not 1 <= orientation <= 8:
+    if orientation not in range(1, 9):  # A hostile file may have anything there.
         return stored
     turned = stored.swapaxes(0, 1) if orientation > 4 else stored
     turned = turned[:, ::-1] if orientation in (2, 3, 6, 7) else turned
@@ -73,17 +73,14 @@ def _measured(
     channels: dict[str, AnyArray], no_data: float | None, masks: list[AnyArray], bits: int | None
 ) -> dict[str, AnyArray]:
     """Channels that are NaN where nothing was measured; grey stays as stored where all of it was."""
-    colours = [one for name, one in channels.items() if name != "A"]
-    holes = np.zeros(colours[0].shape, dtype=bool)
+    missing = [mask == 0 for mask in masks]
     if bits is not None and no_data is not None:
-        holes |= np.logical_and.reduce([one == no_data for one in colours])
-    for mask in masks:
-        holes |= mask == 0
-    if bits is not None and not holes.any():
+        missing.append(np.all([one == no_data for name, one in channels.items() if name != "A"], axis=0))
+    if bits is not None and not np.any(missing):
         return channels
     numbers = {name: measured(one, None if bits else no_data) for name, one in channels.items()}
     for one in numbers.values():
-        one[holes] = np.nan
+        one[np.any(missing, axis=0)] = np.nan
     return numbers
 
 

@@ -15,7 +15,7 @@ from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError, naming
 from relief.ground.files import damage_named, read_limited
 from relief.ground.formats import GRIDS, HEIGHTS, MEASURED, MESHES, UNITS
-from relief.ground.lengths import in_range, scale_of
+from relief.ground.lengths import scale_of, within
 from relief.ground.limits import LARGEST_SIDE, SMALLEST_SIDE
 from relief.ground.progress import stage
 from relief.heightmap import given_or_stored, load_content, required, unit_mm
@@ -127,12 +127,11 @@ def _of_height_map(path: Path, lengths: ScanLengths) -> Scan:
             kind = "numbers" if content.holds_numbers else "grey"
             raise InputError(f"{path}: {wrong}: is for another kind of height map; this one holds {kind}")
     with naming(path):
-        scale = scale_of(lengths.units, lengths.height_scale)
-        given = {"size_mm": lengths.size_mm, "relief_mm": lengths.relief_mm, "height_scale": scale}
-        checked = {key: None if value is None else in_range(key, value) for key, value in given.items()}
-    width_mm = given_or_stored(content, "size_mm", checked["size_mm"])
+        scale = within("height_scale", scale_of(lengths.units, lengths.height_scale))
+        size_mm, relief_mm = within("size_mm", lengths.size_mm), within("relief_mm", lengths.relief_mm)
+    width_mm = given_or_stored(content, "size_mm", size_mm)
     width_mm = required("size_mm", width_mm, "the width of the scan in mm, which the file does not say", path)
-    heights = content.values * unit_mm(content, checked["relief_mm"], checked["height_scale"])
+    heights = content.values * unit_mm(content, relief_mm, scale)
     return Scan(heights, width_mm / heights.shape[1], str(path))
 
 
