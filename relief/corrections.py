@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.ground.arrays import AnyArray, Array, Index
+from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 
 FEWEST_SAMPLES = 500
@@ -15,8 +15,6 @@ DAMPING = 2.0 / 3.0
 """Weight of a Jacobi step, which halves the roughest errors of Laplace's equation and prolongs smoothly."""
 ACCURACY = 1e-10
 """Residual of Laplace's equation at the end, in the residual of level holes at the mean height."""
-MEASURED, OUTSIDE = -1, -2
-"""Numbers of samples that are no unknowns of the equations."""
 
 
 def filled(heights: Array, repeats: tuple[bool, bool] = (False, False)) -> Array:
@@ -39,41 +37,36 @@ def filled(heights: Array, repeats: tuple[bool, bool] = (False, False)) -> Array
         raise InputError("no sample was measured")
     result = heights.copy()
     at, middle = np.argwhere(holes), float(np.nanmean(heights))
-    laplacian, right, ends = _equations(heights - middle, at, repeats)
-    result[holes] = np.clip(_solution(laplacian, right, at), *ends) + middle
+    found = _solution(*_equations(heights - middle, at, repeats), at) + middle
+    result[holes] = np.clip(found, np.nanmin(heights), np.nanmax(heights))
     return result
 
 
-def _equations(
-    heights: Array, at: Index, repeats: tuple[bool, bool]
-) -> tuple[Any, Array, tuple[float, float]]:
-    """Laplace's equation of samples at (n, 2) rows and columns, and the extremes of the samples beside them.
+def _equations(heights: Array, at: Index, repeats: tuple[bool, bool]) -> tuple[Any, Array]:
+    """Matrix (n, n) and right-hand side (n,) of samples that are each the mean of their neighbours.
 
-    Returns:
-        Matrix (n, n) and right-hand side (n,) of heights that are each the mean of their neighbours.
+    Args:
+        heights: (rows, cols).
+        at: (n, 2) rows and columns of the samples.
+        repeats: as of `filled`.
     """
     # Imported here: SciPy takes long to load, and most reliefs have no holes.
-    from scipy.sparse import csr_array
+    from scipy.sparse import csr_array, diags_array
 
-    unknowns = np.arange(len(at))
-    numbers: AnyArray = np.full(heights.shape, MEASURED, np.int32)
-    numbers[tuple(at.T)] = unknowns
-    for axis, periodic in enumerate(repeats):
-        pad = [(int(axis == 0),) * 2, (int(axis == 1),) * 2]
-        numbers = np.pad(numbers, pad, "wrap") if periodic else np.pad(numbers, pad, constant_values=OUTSIDE)
-        heights = np.pad(heights, pad, "wrap" if periodic else "edge")
-    places = np.ravel_multi_index(tuple(at.T + 1), numbers.shape)
-    laplacian, right = csr_array((len(at), len(at))), np.zeros(len(at))
-    low, high = np.inf, -np.inf
-    for step in (1, -1, numbers.shape[1], -numbers.shape[1]):
-        beside, values = numbers.ravel()[places + step], heights.ravel()[places + step]
-        rim, linked = beside == MEASURED, beside >= 0
-        pairs = (np.concatenate((unknowns, unknowns[linked])), np.concatenate((unknowns, beside[linked])))
-        weights = np.concatenate(((beside != OUTSIDE).astype(float), np.full(linked.sum(), -1.0)))
-        laplacian += csr_array((weights, pairs), shape=laplacian.shape)
-        right[rim] += values[rim]
-        low, high = min(low, values[rim].min(initial=np.inf)), max(high, values[rim].max(initial=-np.inf))
-    return laplacian, right, (low, high)
+    unknowns = np.full(heights.shape, -1, np.int32)
+    unknowns[tuple(at.T)] = np.arange(len(at))
+    links = csr_array((len(at), len(at)))
+    neighbours, right = np.zeros((2, len(at)))
+    for axis, step in ((0, 1), (0, -1), (1, 1), (1, -1)):
+        place, side = at[:, axis] + step, heights.shape[axis]
+        inside = np.full(len(at), repeats[axis]) | (place >= 0) & (place < side)
+        beside = np.where(np.arange(2) == axis, (place % side)[:, None], at)[inside].T
+        linked = unknowns[tuple(beside)]
+        neighbours += inside
+        right[inside] += np.where(linked < 0, heights[tuple(beside)], 0.0)
+        pairs = np.flatnonzero(inside)[linked >= 0], linked[linked >= 0]
+        links += csr_array((np.ones(len(pairs[0])), pairs), shape=links.shape)
+    return diags_array(neighbours).tocsr() - links, right
 
 
 def _solution(matrix: Any, right: Array, at: Index) -> Array:
@@ -122,17 +115,10 @@ def plane(heights: Array, repeats: tuple[bool, bool] = (False, False)) -> tuple[
     offset = float(heights[measured].mean())
     rest = np.where(measured, heights, offset) - offset
     down, right = (np.arange(side) - 0.5 * (side - 1) for side in heights.shape)
-    by_row, by_col = measured.sum(axis=1), measured.sum(axis=0)
-    mixed = float(down @ (measured @ right))
-    normal = [
-        [by_row @ down**2, mixed, by_row @ down],
-        [mixed, by_col @ right**2, by_col @ right],
-        [by_row @ down, by_col @ right, by_row.sum()],
-    ]
-    moments = [down @ rest.sum(axis=1), right @ rest.sum(axis=0), rest.sum()]
-    free = np.flatnonzero([not repeats[0], not repeats[1], True])
-    found = np.zeros(3)
-    found[free] = np.linalg.lstsq(np.array(normal)[np.ix_(free, free)], np.array(moments)[free])[0]
+    # Where nothing has a slope the solution of least norm is 0.
+    parts = (down[:, None] * (not repeats[0]), right[None] * (not repeats[1]), np.ones((1, 1)))
+    normal = [[float(np.sum(measured * (one * other))) for other in parts] for one in parts]
+    found = np.linalg.lstsq(np.array(normal), np.array([np.sum(rest * part) for part in parts]))[0]
     slope_down, slope_right, lift = found.tolist()
     return slope_down, slope_right, offset + lift
 

@@ -19,10 +19,10 @@ from PIL.PngImagePlugin import PngInfo
 
 from relief.corrections import filled, levelled, plane
 from relief.ground.arrays import Array
-from relief.ground.errors import InputError, PictureError, naming
+from relief.ground.errors import InputError, PictureError, naming, option_error
 from relief.ground.files import partial_file
-from relief.ground.formats import GRIDS, HEIGHT_MAPS, HEIGHTS, MEASURED, PICTURES, UNITS
-from relief.ground.lengths import Lengths, header_of, in_range
+from relief.ground.formats import GRIDS, HEIGHT_MAPS, HEIGHTS, MEASURED, PICTURES
+from relief.ground.lengths import Lengths, header_of, within
 from relief.ground.limits import (
     DEEPEST_RELIEF_MM,
     HEIGHT_LIMIT_MM,
@@ -34,7 +34,7 @@ from relief.ground.progress import say
 from relief.reading.data_colours import no_heights
 from relief.reading.profilometers import is_measured
 from relief.reading.readers import read_samples
-from relief.reading.samples import TILE, Check, Samples
+from relief.reading.samples import TILE, TILE_MARKS, Check, Samples
 from relief.reading.terraces import terraces
 from relief.reading.tiff import MAGIC, holds_numbers
 from relief.seam import misfit
@@ -51,48 +51,15 @@ LEAST_FELT_MM = 1e-3
 LaMotte 1983). Natural reliefs are 0.05 to 3 mm high."""
 LIKELIER = (1.0, 1e3, 1e-3, 1e-6)
 """Factors of heights that are mm, or were taken for mm and are metres, micrometres or nanometres."""
-NAMES = {"1000": "metres", "1": "millimetres", "0.001": "micrometres", "1e-06": "nanometres"}
-"""Names of units of length by their mm."""
-UNIT_NAMES = {f"{mm:g}": name for name, mm in UNITS.items()}
-"""Values of `--units` by their mm."""
+NAMES = {
+    "1000": ("metres", " (--units m)"),
+    "1": ("millimetres", " (--units mm)"),
+    "0.001": ("micrometres", " (--units um)"),
+    "1e-06": ("nanometres", ""),
+}
+"""Names of units of length, and the options that state them, by their mm."""
 TOLERANCE_MM = 1e-6
 """Rounding, mm: heights this far below 0, above 3 or above 20 mm are clipped; nothing else is."""
-
-
-@dataclass(frozen=True)
-class Content:
-    """Values (rows, cols) of a file of one channel, and the lengths and axes of repeats in its header.
-
-    Attributes:
-        values: grey from 0 to 1, or numbers, not finite where nothing was measured.
-        holds_mm: whether they are numbers.
-        size_mm: width, mm; None if unknown.
-        relief_mm: height of white above black of a picture, mm; None if unknown.
-        unit_mm: mm for a number of 1, where the file states its unit.
-        repeats: axes along which the header says that the relief repeats.
-        instrument: whether an instrument measured them, from a zero of its own.
-    """
-
-    values: Array
-    holds_mm: bool
-    size_mm: float | None = None
-    relief_mm: float | None = None
-    unit_mm: float | None = None
-    repeats: Repeats = False
-    instrument: bool = False
-
-    def mm_of_one(self, path: Path, height_scale: float | None) -> float:
-        """Mm for a number of 1: as given, as the file states, or 1 if no instrument measured it.
-
-        Raises:
-            InputError: an instrument measured it, and nobody states the unit.
-        """
-        if height_scale is not None or not self.instrument:
-            return (self.unit_mm or 1.0) if height_scale is None else height_scale
-        if self.unit_mm is None:
-            missing = "missing; mm for a height of 1, which the file does not say"
-            raise InputError(f"{path}: height_scale: {missing}", f"{path}: --height-scale: {missing}")
-        return self.unit_mm
 
 
 @dataclass(frozen=True)
@@ -152,34 +119,60 @@ def load_height_map(
     """
     path = Path(path)
     with naming(path):
-        lengths = (("size_mm", size_mm), ("relief_mm", relief_mm), ("relief_mm", default_relief_mm))
-        size_mm, relief_mm, default_relief_mm = (
-            None if length is None else in_range(key, length) for key, length in lengths
-        )
-        height_scale = None if height_scale is None else in_range("height_scale", height_scale)
+        size_mm, height_scale = within("size_mm", size_mm), within("height_scale", height_scale)
+        relief_mm, default_relief_mm = (within("relief_mm", mm) for mm in (relief_mm, default_relief_mm))
     content = _read(path, _check_shape, relief_mm)
-    unit = content.mm_of_one(path, height_scale)
-    if content.instrument and size_mm is None and content.size_mm is None:
-        missing = "missing; the width of the surface in mm, which the file does not say"
-        raise InputError(f"{path}: size_mm: {missing}", f"{path}: --size-mm: {missing}")
-    if not content.holds_mm:
-        white = _first(path, "relief_mm", relief_mm, content.relief_mm)
-        white = default_relief_mm if white is None else white
-        if white is None:
-            missing = "missing; a picture needs the height of white above black in mm"
-            raise InputError(f"{path}: relief_mm: {missing}", f"{path}: --relief-mm: {missing}")
-        unit = white
+    unit = unit_mm(content, relief_mm, height_scale, default_relief_mm)
+    width_mm = given_or_stored(content, "size_mm", size_mm)
+    if content.instrument:
+        required("size_mm", width_mm, "the width of the surface in mm, which the file does not say", path)
     with np.errstate(over="ignore", invalid="ignore"):
         heights = content.values * unit
     if content.instrument:
         heights -= np.nanmin(heights)
     ends = axes(content.repeats if repeats is None else repeats)
-    checked = _in_range(path, _corrected(path, heights, ends, fill, level), content.holds_mm, unit)
+    checked = _in_range(path, _corrected(path, heights, ends, fill, level), content.holds_numbers, unit)
     if (warning := terraces(checked)) is not None:
         _warn_once(f"{path}: {warning}")
-    kind = "heights times" if content.holds_mm else "a picture, white is"
+    kind = "heights times" if content.holds_numbers else "a picture, white is"
     _log.info("%s: %d x %d samples read, %s %g mm", path, *checked.shape, kind, unit)
-    return HeightMap(checked, _first(path, "size_mm", size_mm, content.size_mm), content.repeats)
+    return HeightMap(checked, width_mm, content.repeats)
+
+
+def unit_mm(
+    content: Samples,
+    relief_mm: float | None,
+    height_scale: float | None,
+    default_relief_mm: float | None = None,
+) -> float:
+    """Mm for white of a picture, or for a number of 1: as given, as the file states, or as is usual.
+
+    Args:
+        content: of a file.
+        relief_mm, height_scale, default_relief_mm: as of `load_height_map`.
+
+    Raises:
+        InputError: nobody states the height of a picture, or the unit of an instrument.
+    """
+    if not content.holds_numbers:
+        white = given_or_stored(content, "relief_mm", relief_mm)
+        white = default_relief_mm if white is None else white
+        return required(
+            "relief_mm", white, "a picture needs the height of white above black in mm", content.path
+        )
+    unit = content.unit_mm if height_scale is None else height_scale
+    if content.instrument:
+        return required(
+            "height_scale", unit, "mm for a height of 1, which the file does not say", content.path
+        )
+    return unit or 1.0
+
+
+def required(name: str, value: float | None, what: str, path: Path) -> float:
+    """A value that a file needs. Raises InputError if neither an argument nor the file has it."""
+    if value is None:
+        raise option_error(name, f"missing; {what}", path)
+    return value
 
 
 def _corrected(path: Path, heights: Array, repeats: tuple[bool, bool], fill: bool, level: bool) -> Array:
@@ -214,13 +207,14 @@ def _in_range(path: Path, heights: Array, holds_mm: bool, unit: float) -> Array:
         span = float(np.ptp(heights)) if holds_mm else unit
     factor = next((one for one in LIKELIER if LEAST_FELT_MM <= one * span <= DEEPEST_RELIEF_MM), 1.0)
     likely = f"{factor * unit:g}"
-    key, short = "height_scale" if holds_mm else "relief_mm", UNIT_NAMES.get(likely)
+    key, (name, units) = (
+        "height_scale" if holds_mm else "relief_mm",
+        NAMES.get(likely, ("of another unit", "")),
+    )
     argument, option = f"{key}={likely}", f"--{key.replace('_', '-')} {likely}"
     asks = ("", "")
     if factor != 1.0:
-        asked = f"; are these {NAMES.get(likely, 'of another unit')}?"
-        named = f" (--units {short})" if holds_mm and short else ""
-        asks = (f"{asked} {argument}", f"{asked} {option}{named}")
+        asks = (f"; are these {name}? {argument}", f"; are these {name}? {option}{units * holds_mm}")
     if TOLERANCE_MM < span < LEAST_FELT_MM:
         _warn_once(f"{path}: {1e3 * span:.3g} µm high, less than a finger feels{asks[1]}")
     try:
@@ -277,12 +271,13 @@ def _repeats_of_file(path: Path, _mtime_ns: int, _size: int) -> Repeats:
     return fitting_repeats(content.repeats, content.values, path)
 
 
-def _first(path: Path, key: str, given: float | None, header: float | None) -> float | None:
+def given_or_stored(content: Samples, key: str, given: float | None) -> float | None:
     """The length that is given, else that of the header; a difference of both is logged as a warning."""
+    header = content.lengths.get(key)
     if given is None or header is None:
         return header if given is None else given
     if not math.isclose(given, header, rel_tol=1e-6):
-        _log.warning("%s: %s: %g replaces the %g of the file's header", path, key, given, header)
+        _log.warning("%s: %s: %g replaces the %g of the file's header", content.path, key, given, header)
     return given
 
 
@@ -306,12 +301,12 @@ def load_field(path: str | os.PathLike[str]) -> Array:
     Raises:
         InputError: The file is missing, damaged or larger than 8192 samples a side.
     """
-    return load_content(path).values
+    return _read(Path(path), _check_extent).values
 
 
-def load_content(path: str | os.PathLike[str]) -> Content:
-    """Read what `load_field` reads, with the lengths in the file's header."""
-    return _read(Path(path), _check_extent)
+def load_content(path: str | os.PathLike[str]) -> Samples:
+    """Read what `load_field` reads, with the lengths in the file's header; no refusal names a command."""
+    return _one_channel(Path(path), _check_extent)
 
 
 def holds_mm(path: str | os.PathLike[str]) -> bool:
@@ -344,18 +339,15 @@ def check_scales(files: Iterable[str | os.PathLike[str]], lengths: Lengths) -> N
         )
 
 
-def _read(path: Path, check: Check, relief_mm: float | None = None) -> Content:
+def _read(path: Path, check: Check, relief_mm: float | None = None) -> Samples:
     """Read a file; the refusal of a picture that is no height map names the command that makes one of it."""
     try:
-        return _one_channel(_samples(path, check))
+        return _one_channel(path, check)
     except PictureError as error:
-        option, argument = "", ""
-        if relief_mm is not None:
-            option, argument = f" --relief-mm {relief_mm:g}", f", relief_mm={relief_mm:g}"
-        mended = [
-            f"{error}; make a height map of it with: {call}" for call in _mending(path, option, argument)
-        ]
-        raise InputError(*mended) from error
+        option = "" if relief_mm is None else f" --relief-mm {relief_mm:g}"
+        argument = "" if relief_mm is None else f", relief_mm={relief_mm:g}"
+        calls = _mending(path, option, argument)
+        raise InputError(*(f"{error}; make a height map of it with: {call}" for call in calls)) from error
 
 
 def _mending(path: Path, option: str, argument: str, suffix: str = ".png") -> tuple[str, str]:
@@ -365,20 +357,14 @@ def _mending(path: Path, option: str, argument: str, suffix: str = ".png") -> tu
     return for_python, f"retouch prepare {shlex.quote(str(path))} -o {shlex.quote(out)}{option}"
 
 
-def _samples(path: Path, check: Check) -> Samples:
-    """What a file holds, if its name is one of a height map's. Raises InputError."""
+def _one_channel(path: Path, check: Check) -> Samples:
+    """What a height map holds: one picture without colours or transparency. Raises InputError."""
     if path.suffix.lower() not in HEIGHTS:
         kind = PictureError if path.suffix.lower() in PICTURES and path.is_file() else InputError
         raise kind(f"{path}: not a height map: expected one of {', '.join(HEIGHT_MAPS)}")
     samples = read_samples(path, check)
     if samples.kind.split()[0] in _PHOTOGRAPHS:
         raise PictureError(f"{path}: holds a {samples.kind}, not a height map")
-    return samples
-
-
-def _one_channel(samples: Samples) -> Content:
-    """The values of a file of one picture without colours or transparency. Raises InputError."""
-    path = samples.path
     if samples.count > 1:
         raise PictureError(f"{path}: holds several pictures ({samples.count}); a height map is one")
     if np.ptp(samples.channels.get("A", 0.0)) != 0.0:
@@ -389,17 +375,7 @@ def _one_channel(samples: Samples) -> Content:
         raise PictureError(f"{path}: is coloured; a height map is grey")
     for note in samples.notes:
         say(f"{path}: {note}")
-    values = samples.channels["Y"].astype(np.float64, order="C")
-    if samples.bits is not None:
-        values /= samples.white
-    return Content(
-        values,
-        samples.bits is None,
-        **samples.lengths,
-        unit_mm=samples.unit_mm,
-        repeats=samples.repeats,
-        instrument=samples.instrument,
-    )
+    return samples
 
 
 def check_heights(heights: ArrayLike, name: str | os.PathLike[str]) -> NDArray[np.float64]:
@@ -514,8 +490,8 @@ def save_heights_png(
 
 def _tile_mark(repeats: Repeats) -> dict[str, str]:
     """The entry of a header for a tile; none for a plate."""
-    mark = "".join(name for name, does in zip("yx", axes(repeats), strict=True) if does)[::-1]
-    return {TILE: mark} if mark else {}
+    marks = {stated: mark for mark, stated in TILE_MARKS.items()}
+    return {TILE: marks[repeats]} if repeats else {}
 
 
 def _check_shape(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from relief.ground.arrays import Array, Index
-from relief.ground.errors import InputError, PictureError
-from relief.heightmap import holds_mm, load_field
+from relief.ground.errors import InputError
+from relief.heightmap import load_content
 from relief.places import cut, patch_shape
 from relief.surface import Surface
 
@@ -28,11 +28,8 @@ def load_map(path: str | os.PathLike[str], surface: Surface) -> tuple[Array, boo
             shorter side rounded to whole samples, or a value is not finite.
     """
     path = Path(path)
-    try:
-        values = load_field(path)
-    except InputError as error:
-        # Its line names `retouch prepare`, which makes height maps of pictures, but not maps.
-        raise error.__cause__ if isinstance(error.__cause__, PictureError) else error from None
+    content = load_content(path)
+    values = content.values
     (rows, cols), shape = values.shape, surface.shape
     if abs(rows * shape[1] - cols * shape[0]) > 0.5 * max(shape):
         raise InputError(
@@ -43,7 +40,7 @@ def load_map(path: str | os.PathLike[str], surface: Surface) -> tuple[Array, boo
         raise InputError(f"{path}: {np.count_nonzero(~np.isfinite(values))} values are not finite")
     sizes = zip(shape, values.shape, strict=True)
     nearest = (((np.arange(n) + 0.5) * (stored / n)).astype(int) for n, stored in sizes)
-    return values[np.ix_(*nearest)], not holds_mm(path)
+    return values[np.ix_(*nearest)], not content.holds_numbers
 
 
 def means_under(values: Array, surface: Surface, places: Index) -> Array:

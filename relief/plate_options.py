@@ -5,38 +5,29 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from relief.ground.formats import UNITS
-from relief.ground.limits import (
-    LARGEST_HEIGHT_SCALE,
-    LARGEST_PLATE_MM,
-    LARGEST_RELIEF_MM,
-    SMALLEST_PLATE_MM,
-    SMALLEST_RELIEF_MM,
-)
+from relief.ground.lengths import RANGES
 from relief.ground.options import Option
 from relief.printers import PRINTERS, is_printer_file
 
-PLATE_MM = (SMALLEST_PLATE_MM, LARGEST_PLATE_MM)
-RELIEF_MM = (SMALLEST_RELIEF_MM, LARGEST_RELIEF_MM)
-SCALE = (1.0 / LARGEST_HEIGHT_SCALE, LARGEST_HEIGHT_SCALE)
 LONGEST_NAME = 40
 """Most characters that a message repeats of a name."""
 
 
 def size_option(what: str, default: str, key: str = "") -> Option:
     """The option of a width; `what` is as wide, and `default` where nothing is given."""
-    return Option(f"{what}, mm", "MM", PLATE_MM, default=default, key=key)
+    return Option(f"{what}, mm", "MM", RANGES["size_mm"], default=default, key=key)
 
 
 def relief_option(default: str, key: str = "") -> Option:
     """The option of the height of a picture's white."""
     text = "height of white above black in a picture, mm"
-    return Option(text, "MM", RELIEF_MM, default=default, key=key)
+    return Option(text, "MM", RANGES["relief_mm"], default=default, key=key)
 
 
 def height_scale_option(default: str, key: str = "") -> Option:
     """The option of the unit of a file of heights."""
     text = "mm for a height of 1 in EXR, NPY and float TIFF"
-    return Option(text, "FACTOR", SCALE, default=default, exclusive="scale", key=key)
+    return Option(text, "FACTOR", RANGES["height_scale"], default=default, exclusive="scale", key=key)
 
 
 def units_option(key: str = "") -> Option:

@@ -58,11 +58,6 @@ class Subsample:
     count: int
     standard_errors: Mapping[str, float]
 
-    def as_json(self) -> dict[str, float]:
-        """`count_full_sampling`, and `NAME_standard_error` of each quantity."""
-        errors = {f"{name}_standard_error": error for name, error in self.standard_errors.items()}
-        return {"count_full_sampling": self.count, **errors}
-
 
 @dataclass(frozen=True)
 class TouchMeasures:
@@ -105,16 +100,15 @@ class TouchMeasures:
     def ends(self) -> dict[str, float]:
         """The `count` of locations, and least and largest value of each quantity: `NAME_min`, `NAME_max`.
 
-        With a subsample also the count and the standard errors of `Subsample.as_json`.
+        With a subsample also `count_full_sampling`, and `NAME_standard_error` of each quantity.
         """
-        extremes = {"min": np.min, "max": np.max}
-        each = {
-            f"{name}_{end}": float(extreme(v))
-            for name, v in self.values.items()
-            for end, extreme in extremes.items()
-        }
-        fewer = {} if self.subsample is None else self.subsample.as_json()
-        return {"count": len(next(iter(self.values.values()))), **each, **fewer}
+        numbers: dict[str, float] = {"count": len(next(iter(self.values.values())))}
+        for name, of_places in self.values.items():
+            numbers |= {f"{name}_min": float(of_places.min()), f"{name}_max": float(of_places.max())}
+        if (some := self.subsample) is not None:
+            numbers["count_full_sampling"] = some.count
+            numbers |= {f"{name}_standard_error": error for name, error in some.standard_errors.items()}
+        return numbers
 
     def __repr__(self) -> str:
         numbers = ", ".join(f"{name} {value:.4g}" for name, value in self.means.items())

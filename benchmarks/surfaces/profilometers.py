@@ -51,7 +51,7 @@ def _row(file: Path) -> dict[str, Any]:
         header, heights = read_surface(file, (0.0, math.inf))
     except InputError:
         return {"a verb says": says}
-    unit_um, width = 1000.0 * (header["unit_mm"] or 1e-3), header["size_mm"]
+    unit_um, width = 1000.0 * (header["unit_mm"] or 1e-3), header["lengths"].get("size_mm")
     rows, cols = heights.shape
     low, high = unit_um * np.nanmin(heights), unit_um * np.nanmax(heights)
     return {

@@ -22,14 +22,8 @@ from optimize.settings.skins import fill_in
 from optimize.settings.toml_files import NotNegative, Positive, Section, first_fault, one_of, read_toml
 from optimize.settings.touch import RIVALS, Touch, too_large
 from relief.ground.errors import InputError, naming
-from relief.ground.limits import (
-    LARGEST_HEIGHT_SCALE,
-    LARGEST_PLATE_MM,
-    LARGEST_RELIEF_MM,
-    PATCH_SIDE_MM,
-    SMALLEST_PLATE_MM,
-    SMALLEST_RELIEF_MM,
-)
+from relief.ground.lengths import RANGES, Lengths
+from relief.ground.limits import LARGEST_PLATE_MM, PATCH_SIDE_MM
 from relief.surface import Repeats, axes
 
 if TYPE_CHECKING:
@@ -40,6 +34,8 @@ _log = logging.getLogger(__name__)
 DEEPEST = 8
 """Most sections in one another of a key for `--set`; run files have one."""
 FilePath = Annotated[Path, Field(strict=False)]
+WITHIN = {key: Field(ge=lowest, le=highest) for key, (lowest, highest) in RANGES.items()}
+"""Fields of lengths of a texture."""
 
 PAPER_TOLERANCE = 0.1
 """Tolerance of the paper's stopping rule (section 4.1): half of what a finger just notices."""
@@ -106,9 +102,9 @@ class Run(Section):
 
     scene: FilePath
     texture: FilePath
-    size_mm: Annotated[float, Field(ge=SMALLEST_PLATE_MM, le=LARGEST_PLATE_MM)] | None = None
-    relief_mm: Annotated[float, Field(ge=SMALLEST_RELIEF_MM, le=LARGEST_RELIEF_MM)] | None = None
-    height_scale: Annotated[float, Field(ge=1.0 / LARGEST_HEIGHT_SCALE, le=LARGEST_HEIGHT_SCALE)] = 1.0
+    size_mm: Annotated[float, WITHIN["size_mm"]] | None = None
+    relief_mm: Annotated[float, WITHIN["relief_mm"]] | None = None
+    height_scale: Annotated[float, WITHIN["height_scale"]] = 1.0
     fill: bool = False
     level: bool = False
     repeats: Repeats | None = None
@@ -134,16 +130,9 @@ class Run(Section):
         # Imported here: a run file is checked before anything heavy is loaded.
         from relief.relief import Relief
 
-        return Relief.read(
-            self.texture,
-            size_mm=self.size_mm,
-            relief_mm=self.relief_mm,
-            height_scale=None if self.height_scale == 1.0 else self.height_scale,
-            fill=self.fill,
-            level=self.level,
-            repeats=self.repeats,
-            default_mm=plate_mm,
-        )
+        lengths = {key: getattr(self, key) for key in Lengths.__annotations__}
+        lengths["height_scale"] = None if self.height_scale == 1.0 else self.height_scale
+        return Relief.read(self.texture, **lengths, repeats=self.repeats, default_mm=plate_mm)
 
     def check_texture(self) -> None:
         """Read the texture, so that its faults are reported before slow work begins. Raises InputError."""

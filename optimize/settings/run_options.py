@@ -13,17 +13,9 @@ from typing import Annotated, Any, ClassVar
 from mitsuba_scenes import DEFAULT_SCENE
 from mitsuba_scenes.fingers import DEFAULT_SKIN, bundled_skins
 from optimize.settings.fast_models import FAST_MODELS
+from relief import plate_options
 from relief.ground.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from relief.ground.options import Option, literal, overrides
-from relief.plate_options import (
-    fill_option,
-    height_scale_option,
-    level_option,
-    printer_option,
-    relief_option,
-    size_option,
-    units_option,
-)
 from tactile.quantities import QUANTITIES, GoalKey, feel_of_quantities, goal_keys, mapped_quantities
 
 TARGET = "the feel to reach"
@@ -128,20 +120,22 @@ class RunPlateOptions:
     ] = None
     size_mm: Annotated[
         float | None,
-        size_option(
+        plate_options.size_option(
             "side of the plate", "the run file's, or the texture's header, or the scene's", "size_mm"
         ),
     ] = None
     relief_mm: Annotated[
-        float | None, relief_option("the run file's, or the texture's header", "relief_mm")
+        float | None, plate_options.relief_option("the run file's, or the texture's header", "relief_mm")
     ] = None
-    height_scale: Annotated[float | None, height_scale_option("the run file's, or 1", "height_scale")] = None
-    units: Annotated[float | None, units_option("height_scale")] = None
-    fill: Annotated[bool, fill_option("fill")] = False
-    level: Annotated[bool, level_option("level")] = False
+    height_scale: Annotated[
+        float | None, plate_options.height_scale_option("the run file's, or 1", "height_scale")
+    ] = None
+    units: Annotated[float | None, plate_options.units_option("height_scale")] = None
+    fill: Annotated[bool, plate_options.fill_option("fill")] = False
+    level: Annotated[bool, plate_options.level_option("level")] = False
     printer: Annotated[
         str | None,
-        printer_option(
+        plate_options.printer_option(
             "compare the prints of original and result, and give a relief that this printer makes",
             "the run file's, or none",
             "print.printer",

@@ -25,6 +25,12 @@ def _printable(line: str) -> str:
     return "".join(sign if sign.isprintable() else "?" for sign in " ".join(line.splitlines()))
 
 
+def option_error(name: str, fault: str, file: object = "") -> InputError:
+    """The error of a value that Python takes as the argument `name`, and the command as an option."""
+    prefix = f"{file}: " if file else ""
+    return InputError(f"{prefix}{name}: {fault}", f"{prefix}--{name.replace('_', '-')}: {fault}")
+
+
 class PictureError(InputError):
     """A picture that is no height map, but that `retouch prepare` turns into one."""
 

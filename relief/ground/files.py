@@ -14,6 +14,7 @@ from functools import cache
 from pathlib import Path
 
 from relief.ground.errors import InputError
+from relief.ground.lengths import shown
 
 _log = logging.getLogger(__name__)
 
@@ -255,9 +256,6 @@ def damage_named(path: Path, kind: str) -> Iterator[None]:
     except InputError:
         raise
     except Exception as error:
-        # Imported here: the choice of a library, which imports this module, does without arrays.
-        from relief.ground.lengths import shown
-
         reason = shown(str(error) or type(error).__name__)
         raise InputError(f"{path}: damaged or not {kind}: {reason}") from error
 

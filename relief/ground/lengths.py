@@ -1,11 +1,10 @@
 """Lengths that turn a height map into a plate: their ranges, and their place in a file's header."""
 
+import math
 import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypedDict
-
-import numpy as np
 
 from relief.ground.errors import InputError, naming
 from relief.ground.formats import UNITS
@@ -56,10 +55,15 @@ def in_range(key: str, number: object) -> float:
     try:
         value = float(number)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
-        value = np.nan
+        value = math.nan
     if not lowest <= value <= highest:
         raise InputError(f"{key}: {shown(number)} is not a number from {lowest:g} to {highest:g}")
     return value
+
+
+def within(key: str, number: float | None) -> float | None:
+    """`in_range` of a number that may be unknown, which None stands for."""
+    return None if number is None else in_range(key, number)
 
 
 def scale_of(units: str | None, height_scale: float | None) -> float | None:
@@ -67,7 +71,7 @@ def scale_of(units: str | None, height_scale: float | None) -> float | None:
     if units is None:
         return height_scale
     if height_scale is not None:
-        raise InputError("units: height_scale states the unit of heights already")
+        raise InputError("units: is another scale than height_scale")
     if units not in UNITS:
         raise InputError(f"units: {shown(units)} is not one of {', '.join(UNITS)}")
     return UNITS[units]
@@ -80,7 +84,7 @@ def header_of(path: str | os.PathLike[str], **lengths: float | None) -> dict[str
 
 
 def lengths_of(header: Mapping[Any, Any], path: Path) -> dict[str, float]:
-    """Lengths of a hostile header, by the names of `relief.readers.Content`."""
+    """Lengths of a hostile header, by the names of `relief.reading.samples.Samples`."""
     with naming(f"{path}: header"):
         return {
             key: in_range(key, header[HEADER + key])

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from relief.ground.formats import UNITS
+from relief.ground.lengths import RANGES
 from relief.ground.limits import LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
 from relief.ground.options import Option, whole_number
-from relief.plate_options import RELIEF_MM, fill_option, height_scale_option, level_option, size_option
+from relief.plate_options import fill_option, height_scale_option, level_option, size_option
 
 GREYS: Mapping[str, Mapping[str, float]] = {
     "luminance": {"R": 0.2126, "G": 0.7152, "B": 0.0722},
@@ -53,7 +54,7 @@ class LengthOptions:
         Option(
             "height of the highest pixel above the lowest, mm; written to OUT",
             "MM",
-            RELIEF_MM,
+            RANGES["relief_mm"],
             default="the file's",
             exclusive="scale",
         ),

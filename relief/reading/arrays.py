@@ -19,6 +19,5 @@ def read_npy(path: Path, check: Check) -> Samples:
             raise InputError(f"{path}: shape {values.shape}; expected (rows, cols), or 3 or 4 channels last")
         check(values.shape, path)
         layers = [measured(np.asarray(one)) for one in np.moveaxis(np.atleast_3d(values), -1, 0)]
-    channels = {"Y": layers[0]} if len(layers) == 1 else grey_or_colours(*layers[:3])
-    channels |= {"A": layers[3]} if len(layers) == 4 else {}
+    channels = grey_or_colours(*layers)
     return Samples(path, "NPY of numbers" + ("" if "Y" in channels else " in colour"), channels)

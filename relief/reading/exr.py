@@ -10,33 +10,23 @@ from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named
 from relief.ground.lengths import HEADER, lengths_of, shown
-from relief.reading.samples import (
-    Check,
-    Samples,
-    check_square,
-    grey_or_colours,
-    measured,
-    repeats_of,
-)
+from relief.reading.samples import Check, Samples, check_square, grey_or_colours, measured, repeats_of
 
 MOST_CHANNELS = 8
 """Most channels of an EXR file; a height map has one."""
 LARGEST_TILE = 2048
 """Largest side of a tile of an EXR file, pixels; a tile takes its memory before its data is read."""
-_COLOURS = ("R", "G", "B")
 
 
 def read_exr(path: Path, check: Check) -> Samples:
     """Read channel Y or Z of an EXR file, else R, G and B, else the only one; and A. Raises InputError."""
     channels, header, notes = exr_channels(path, check)
-    pixels = {name: measured(one) for name, one in channels.items() if name != "A"}
-    named = grey_or_colours(*pixels.values()) if len(pixels) == 3 else {"Y": next(iter(pixels.values()))}
-    if "A" in channels and (channels["A"] != 1.0).any():
-        named["A"] = channels["A"]
+    *pixels, last = channels
+    opaque = pixels and last == "A" and (channels["A"] == 1.0).all()
+    named = grey_or_colours(*(measured(channels[name]) for name in ([*pixels] if opaque else channels)))
     kind = "EXR of numbers" + ("" if "Y" in named else " in colour")
-    return Samples(
-        path, kind, named, notes=notes, lengths=lengths_of(header, path), repeats=repeats_of(header, path)
-    )
+    lengths, repeats = lengths_of(header, path), repeats_of(header, path)
+    return Samples(path, kind, named, notes=notes, lengths=lengths, repeats=repeats)
 
 
 def exr_channels(path: Path, check: Check) -> tuple[dict[str, AnyArray], dict[str, Any], tuple[str, ...]]:
@@ -57,18 +47,15 @@ def exr_channels(path: Path, check: Check) -> tuple[dict[str, AnyArray], dict[st
             notes = _checked_window(header, path, check)
             channels = {channel.name: channel for channel in header["channels"]}
             # The shortest text of a number in single precision: 12.3, not 12.300000190734863.
-            own = {
-                key: str(np.float32(value)) if isinstance(value, float) else value
-                for key, value in header.items()
-                if key.startswith(HEADER)
-            }
+            own = {key: value for key, value in header.items() if key.startswith(HEADER)}
+            own |= {key: str(np.float32(value)) for key, value in own.items() if isinstance(value, float)}
         if len(channels) > MOST_CHANNELS:
             raise InputError(f"{path}: {len(channels)} channels; a height map has one")
         if "RY" in channels or "BY" in channels:
             raise InputError(f"{path}: is coloured; a height map is grey")
-        preferred = [name for name in ("Y", "Z") if name in channels][:1]
-        names = preferred or [name for name in _COLOURS if name in channels] or [*channels]
-        if len(names) > 1 and names != [*_COLOURS]:
+        names = [name for name in ("Y", "Z") if name in channels][:1]
+        names = names or [name for name in "RGB" if name in channels] or [*channels]
+        if len(names) > 1 and names != [*"RGB"]:
             listed = shown(", ".join(names))
             raise InputError(f"{path}: channels {listed}; expected Y, Z, equal R, G, B or a single one")
         names += ["A"] if "A" in channels and names != ["A"] else []
@@ -87,16 +74,16 @@ def _checked_window(header: Any, path: Path, check: Check) -> list[str]:
     """A sentence if the file holds a part of its picture. Raises InputError for what is not read."""
     if "deep" in str(header.get("type", "")):
         raise InputError(f"{path}: holds several depths a pixel (deep data); a height map has one value")
-    low, high = header["dataWindow"]
-    cols, rows = int(high[0]) - int(low[0]) + 1, int(high[1]) - int(low[1]) + 1
+    low, high = (np.asarray(corner, int) for corner in header["dataWindow"])
+    cols, rows = (high - low + 1).tolist()
     check((rows, cols), path)
     check_square(float(header.get("pixelAspectRatio", 1.0)), 1.0, path)
     tiles = header.get("tiles")
     if tiles is not None and max(tiles.xSize, tiles.ySize) > LARGEST_TILE:
         raise InputError(f"{path}: tiles of {tiles.xSize} x {tiles.ySize}; at most {LARGEST_TILE}")
-    first, last = header.get("displayWindow", (low, high))
-    if np.array_equal(first, low) and np.array_equal(last, high):
+    first, last = (np.asarray(corner, int) for corner in header.get("displayWindow", (low, high)))
+    (width, height), (left, upper) = last - first + 1, low - first
+    if (left, upper, width, height) == (0, 0, cols, rows):
         return []
-    whole = f"{int(last[0]) - int(first[0]) + 1} x {int(last[1]) - int(first[1]) + 1}"
-    at = f"({int(low[0]) - int(first[0])}, {int(low[1]) - int(first[1])})"
-    return [f"holds {cols} x {rows} pixels at {at} of a picture of {whole}; these are taken as the whole"]
+    part = f"holds {cols} x {rows} pixels at ({left}, {upper}) of a picture of {width} x {height}"
+    return [f"{part}; these are taken as the whole"]

@@ -1,24 +1,16 @@
 """Pictures: PNG, JPEG, WebP, BMP, GIF, PGM and PPM, as Pillow reads them, upright."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from PIL import Image, ImageChops, ImageOps
+from PIL import Image, ImageOps
 
 from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named
 from relief.ground.lengths import lengths_of
-from relief.reading.samples import (
-    MOST_PIXELS,
-    Check,
-    Samples,
-    check_square,
-    grey_or_colours,
-    repeats_of,
-)
-from relief.reading.tiff import UPRIGHT
+from relief.reading.samples import MOST_PIXELS, Check, Samples, check_square, grey_or_colours, repeats_of
+from relief.reading.tiff import upright
 
 FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF", "PPM")
 """Kinds of pictures, by Pillow's names; the content of a file states its kind, not its name."""
@@ -99,11 +91,7 @@ def _channels(image: Image.Image) -> dict[str, AnyArray]:
         return {"Y": np.asarray(image.convert("L"))}
     else:
         image = image.convert("RGB")
-    bands = dict(zip(image.getbands(), image.split(), strict=True))
-    alpha = {name: np.asarray(band) for name, band in bands.items() if name == "A"}
-    if all(ImageChops.difference(bands["R"], bands[other]).getextrema() == (0, 0) for other in "GB"):
-        return {"Y": np.asarray(bands["R"])} | alpha
-    return {name: np.asarray(bands[name]) for name in "RGB"} | alpha
+    return grey_or_colours(*map(np.asarray, image.split()))
 
 
 def _png_of_16_bits(path: Path, image: Image.Image) -> dict[str, AnyArray]:
@@ -113,8 +101,5 @@ def _png_of_16_bits(path: Path, image: Image.Image) -> dict[str, AnyArray]:
 
     image.load()  # Pillow checks the file's parts, and whether it ends early.
     stored = np.atleast_3d(imagecodecs.png_decode(path.read_bytes()))
-    orientation = image.getexif().get(_ORIENTATION, 1)
-    upright: Any = UPRIGHT.get(orientation, UPRIGHT[1])(stored)
-    layers = [*np.moveaxis(upright, -1, 0)]
-    alpha = {"A": layers.pop()} if len(layers) in (2, 4) else {}
-    return ({"Y": layers[0]} if len(layers) == 1 else grey_or_colours(*layers)) | alpha
+    layers = [*np.moveaxis(upright(stored, image.getexif().get(_ORIENTATION, 1)), -1, 0)]
+    return grey_or_colours(*layers)

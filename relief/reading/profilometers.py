@@ -42,18 +42,14 @@ def is_measured(path: Path) -> bool:
     with path.open("rb") as file:
         start = file.read(HEADING_BYTES)
     if start[:4] in MAGIC:
-        return _is_measured_tiff(path)
+        # Imported here: files of other kinds do without.
+        import tifffile
+
+        with damage_named(path, "a TIFF"), tifffile.TiffFile(path) as file:
+            tags = file.pages.first.tags
+            return PARK in tags or OLYMPUS in str(tags.valueof(270))
     heading = HEADING.search(start.decode("utf-8-sig", errors="replace"))
     return suffix in GRIDS and (start.startswith(METROPRO) or heading is not None)
-
-
-def _is_measured_tiff(path: Path) -> bool:
-    # Imported here: files of other kinds do without.
-    import tifffile
-
-    with damage_named(path, "a TIFF"), tifffile.TiffFile(path) as file:
-        tags = file.pages.first.tags
-        return PARK in tags or OLYMPUS in str(tags.valueof(270))
 
 
 def read_measured(path: Path, check: Check) -> Samples | None:
@@ -78,16 +74,12 @@ def read_measured(path: Path, check: Check) -> Samples | None:
     state = path.stat()
     header, heights = _read(path, state.st_mtime_ns, state.st_size)
     check(heights.shape, path)
-    size_mm = header["size_mm"]
-    return Samples(
-        path,
-        header["kind"],
-        {"Y": heights.copy()},
-        notes=tuple(header["notes"]),
-        lengths={} if size_mm is None else {"size_mm": size_mm},
-        unit_mm=header["unit_mm"],
-        instrument=True,
-    )
+    stated: dict[str, Any] = {
+        "notes": tuple(header["notes"]),
+        "lengths": header["lengths"],
+        "unit_mm": header["unit_mm"],
+    }
+    return Samples(path, header["kind"], {"Y": heights.copy()}, **stated, instrument=True)
 
 
 @lru_cache(maxsize=1)

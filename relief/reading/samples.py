@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.ground.arrays import AnyArray
+from relief.ground.arrays import AnyArray, Array
 from relief.ground.errors import InputError
 from relief.ground.formats import Repeats
 from relief.ground.lengths import HEADER, shown
@@ -68,20 +68,24 @@ class Samples:
     instrument: bool = False
 
     @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and columns."""
-        rows, cols = next(iter(self.channels.values())).shape
-        return rows, cols
-
-    @property
     def width(self) -> int:
         """Columns."""
-        return self.shape[1]
+        return int(next(iter(self.channels.values())).shape[1])
 
     @property
     def height(self) -> int:
         """Rows."""
-        return self.shape[0]
+        return len(next(iter(self.channels.values())))
+
+    @property
+    def holds_numbers(self) -> bool:
+        """Whether the values are numbers rather than grey."""
+        return self.bits is None
+
+    @property
+    def values(self) -> Array:
+        """(rows, cols) of the only channel: grey from 0 to 1, or numbers, NaN where nothing was measured."""
+        return self.channels["Y"].astype(np.float64, order="C") / self.white
 
     @property
     def coloured(self) -> bool:
@@ -108,11 +112,13 @@ def check_square(across: float, down: float, path: Path) -> None:
         raise InputError(f"{path}: its pixels are {sides}; resample the picture to square pixels first")
 
 
-def grey_or_colours(red: AnyArray, green: AnyArray, blue: AnyArray) -> dict[str, AnyArray]:
-    """Channels of three colours by name; one, "Y", if all agree."""
-    if all(np.array_equal(red, other, equal_nan=red.dtype.kind == "f") for other in (green, blue)):
-        return {"Y": red}
-    return {"R": red, "G": green, "B": blue}
+def grey_or_colours(*layers: AnyArray) -> dict[str, AnyArray]:
+    """Channels by name of grey or three colours, perhaps with alpha; "Y" in place of colours that agree."""
+    alpha = {"A": layers[-1]} if len(layers) in (2, 4) else {}
+    first, *others = layers[: len(layers) - len(alpha)]
+    if all(np.array_equal(first, other, equal_nan=first.dtype.kind == "f") for other in others):
+        return {"Y": first} | alpha
+    return {"R": first, "G": others[0], "B": others[1]} | alpha
 
 
 def measured(values: AnyArray, no_data: float | None = None) -> AnyArray:

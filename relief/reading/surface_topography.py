@@ -57,7 +57,7 @@ def read_surface(
         sides_mm: least and greatest side of a surface that is read, mm.
 
     Returns:
-        `kind`, `unit_mm` and `size_mm` (None if the file does not say), `notes` and `shape`; and the heights
+        `kind`, `unit_mm` (None if unknown), `lengths`, `notes` and `shape` as of `Samples`; and the heights
         (rows, cols) in the file's unit, row 0 the top of the picture, NaN where nothing was measured.
 
     Raises:
@@ -78,7 +78,8 @@ def read_surface(
         if not np.allclose(np.divide(shape, heights.shape), 1.0, rtol=SQUARE):
             heights = _resampled(heights, shape)
             notes.append(f"resampled from {cols} x {rows} samples, which are not square")
-    header = {"kind": f"{reader.name()} of numbers", "unit_mm": unit_mm, "size_mm": size_mm}
+    lengths = {} if size_mm is None else {"size_mm": size_mm}
+    header = {"kind": f"{reader.name()} of numbers", "unit_mm": unit_mm, "lengths": lengths}
     return header | {"notes": notes, "shape": heights.shape}, np.ascontiguousarray(heights)
 
 
@@ -142,23 +143,19 @@ def _extent(
     pitches = sides / counts
     if not (np.isfinite(pitches).all() and pitches.min() > 0.0):
         raise InputError(f"{path}: its size is {shown(channel.physical_sizes)}")
-    cols, rows = np.rint(sides / pitches.min())
+    cols, rows = map(int, np.rint(sides / pitches.min()))
     if max(cols, rows) > LARGEST_SIDE:
-        raise InputError(
-            f"{path}: {cols:.0f} x {rows:.0f} square samples; at most {LARGEST_SIDE} a side are read"
-        )
+        raise InputError(f"{path}: {cols} x {rows} square samples; at most {LARGEST_SIDE} a side are read")
     if channel.physical_sizes is None or unit_mm is None:
-        return unit_mm, None, (int(rows), int(cols))
+        return unit_mm, None, (rows, cols)
     width, height = sides * unit_mm
     least, most = sides_mm
-    if not least <= min(width, height) <= max(width, height) <= most:
-        small, large = (
-            f"at least {least:g} mm are needed under a finger",
-            f"at most {most:g} mm a side are read",
-        )
-        limit = small if min(width, height) < least else large
-        raise InputError(f"{path}: {width:.3g} x {height:.3g} mm; {limit}")
-    return unit_mm, float(width), (int(rows), int(cols))
+    size = f"{width:.3g} x {height:.3g} mm"
+    if min(width, height) < least:
+        raise InputError(f"{path}: {size}; at least {least:g} mm are needed under a finger")
+    if max(width, height) > most:
+        raise InputError(f"{path}: {size}; at most {most:g} mm a side are read")
+    return unit_mm, float(width), (rows, cols)
 
 
 def _resampled(heights: Array, shape: tuple[int, int]) -> Array:

@@ -42,8 +42,7 @@ def read_grid(path: Path, check: Check) -> Samples:
 
 def _numbers(lines: list[bytes], path: Path) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
     """(rows, cols) numbers of lines; words that are no numbers are NaN, but for a first line of headings."""
-    content = [line.split(b"#")[0].strip() for line in lines]
-    content = [line for line in content if line]
+    content = [content for line in lines if (content := line.split(b"#")[0].strip())]
     if not content:
         raise InputError(f"{path}: holds no numbers")
     text = b"\n".join(content)
@@ -52,14 +51,11 @@ def _numbers(lines: list[bytes], path: Path) -> np.ndarray[tuple[int, int], np.d
         text = text.replace(b",", b".")  # Commas are decimal points.
     if delimiter is not None:
         text = re.sub(rb"(?m)(^|%b) *(?=%b|$)" % (delimiter, delimiter), rb"\1nan", text)
-        text = re.sub(rb"(?m)%bnan$" % delimiter, b"", text) if _ends_with(content, delimiter) else text
+        # A delimiter at the end of each line separates nothing.
+        if all(line.endswith(delimiter) for line in content[1:]):
+            text = re.sub(rb"(?m)%bnan$" % delimiter, b"", text)
     first, _, rest = text.partition(b"\n")
     if re.search(rb"[A-DF-Za-df-z]", first) and not re.search(rb"(?i)nan", first):
         text = rest
     separator = None if delimiter in (None, b"\t") else delimiter.decode()
     return np.loadtxt(BytesIO(_WORD.sub(b"nan", text)), delimiter=separator, ndmin=2, encoding="latin-1")
-
-
-def _ends_with(lines: list[bytes], delimiter: bytes) -> bool:
-    """Whether each line ends with a delimiter, which then separates nothing."""
-    return all(line.endswith(delimiter) for line in lines[1:])

@@ -1,7 +1,6 @@
 """TIFF: grey and colour of 1 to 64 bits, and numbers of any type, as tifffile reads them."""
 
 import logging
-from collections.abc import Callable
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -12,19 +11,9 @@ from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named
 from relief.ground.lengths import shown
-from relief.reading.samples import (
-    Check,
-    Samples,
-    check_square,
-    grey_or_colours,
-    measured,
-)
+from relief.reading.samples import Check, Samples, check_square, grey_or_colours, measured
 
-MAGIC = tuple(
-    order + version
-    for order, versions in ((b"II", b"*\0 +\0"), (b"MM", b"\0* \0+"))
-    for version in versions.split(b" ")
-)
+MAGIC = (b"II*\0", b"II+\0", b"MM\0*", b"MM\0+")
 """First four bytes of TIFF and BigTIFF of either byte order."""
 MOST_PAGES = 1000
 """Most pictures of a file that are looked at."""
@@ -38,17 +27,15 @@ _JPEG = (6, 7)
 """Values of Compression by which a decoder turns YCbCr into RGB."""
 _REDUCED, _MASK = 1, 4
 """Bits of NewSubfileType: a thumbnail or an overview, and a mask of what was measured."""
-UPRIGHT: dict[int, Callable[[AnyArray], AnyArray]] = {
-    1: lambda a: a,
-    2: lambda a: a[:, ::-1],
-    3: lambda a: a[::-1, ::-1],
-    4: lambda a: a[::-1],
-    5: lambda a: a.swapaxes(0, 1),
-    6: lambda a: a.swapaxes(0, 1)[:, ::-1],
-    7: lambda a: a.swapaxes(0, 1)[::-1, ::-1],
-    8: lambda a: a.swapaxes(0, 1)[::-1],
-}
-"""What brings the stored rows of each Orientation upright."""
+
+
+def upright(stored: AnyArray, orientation: Any) -> AnyArray:
+    """The pixels (rows, cols, ...) that are stored with a value of Orientation, as they are to be seen."""
+    if orientation not in range(1, 9):  # A hostile file may have anything there.
+        return stored
+    turned = stored.swapaxes(0, 1) if orientation > 4 else stored
+    turned = turned[:, ::-1] if orientation in (2, 3, 6, 7) else turned
+    return turned[::-1] if orientation in (3, 4, 7, 8) else turned
 
 
 def holds_numbers(path: Path) -> bool:
@@ -68,43 +55,32 @@ def read_tiff(path: Path, check: Check) -> Samples:
     with damage_named(path, "a TIFF"), tifffile.TiffFile(path) as file:
         page, masks, count = _page(file, path)
         _check(page, path, check)
-        stored = _decoded(page, path)
+        orientation = page.tags.valueof(274, 1)
         notes = [f"the largest of {count} pictures, the first of this size"] * (count > 1)
-        if page.tags.valueof(274, 1) != 1:
+        if orientation != 1:
             notes.append("turned upright by its orientation")
-        upright = UPRIGHT.get(page.tags.valueof(274, 1), UPRIGHT[1])
-        channels, white = _channels(page, stored, path)
+        channels, white = _channels(page, _decoded(page, path), path)
         bits = page.bitspersample if page.sampleformat == _UNSIGNED else None
         channels = _measured(channels, _no_data(page), [_decoded(mask, path)[..., 0] for mask in masks], bits)
     kind = "of numbers" if bits is None else "with a palette" if page.photometric == _PALETTE else "in grey"
     if "Y" not in channels:
         kind = "of numbers in colour" if bits is None else "in colour"
-    return Samples(
-        path,
-        f"TIFF {kind}",
-        {name: np.ascontiguousarray(upright(one)) for name, one in channels.items()},
-        bits,
-        white,
-        count,
-        tuple(notes),
-    )
+    seen = {name: np.ascontiguousarray(upright(one, orientation)) for name, one in channels.items()}
+    return Samples(path, f"TIFF {kind}", seen, bits, white, count, tuple(notes))
 
 
 def _measured(
     channels: dict[str, AnyArray], no_data: float | None, masks: list[AnyArray], bits: int | None
 ) -> dict[str, AnyArray]:
     """Channels that are NaN where nothing was measured; grey stays as stored where all of it was."""
-    colours = [one for name, one in channels.items() if name != "A"]
-    holes = np.zeros(colours[0].shape, dtype=bool)
+    missing = [mask == 0 for mask in masks]
     if bits is not None and no_data is not None:
-        holes |= np.logical_and.reduce([one == no_data for one in colours])
-    for mask in masks:
-        holes |= mask == 0
-    if bits is not None and not holes.any():
+        missing.append(np.all([one == no_data for name, one in channels.items() if name != "A"], axis=0))
+    if bits is not None and not np.any(missing):
         return channels
     numbers = {name: measured(one, None if bits else no_data) for name, one in channels.items()}
     for one in numbers.values():
-        one[holes] = np.nan
+        one[np.any(missing, axis=0)] = np.nan
     return numbers
 
 

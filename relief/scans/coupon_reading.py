@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from relief.ground.arrays import Array
-from relief.ground.errors import InputError
+from relief.ground.errors import InputError, option_error
 from relief.printers import RANGES, STEEPEST_DEGREES, Printer
 from relief.relief import Relief
 from relief.scans import coupon as plates
@@ -100,8 +100,8 @@ class CouponNumbers:
         """
         if layer_um is None:
             if self.layer_um is None:
-                missing = "the scan shows no terraces of layers; state the thickness of a layer"
-                raise InputError(f"layer_um: {missing}", f"--layer-um: {missing}")
+                unseen = "the scan shows no terraces of layers; state the thickness of a layer"
+                raise option_error("layer_um", unseen)
             layer_um = self.layer_um.value
         # The coupon may give numbers out of the range of printers.
         pixel_um, min_feature_um, max_slope_degrees = (

@@ -12,13 +12,13 @@ import numpy as np
 from scipy.spatial import Delaunay, QhullError
 
 from relief.ground.arrays import Array, Index
-from relief.ground.errors import InputError, PictureError, naming
+from relief.ground.errors import InputError, naming
 from relief.ground.files import damage_named, read_limited
 from relief.ground.formats import GRIDS, HEIGHTS, MEASURED, MESHES, UNITS
-from relief.ground.lengths import in_range, scale_of
+from relief.ground.lengths import scale_of, within
 from relief.ground.limits import LARGEST_SIDE, SMALLEST_SIDE
 from relief.ground.progress import stage
-from relief.heightmap import load_content
+from relief.heightmap import given_or_stored, load_content, required, unit_mm
 from relief.reading.profilometers import is_measured
 from relief.scans.scans import Scan, block_means, check_scan
 from relief.solids.body import Body
@@ -121,36 +121,18 @@ def _refuse_others(path: Path, is_map: bool, lengths: ScanLengths) -> None:
 
 
 def _of_height_map(path: Path, lengths: ScanLengths) -> Scan:
-    try:
-        content = load_content(path)
-    except InputError as error:
-        # Its line names `retouch prepare`, which makes height maps of pictures, but not scans.
-        raise error.__cause__ if isinstance(error.__cause__, PictureError) else error from None
-    for wrong in ("relief_mm",) if content.holds_mm else ("height_scale", "units"):
+    content = load_content(path)
+    for wrong in ("relief_mm",) if content.holds_numbers else ("height_scale", "units"):
         if getattr(lengths, wrong) is not None:
-            kind = "numbers" if content.holds_mm else "grey"
+            kind = "numbers" if content.holds_numbers else "grey"
             raise InputError(f"{path}: {wrong}: is for another kind of height map; this one holds {kind}")
-    size_mm = _length(path, "size_mm", lengths.size_mm, content.size_mm, "the width of the scan")
-    if content.holds_mm:
-        with naming(path):
-            given = scale_of(lengths.units, lengths.height_scale)
-            scale = None if given is None else in_range("height_scale", given)
-        unit = content.mm_of_one(path, scale)
-    else:
-        white = "the height of white above black"
-        unit = _length(path, "relief_mm", lengths.relief_mm, content.relief_mm, white)
-    heights = np.where(np.isfinite(content.values), content.values, np.nan) * unit
-    return Scan(heights, size_mm / heights.shape[1], str(path))
-
-
-def _length(path: Path, key: str, given: float | None, header: float | None, what: str) -> float:
-    """A length of a height map. Raises InputError if neither an argument nor the header has it."""
-    value = header if given is None else given
-    if value is None:
-        missing = f"missing; {what} in mm, which the file does not say"
-        raise InputError(f"{path}: {key}: {missing}", f"{path}: --{key.replace('_', '-')}: {missing}")
     with naming(path):
-        return in_range(key, value)
+        scale = within("height_scale", scale_of(lengths.units, lengths.height_scale))
+        size_mm, relief_mm = within("size_mm", lengths.size_mm), within("relief_mm", lengths.relief_mm)
+    width_mm = given_or_stored(content, "size_mm", size_mm)
+    width_mm = required("size_mm", width_mm, "the width of the scan in mm, which the file does not say", path)
+    heights = content.values * unit_mm(content, relief_mm, scale)
+    return Scan(heights, width_mm / heights.shape[1], str(path))
 
 
 def _of_mesh(mesh: Mesh) -> Scan:

@@ -13,19 +13,11 @@ from typing import TYPE_CHECKING, Any, cast
 import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.run_options import curved_options, distance_option, skin_option
+from relief import plate_options
 from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
 from relief.ground.limits import PATCH_SIDE_MM
 from relief.ground.options import add_option, given, whole_number
-from relief.plate_options import (
-    fill_option,
-    height_scale_option,
-    level_option,
-    printer_option,
-    relief_option,
-    size_option,
-    units_option,
-)
 from retouch.verbs.progress_display import console_on
 
 if TYPE_CHECKING:
@@ -139,11 +131,11 @@ def add_plate(
         size: where the size comes from after the texture's header.
         side: what the size is of.
     """
-    add_option(parser, "size_mm", size_option(side, f"the texture's header, or {size}"), float)
-    add_option(parser, "relief_mm", relief_option("the texture's header"), float)
+    add_option(parser, "size_mm", plate_options.size_option(side, f"the texture's header, or {size}"), float)
+    add_option(parser, "relief_mm", plate_options.relief_option("the texture's header"), float)
     scale = parser.add_mutually_exclusive_group()
-    add_option(scale, "height_scale", height_scale_option("1"), float)
-    scale.add_argument("--units", choices=tuple(UNITS), action=_Units, help=units_option().help)
+    add_option(scale, "height_scale", plate_options.height_scale_option("1"), float)
+    scale.add_argument("--units", choices=tuple(UNITS), action=_Units, help=plate_options.units_option().help)
 
 
 class _Units(argparse.Action):
@@ -155,8 +147,8 @@ class _Units(argparse.Action):
 
 def add_corrections(parser: argparse._ActionsContainer) -> None:
     """Add `--fill` and `--level`, None where not given."""
-    add_option(parser, "fill", fill_option(), bool)
-    add_option(parser, "level", level_option(), bool)
+    add_option(parser, "fill", plate_options.fill_option(), bool)
+    add_option(parser, "level", plate_options.level_option(), bool)
 
 
 def add_repeats(parser: argparse._ActionsContainer, first: str = "") -> None:
@@ -194,7 +186,7 @@ def add_curved(parser: argparse._ActionsContainer, default: str) -> None:
 
 def add_printer(parser: argparse._ActionsContainer, what: str, default: str = "none") -> None:
     """Add `--printer`, with which `what` is done, None where not given."""
-    add_option(parser, "printer", printer_option(what, default))
+    add_option(parser, "printer", plate_options.printer_option(what, default))
 
 
 def check_scales(arguments: argparse.Namespace, textures: Iterable[Path]) -> None:

@@ -14,13 +14,7 @@ from relief.ground.formatting import number
 from relief.ground.options import add_options, declared, given
 from relief.ground.progress import stage
 from relief.preparing.choices import OUTPUTS, PrepareOptions
-from retouch.commands.options import (
-    add_talk,
-    console,
-    contact_errors_name,
-    lines_table,
-    print_json,
-)
+from retouch.commands.options import add_talk, console, contact_errors_name, lines_table, print_json
 from tactile.quantities import QUANTITIES, ROUGHNESS
 from tactile.touch_limits import MAX_SAMPLES
 

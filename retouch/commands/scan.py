@@ -7,7 +7,8 @@ import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
-from relief.ground.options import given
+from relief.ground.options import add_option, given
+from relief.plate_options import height_scale_option, relief_option, size_option
 from retouch.commands.options import (
     LENGTHS,
     add_mitsuba,
@@ -64,13 +65,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=tuple(UNITS),
         help="unit of a mesh or of points, or of the heights in EXR, NPY and float TIFF (default: mm)",
     )
-    for flag, metavar, meaning in (
-        ("--size-mm", "MM", "width of the scan of a height map, mm (default: the file's header)"),
-        ("--relief-mm", "MM", "height of white above black in a picture, mm (default: the file's header)"),
-        ("--height-scale", "FACTOR", "mm for a height of 1 in EXR, NPY and float TIFF (default: 1)"),
-    ):
-        place = scale if flag == "--height-scale" else parser
-        place.add_argument(flag, type=float, metavar=metavar, help=meaning)
+    add_option(scale, "height_scale", height_scale_option("1"), float)
+    add_option(
+        parser, "size_mm", size_option("width of the scan of a height map", "the file's header"), float
+    )
+    add_option(parser, "relief_mm", relief_option("the file's header"), float)
     parser.add_argument(
         "--model", choices=tuple(MODEL_NAMES), default="layer", help="model of touch (default: layer)"
     )

@@ -4,8 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from relief.ground.errors import InputError, naming
-from relief.ground.lengths import Lengths
+from relief.ground.errors import InputError, naming, option_error
 from relief.ground.progress import stage
 from relief.preparing.choices import AUTO, Box
 from relief.preparing.picture_preparation import prepare
@@ -39,7 +38,7 @@ def check_sources(stimuli: StimulusSet) -> None:
     """Check that each source holds the patches that are asked for. Raises InputError."""
     for texture, source in zip(stimuli.textures, stimuli.sources, strict=False):
         with naming(source):
-            list(_crops(stimuli, source, _texture(stimuli, texture)))
+            list(_crops(stimuli, source, stimuli.relief_of(texture)))
 
 
 def make_controls(stimuli: StimulusSet, out: Path) -> list[Control]:
@@ -57,7 +56,7 @@ def make_controls(stimuli: StimulusSet, out: Path) -> list[Control]:
     """
     controls = []
     for name, texture, source in zip(stimuli.names, stimuli.textures, stimuli.sources, strict=False):
-        read = _texture(stimuli, texture)
+        read = stimuli.relief_of(texture)
         with naming(source), stage(f"patches of {source.name}"):
             for number, crop in enumerate(_crops(stimuli, source, read), start=1):
                 file = out / FOLDER / f"{name}-{number}.exr"
@@ -68,17 +67,11 @@ def make_controls(stimuli: StimulusSet, out: Path) -> list[Control]:
     return controls
 
 
-def _texture(stimuli: StimulusSet, texture: Path) -> Relief:
-    lengths = {key: stimuli.settings.get(key) for key in Lengths.__annotations__}
-    return Relief.read(texture, **lengths, repeats=False)  # type: ignore[arg-type]
-
-
 def _pixels_per_mm(stimuli: StimulusSet, source: Path) -> float:
     picture = read_samples(source)
     width_mm = stimuli.source_mm or picture.lengths.get("size_mm")
     if width_mm is None:
-        missing = "missing; the picture does not say how many mm wide it is"
-        raise InputError(f"source_mm: {missing}", f"--source-mm: {missing}")
+        raise option_error("source_mm", "missing; the picture does not say how many mm wide it is")
     return picture.width / width_mm
 
 

@@ -191,11 +191,15 @@ class StimulusSet(Section):
             raise ValueError("sources: one picture for each texture is needed, in their order")
         return self
 
+    def relief_of(self, texture: Path) -> Relief:
+        """A texture with the lengths of the set, as a plate. Raises InputError."""
+        lengths = {key: self.settings.get(key) for key in Lengths.__annotations__}
+        return Relief.read(texture, **lengths, repeats=False)  # type: ignore[arg-type]
+
     def check_textures(self) -> None:
         """Check that each texture is a tile, or as large as a plate. Raises InputError."""
-        lengths = {key: self.settings.get(key) for key in Lengths.__annotations__}
         for texture in self.textures:
-            relief = Relief.read(texture, **lengths, repeats=False)  # type: ignore[arg-type]
+            relief = self.relief_of(texture)
             if not self.whole:
                 beside = texture.with_name(f"{texture.stem}{TILE}{texture.suffix}")
                 if beside.is_file() and misfit(relief.heights):

@@ -238,7 +238,7 @@ def test_numbers_times_a_scale_are_heights_above_the_lowest(tmp_path: Path, hill
     np.save(tmp_path / "a.npy", 250e-6 * hills)
     assert "are these m, 0.25 mm? --units m" in prepare(tmp_path / "a.npy").done["unit"]
     for options, word in (
-        ({"units": "um", "height_scale": 1e-3}, "units: height_scale states the unit of heights already"),
+        ({"units": "um", "height_scale": 1e-3}, "units: is another scale than height_scale"),
         ({"units": "um", "relief_mm": 1.0}, "relief_mm: units or height_scale state"),
         ({"units": "ell"}, "units: 'ell' is not one of um, mm"),
         ({"height_scale": 0.0}, r"height_scale: 0 is outside \[1e-06"),

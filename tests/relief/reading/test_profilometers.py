@@ -103,7 +103,7 @@ def test_rows_columns_size_and_unit(tmp_path: Path, kind: str) -> None:
     assert holds_mm(path)
     header, stored = read_surface(path)
     cols = heights.shape[1]
-    assert header["size_mm"] == pytest.approx(12.0 if cols == 60 else 8.0, rel=1e-6)
+    assert header["lengths"]["size_mm"] == pytest.approx(12.0 if cols == 60 else 8.0, rel=1e-6)
     unit_um = 1000.0 * header["unit_mm"]
     np.testing.assert_allclose(
         stored * unit_um - np.mean(stored * unit_um), heights - heights.mean(), atol=6e-4
@@ -149,7 +149,7 @@ def test_samples_that_are_not_square(tmp_path: Path) -> None:
     header, heights = read_surface(sdf(tmp_path / "a.sdf", wave, (100.0, 200.0)))
     assert header["notes"] == ["channel Default", "resampled from 60 x 30 samples, which are not square"]
     assert heights.shape == (60, 60)
-    assert header["size_mm"] == pytest.approx(6.0)
+    assert header["lengths"]["size_mm"] == pytest.approx(6.0)
     y, x = np.mgrid[0:60, 0:60]
     fine = 2.0 + np.sin(0.5 * (y + 0.5) / 2.0) + 0.1 * np.cos(0.3 * x)
     assert np.array_equal(np.argwhere(np.isnan(heights)).min(axis=0), [20, 20])

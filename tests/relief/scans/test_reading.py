@@ -40,7 +40,7 @@ def test_a_picture_needs_its_lengths(tmp_path: Path) -> None:
     save_heights_png(tmp_path / "scan.png", np.random.default_rng(0).uniform(0.0, 1.0, (40, 40)), None)
     with pytest.raises(InputError, match=r"scan\.png: size_mm: missing; the width of the scan"):
         read_scan(tmp_path / "scan.png")
-    with pytest.raises(InputError, match="relief_mm: missing; the height of white"):
+    with pytest.raises(InputError, match="relief_mm: missing; a picture needs the height of white"):
         read_scan(tmp_path / "scan.png", ScanLengths(size_mm=8.0))
     assert read_scan(tmp_path / "scan.png", ScanLengths(size_mm=8.0, relief_mm=0.5)).heights.max() <= 0.5
 
@@ -113,7 +113,7 @@ def test_what_is_no_scan_is_refused(tmp_path: Path, name: str, content: bytes, l
 def test_lengths_of_another_kind_of_file_are_refused(scan: Scan, tmp_path: Path) -> None:
     save_heights_exr(tmp_path / "scan.exr", scan.heights, scan.size_mm[1])
     for lengths, line in (
-        (ScanLengths(units="mm", height_scale=2.0), "units: height_scale states the unit"),
+        (ScanLengths(units="mm", height_scale=2.0), "units: is another scale than height_scale"),
         (ScanLengths(relief_mm=1.0), "relief_mm: is for another kind"),
     ):
         with pytest.raises(InputError, match=line):
