@@ -6,7 +6,7 @@ import numpy as np
 
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named
-from relief.reading.samples import Check, Samples, grey_or_colours, measured
+from relief.reading.samples import Check, Samples, grey_or_colours, measured, without_transparent
 
 
 def read_npy(path: Path, check: Check) -> Samples:
@@ -19,5 +19,5 @@ def read_npy(path: Path, check: Check) -> Samples:
             raise InputError(f"{path}: shape {values.shape}; expected (rows, cols), or 3 or 4 channels last")
         check(values.shape, path)
         layers = [measured(np.asarray(one)) for one in np.moveaxis(np.atleast_3d(values), -1, 0)]
-    channels = grey_or_colours(*layers)
+    channels = without_transparent(grey_or_colours(*layers))
     return Samples(path, "NPY of numbers" + ("" if "Y" in channels else " in colour"), channels)

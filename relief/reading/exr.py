@@ -10,7 +10,15 @@ from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named
 from relief.ground.lengths import HEADER, lengths_of, shown
-from relief.reading.samples import Check, Samples, check_square, grey_or_colours, measured, repeats_of
+from relief.reading.samples import (
+    Check,
+    Samples,
+    check_square,
+    grey_or_colours,
+    measured,
+    repeats_of,
+    without_transparent,
+)
 
 MOST_CHANNELS = 8
 """Most channels of an EXR file; a height map has one."""
@@ -21,9 +29,7 @@ LARGEST_TILE = 2048
 def read_exr(path: Path, check: Check) -> Samples:
     """Read channel Y or Z of an EXR file, else R, G and B, else the only one; and A. Raises InputError."""
     channels, header, notes = exr_channels(path, check)
-    *pixels, last = channels
-    opaque = pixels and last == "A" and (channels["A"] == 1.0).all()
-    named = grey_or_colours(*(measured(channels[name]) for name in ([*pixels] if opaque else channels)))
+    named = without_transparent(grey_or_colours(*map(measured, channels.values())))
     kind = "EXR of numbers" + ("" if "Y" in named else " in colour")
     lengths, repeats = lengths_of(header, path), repeats_of(header, path)
     return Samples(path, kind, named, notes=notes, lengths=lengths, repeats=repeats)

@@ -9,7 +9,15 @@ from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named
 from relief.ground.lengths import lengths_of
-from relief.reading.samples import MOST_PIXELS, Check, Samples, check_square, grey_or_colours, repeats_of
+from relief.reading.samples import (
+    MOST_PIXELS,
+    Check,
+    Samples,
+    check_square,
+    grey_or_colours,
+    measured,
+    repeats_of,
+)
 from relief.reading.tiff import upright
 
 FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF", "PPM")
@@ -55,6 +63,9 @@ def _decoded(image: Image.Image, path: Path) -> Samples:
     if image.getexif().get(_ORIENTATION, 1) != 1:
         notes.append("turned upright by its EXIF orientation")
     palette = image.mode in ("P", "PA")
+    if image.mode == "F":
+        heights = {"Y": measured(np.asarray(ImageOps.exif_transpose(image)))}
+        return Samples(path, "PFM of numbers", heights, notes=tuple(notes))
     if image.format == "PNG" and stored == 16 and image.mode in ("LA", "RGB", "RGBA"):
         channels = _png_of_16_bits(path, image)
     else:
@@ -84,7 +95,9 @@ def _stored_bits(image: Image.Image) -> int:
 def _channels(image: Image.Image) -> dict[str, AnyArray]:
     """The channels of an image of 8 bits a colour, or of grey of 16."""
     if image.mode.startswith("I"):
-        return {"Y": np.asarray(image).astype(np.uint16)}
+        grey = np.asarray(image).astype(np.uint16)
+        clear = image.info.get("transparency")
+        return grey_or_colours(grey, *([] if clear is None else [np.uint16(65535) * (grey != clear)]))
     if "transparency" in image.info or image.mode in ("LA", "La", "PA", "RGBA", "RGBa"):
         image = image.convert("RGBA")
     elif image.mode in ("1", "L"):

@@ -16,8 +16,9 @@ _MAGIC: dict[bytes, Callable[[Path, Check], Samples]] = {
     **dict.fromkeys(MAGIC, read_tiff),
     b"v/1\x01": read_exr,
     b"\x93NUM": read_npy,
+    **dict.fromkeys((b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"RIFF"), read_picture),
 }
-"""Readers by the first four bytes of a file."""
+"""Readers by the first bytes of a file."""
 _SUFFIXES = {".tif": read_tiff, ".tiff": read_tiff, ".exr": read_exr, ".npy": read_npy}
 
 
@@ -37,14 +38,16 @@ def read_samples(path: str | os.PathLike[str], check: Check = check_extent) -> S
         raise InputError(f"{path}: no such file")
     suffix = path.suffix.lower()
     with path.open("rb") as file:
-        reader = _MAGIC.get(file.read(4), _SUFFIXES.get(suffix, read_picture))
-    if suffix in MEASURED or suffix in GRIDS or reader is read_tiff:
+        start = file.read(4)
+    known = next((read for mark, read in _MAGIC.items() if start.startswith(mark)), None)
+    reader = known or _SUFFIXES.get(suffix, read_picture)
+    if (known is None and suffix in (*MEASURED, *GRIDS)) or reader is read_tiff:
         # Imported here: other files do without.
         from relief.reading.profilometers import read_measured
 
         if (surface := read_measured(path, check)) is not None:
             return surface
-    if suffix in GRIDS:
+    if known is None and suffix in GRIDS:
         from relief.reading.text_grids import read_grid
 
         return read_grid(path, check)

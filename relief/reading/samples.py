@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from relief.ground.arrays import AnyArray, Array
 from relief.ground.errors import InputError
@@ -21,10 +22,11 @@ SQUARE = 0.01
 """Largest difference of the sides of a pixel, in sides; resolutions in headers are rounded."""
 OBLONG = 10.0
 """Largest ratio of the sides of a pixel; a header with a larger one says nothing about the picture."""
-NO_DATA = (-9999.0, -99999.0, -32767.0, -32768.0, -1e30, float(np.finfo(np.float32).min))
-"""Numbers that stand for samples without a measurement in elevation models, also without a word about it."""
-REMOTE = 10.0
-"""Least distance of such a number from the other heights, in their span: elevations of -9999 m are none."""
+NO_DATA = (-9999.0, -99999.0, -32767.0, -32768.0)
+"""Numbers that stand for samples without a measurement in elevation models, also without a word about them:
+where they are the lowest, and farther from the other heights than these are from one another."""
+LARGEST = 1e30
+"""Magnitude from which a number stands for no measurement: the limits of types, and 1.7e38 of Surfer."""
 TILE = f"{HEADER}repeats"
 """Name in a header of the axes along which a relief repeats."""
 TILE_MARKS: Mapping[str, Repeats] = {"xy": True, "x": "x", "y": "y"}
@@ -121,24 +123,39 @@ def grey_or_colours(*layers: AnyArray) -> dict[str, AnyArray]:
     return {"R": first, "G": others[0], "B": others[1]} | alpha
 
 
-def measured(values: AnyArray, no_data: float | None = None) -> AnyArray:
+def without_transparent(channels: dict[str, AnyArray]) -> dict[str, AnyArray]:
+    """Channels of numbers, not measured where they are transparent; alpha stays where it is partial."""
+    if "A" not in channels:
+        return channels
+    seen = channels["A"] > 0
+    numbers = {name: np.where(seen, one, np.nan) for name, one in channels.items() if name != "A"}
+    partial = seen.any() and np.ptp(channels["A"][seen]) > 0
+    return numbers | ({"A": channels["A"]} if partial else {})
+
+
+def measured(
+    values: AnyArray, no_data: float | None = None, missing: NDArray[np.bool_] | None = None
+) -> AnyArray:
     """Numbers in single or double precision, NaN where nothing was measured.
 
     Args:
         values: (rows, cols) of any type of real numbers.
         no_data: the number that stands for no measurement, where the file says so.
+        missing: (rows, cols) whether the file says so in another way.
     """
     exact = values.dtype in (np.float16, np.float32, np.int8, np.uint8, np.int16, np.uint16)
     with np.errstate(invalid="ignore", over="ignore"):
         numbers = values.astype(np.float32 if exact else np.float64)
-        holes = ~np.isfinite(numbers)
+        holes = ~(np.abs(numbers) < LARGEST)
         if no_data is not None:
             holes |= numbers == numbers.dtype.type(no_data)
-    rest = numbers[~holes]
-    if no_data is None and rest.size and float(rest.min()) in NO_DATA:
-        others = rest[rest != rest.min()].astype(np.float64)
-        if others.size and others.min() - rest.min() > REMOTE * np.ptp(others):
-            holes |= numbers == rest.min()
+        if missing is not None:
+            holes |= missing
+    lowest = np.min(numbers, where=~holes, initial=LARGEST)
+    if float(lowest) in NO_DATA:
+        others = numbers[~holes & (numbers != lowest)].astype(np.float64)
+        if others.size and others.min() - lowest > np.ptp(others):
+            holes |= numbers == lowest
     numbers[holes] = np.nan
     return numbers
 

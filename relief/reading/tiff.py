@@ -6,12 +6,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named
 from relief.ground.lengths import shown
-from relief.reading.samples import Check, Samples, check_square, grey_or_colours, measured
+from relief.reading.samples import (
+    Check,
+    Samples,
+    check_square,
+    grey_or_colours,
+    measured,
+    without_transparent,
+)
 
 MAGIC = (b"II*\0", b"II+\0", b"MM\0*", b"MM\0+")
 """First four bytes of TIFF and BigTIFF of either byte order."""
@@ -59,9 +67,16 @@ def read_tiff(path: Path, check: Check) -> Samples:
         notes = [f"the largest of {count} pictures, the first of this size"] * (count > 1)
         if orientation != 1:
             notes.append("turned upright by its orientation")
-        channels, white = _channels(page, _decoded(page, path), path)
+        stored, no_data = _decoded(page, path), _no_data(page)
+        channels, white = _channels(page, stored, path)
         bits = page.bitspersample if page.sampleformat == _UNSIGNED else None
-        channels = _measured(channels, _no_data(page), [_decoded(mask, path)[..., 0] for mask in masks], bits)
+        holes = _holes(stored, no_data, [_decoded(mask, path)[..., 0] for mask in masks])
+        if bits is None or holes.any():
+            channels |= {name: measured(one, no_data, holes) for name, one in channels.items() if name != "A"}
+        if bits is None:
+            channels = without_transparent(channels)
+        if "A" in channels and bits is not None:
+            notes.append("transparent parts count as white")
     kind = "of numbers" if bits is None else "with a palette" if page.photometric == _PALETTE else "in grey"
     if "Y" not in channels:
         kind = "of numbers in colour" if bits is None else "in colour"
@@ -69,19 +84,15 @@ def read_tiff(path: Path, check: Check) -> Samples:
     return Samples(path, f"TIFF {kind}", seen, bits, white, count, tuple(notes))
 
 
-def _measured(
-    channels: dict[str, AnyArray], no_data: float | None, masks: list[AnyArray], bits: int | None
-) -> dict[str, AnyArray]:
-    """Channels that are NaN where nothing was measured; grey stays as stored where all of it was."""
-    missing = [mask == 0 for mask in masks]
-    if bits is not None and no_data is not None:
-        missing.append(np.all([one == no_data for name, one in channels.items() if name != "A"], axis=0))
-    if bits is not None and not np.any(missing):
-        return channels
-    numbers = {name: measured(one, None if bits else no_data) for name, one in channels.items()}
-    for one in numbers.values():
-        one[np.any(missing, axis=0)] = np.nan
-    return numbers
+def _holes(stored: AnyArray, no_data: float | None, masks: list[AnyArray]) -> NDArray[np.bool_]:
+    """Where nothing was measured by masks, or by the number for it in all stored colours."""
+    colours = stored[..., :3] if stored.shape[2] > 2 else stored[..., :1]
+    holes = np.zeros(stored.shape[:2], dtype=bool)
+    if no_data is not None:
+        holes = np.asarray((colours == no_data).all(axis=2))
+    for mask in masks:
+        holes |= mask == 0
+    return holes
 
 
 def _page(file: Any, path: Path) -> tuple[Any, list[Any], int]:
@@ -112,6 +123,7 @@ def _check(page: Any, path: Path, check: Check) -> None:
         raise InputError(f"{path}: SampleFormat: {shown(page.sampleformat)} is none of real numbers")
     across, down = (_resolution(page.tags.valueof(tag)) for tag in (282, 283))
     check_square(down, across, path)
+    check_square(*(*page.tags.valueof(33550, ()), 0.0, 0.0)[:2], path)  # GeoTIFF's ModelPixelScale.
 
 
 def _resolution(fraction: Any) -> float:
@@ -176,4 +188,7 @@ def _straight(colour: AnyArray, alpha: AnyArray, white: float, extra: tuple[int,
     if extra[:1] != (1,):
         return colour
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.nan_to_num(np.minimum(colour * (white / alpha), white), nan=white).astype(colour.dtype)
+        straight = colour * (white / alpha)
+    if colour.dtype.kind == "f":
+        return np.asarray(straight)
+    return np.nan_to_num(np.minimum(straight, white), nan=white).astype(colour.dtype)

@@ -146,7 +146,7 @@ def _lying(body: Body, back: Array, name: str, printed: Cropper | None) -> Plate
     heights = sampled(Cropper(body, fine_mm=fine_mm))
     bare = np.isinf(heights)
     seen = (areas * facing)[facing > 0.0].sum()
-    if seen > TWICE * np.count_nonzero(~bare) * pitch**2 or _curved(heights):
+    if seen > TWICE * np.count_nonzero(~bare) * pitch**2 or (fine_mm and _curved(heights)):
         return None
     if np.ptp(heights[~bare]) > DEEPEST_RELIEF_MM:
         return None
