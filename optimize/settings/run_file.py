@@ -132,7 +132,7 @@ class Run(Section):
 
         lengths = {key: getattr(self, key) for key in Lengths.__annotations__}
         lengths["height_scale"] = None if self.height_scale == 1.0 else self.height_scale
-        return Relief.read(self.texture, **lengths, repeats=self.repeats, default_mm=plate_mm)  # type: ignore[arg-type]
+        return Relief.read(self.texture, **lengths, repeats=self.repeats, default_mm=plate_mm)
 
     def check_texture(self) -> None:
         """Read the texture, so that its faults are reported before slow work begins. Raises InputError."""

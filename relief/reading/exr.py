@@ -21,9 +21,7 @@ LARGEST_TILE = 2048
 def read_exr(path: Path, check: Check) -> Samples:
     """Read channel Y or Z of an EXR file, else R, G and B, else the only one; and A. Raises InputError."""
     channels, header, notes = exr_channels(path, check)
-    *pixels, last = channels
-    opaque = pixels and last == "A" and (channels["A"] == 1.0).all()
-    named = grey_or_colours(*(measured(channels[name]) for name in ([*pixels] if opaque else channels)))
+    named = grey_or_colours(*map(measured, channels.values()))
     kind = "EXR of numbers" + ("" if "Y" in named else " in colour")
     lengths, repeats = lengths_of(header, path), repeats_of(header, path)
     return Samples(path, kind, named, notes=notes, lengths=lengths, repeats=repeats)
