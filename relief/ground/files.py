@@ -263,15 +263,10 @@ def damage_named(path: Path, kind: str) -> Iterator[None]:
 @contextmanager
 def _no_stderr() -> Iterator[None]:
     """Drop what libraries in C print on stderr, where one line of the error takes its place."""
-    try:
-        stderr = os.dup(2)
-    except OSError:  # It is closed.
+    with ExitStack() as ending:
+        with suppress(OSError):  # It may be closed.
+            stderr = os.dup(2)
+            ending.callback(os.close, stderr)
+            ending.callback(os.dup2, stderr, 2)
+            os.dup2(ending.enter_context(open(os.devnull, "wb")).fileno(), 2)
         yield
-        return
-    try:
-        with open(os.devnull, "wb") as null:
-            os.dup2(null.fileno(), 2)
-            yield
-    finally:
-        os.dup2(stderr, 2)
-        os.close(stderr)

@@ -1,10 +1,13 @@
 """Options of a preparation; this module imports nothing heavy."""
 
 import argparse
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, ClassVar
 
+from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
 from relief.ground.lengths import RANGES
 from relief.ground.limits import LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
@@ -35,6 +38,14 @@ OUTPUTS = (".png", ".exr")
 """Suffixes of the files that are written."""
 Box = tuple[int, int, int, int]
 """Four numbers of a part of a picture, in pixels from its upper left corner."""
+
+
+def check_output(path: str | os.PathLike[str]) -> Path:
+    """Return the path of a height map to write; InputError if its suffix is not one of `OUTPUTS`."""
+    path = Path(path)
+    if path.suffix.lower() not in OUTPUTS:
+        raise InputError(f"{path}: a height map is written as {' or '.join(OUTPUTS)}")
+    return path
 
 
 def read_crop(text: str) -> tuple[int, ...]:

@@ -23,7 +23,7 @@ from relief.ground.limits import (
 from relief.ground.options import by_keywords, checked
 from relief.ground.progress import stage
 from relief.heightmap import LEAST_FELT_MM, check_scales, save_heights_exr, save_heights_png
-from relief.preparing.choices import AUTO, GREYS, MOST_USUAL_SAMPLES, OUTPUTS, Box, PrepareOptions
+from relief.preparing.choices import AUTO, GREYS, MOST_USUAL_SAMPLES, Box, PrepareOptions, check_output
 from relief.preparing.grey_levels import AS_STORED, FULL, WHITE, Levels
 from relief.preparing.grey_steps import smooth_steps
 from relief.preparing.repeated_tiles import repeated
@@ -95,14 +95,6 @@ class Prepared:
             raise InputError(f"{path}: relief_mm: {missing}", f"{path}: --relief-mm: {missing}")
         else:
             save_heights_exr(path, self.heights, self.size_mm, self.relief_mm, self.repeats)
-
-
-def check_output(path: str | os.PathLike[str]) -> Path:
-    """Return the path of a height map to write; InputError if its suffix is not one of `OUTPUTS`."""
-    path = Path(path)
-    if path.suffix.lower() not in OUTPUTS:
-        raise InputError(f"{path}: a height map is written as {' or '.join(OUTPUTS)}")
-    return path
 
 
 @by_keywords(PrepareOptions)

@@ -45,9 +45,8 @@ def no_heights(channels: Mapping[str, AnyArray], white: float) -> str | None:
     if _are_normals(colours):
         what = "a normal map: its colours are directions, not heights"
         return f"{what}; use the height or displacement map that comes with it"
-    if white == 255.0 and any(
-        _high_and_low(*colours[[high, low]]) for high, low in ((0, 1), (1, 2), (2, 1), (1, 0))
-    ):
+    pairs = ((0, 1), (1, 2), (2, 1), (1, 0))
+    if white == 255.0 and any(_high_and_low(colours[high], colours[low]) for high, low in pairs):
         what = "an elevation packed over several bytes a pixel, not grey"
         return f"{what}; write its numbers to a TIFF of floating-point numbers first"
     return None

@@ -71,9 +71,7 @@ def _decoded(image: Image.Image, path: Path) -> Samples:
     else:
         channels = _channels(ImageOps.exif_transpose(image))
     bits = 16 if next(iter(channels.values())).dtype.itemsize > 1 else 8
-    if "A" in channels and (channels["A"] == 2**bits - 1).all():
-        del channels["A"]
-    elif "A" in channels:
+    if "A" in channels:
         notes.append("transparent parts count as white")
     if stored > bits:
         notes.append(f"{stored} bits a colour, of which {bits} are read")

@@ -115,9 +115,14 @@ def check_square(across: float, down: float, path: Path) -> None:
 
 
 def grey_or_colours(*layers: AnyArray) -> dict[str, AnyArray]:
-    """Channels by name of grey or three colours, perhaps with alpha; "Y" in place of colours that agree."""
+    """Channels by name of grey or three colours, perhaps with alpha; "Y" in place of colours that agree.
+
+    Alpha is left out where nothing is transparent: 1, or the largest whole number of its type.
+    """
     alpha = {"A": layers[-1]} if len(layers) in (2, 4) else {}
     first, *others = layers[: len(layers) - len(alpha)]
+    if alpha and (layers[-1] == (1.0 if first.dtype.kind == "f" else np.iinfo(first.dtype).max)).all():
+        alpha = {}
     if all(np.array_equal(first, other, equal_nan=first.dtype.kind == "f") for other in others):
         return {"Y": first} | alpha
     return {"R": first, "G": others[0], "B": others[1]} | alpha

@@ -11,7 +11,7 @@ from relief.ground.files import damage_named, read_limited
 from relief.reading.samples import Check, Samples, check_square, measured
 
 LARGEST_TEXT = 1 << 28
-"""Most bytes of a text: 4096 x 4096 numbers of 16 characters."""
+"""Most bytes of a text: 4096 x 4096 numbers of 16 characters, or 8 million points of three numbers."""
 _HEADING = re.compile(rb"^\s*(ncols|nrows|xll\w+|yll\w+|cellsize|dx|dy|nodata_value)\s+(\S+)\s*$", re.I)
 """Line of the heading of an ESRI grid."""
 _WORD = re.compile(rb"(?<![\w.+-])(?:[A-Za-z*?_]+|-{2,})(?![\w.])")

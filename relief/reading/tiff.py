@@ -121,14 +121,10 @@ def _check(page: Any, path: Path, check: Check) -> None:
         raise InputError(f"{path}: SamplesPerPixel: {page.samplesperpixel} channels of unknown meaning")
     if page.sampleformat not in (_UNSIGNED, _SIGNED, _FLOAT):
         raise InputError(f"{path}: SampleFormat: {shown(page.sampleformat)} is none of real numbers")
-    across, down = (_resolution(page.tags.valueof(tag)) for tag in (282, 283))
+    fractions = (page.tags.valueof(tag) for tag in (282, 283))
+    across, down = (one[0] / one[1] if isinstance(one, tuple) and one[1] else 0.0 for one in fractions)
     check_square(down, across, path)
     check_square(*(*page.tags.valueof(33550, ()), 0.0, 0.0)[:2], path)  # GeoTIFF's ModelPixelScale.
-
-
-def _resolution(fraction: Any) -> float:
-    """Pixels a unit of length; 0 if unknown."""
-    return fraction[0] / fraction[1] if isinstance(fraction, tuple) and fraction[1] else 0.0
 
 
 def _decoded(page: Any, path: Path) -> AnyArray:

@@ -20,6 +20,7 @@ from relief.ground.limits import LARGEST_SIDE, SMALLEST_SIDE
 from relief.ground.progress import stage
 from relief.heightmap import given_or_stored, load_content, required, unit_mm
 from relief.reading.profilometers import is_measured
+from relief.reading.text_grids import LARGEST_TEXT
 from relief.scans.scans import Scan, block_means, check_scan
 from relief.solids.body import Body
 from relief.solids.meshes.mesh import Mesh, check_units, read_mesh
@@ -29,8 +30,6 @@ POINTS = (".xyz", *GRIDS)
 """Suffixes of files of points."""
 SUFFIXES = tuple(dict.fromkeys((*HEIGHTS, *MESHES, *POINTS)))
 """Suffixes of the files that are read as scans."""
-LARGEST_TEXT = 1 << 28
-"""Most bytes of a file of points: 8 million lines of three numbers."""
 LONGEST_LINE, FIRST_LINES = 1 << 20, 16
 """Most bytes of a line, and lines with those of headings, that are looked at to tell a grid from points."""
 SEPARATORS = bytes.maketrans(b",;\t", b"   ")
@@ -92,7 +91,9 @@ def read_scan(path: str | os.PathLike[str], lengths: ScanLengths | None = None) 
     if not path.is_file():
         raise InputError(f"{path}: no such file")
     is_map = suffix in HEIGHTS and (suffix not in POINTS or _is_grid(path))
-    _refuse_others(path, is_map, lengths)
+    for name in ("size_mm", "relief_mm", "height_scale"):
+        if not is_map and getattr(lengths, name) is not None:
+            raise InputError(f"{path}: {name}: is for height maps; a mesh or points have units")
     with stage(f"reading {path.name}"):
         if is_map:
             scan = _of_height_map(path, lengths)
@@ -111,13 +112,6 @@ def _is_grid(path: Path) -> bool:
     with path.open("rb") as file:
         lines = [line for _ in range(FIRST_LINES) if (line := file.readline(LONGEST_LINE).strip())]
     return bool(lines) and len(lines[-1].translate(SEPARATORS).split()) >= SMALLEST_SIDE
-
-
-def _refuse_others(path: Path, is_map: bool, lengths: ScanLengths) -> None:
-    """Raise InputError for a length that is for another kind of file."""
-    for name in ("size_mm", "relief_mm", "height_scale"):
-        if not is_map and getattr(lengths, name) is not None:
-            raise InputError(f"{path}: {name}: is for height maps; a mesh or points have units")
 
 
 def _of_height_map(path: Path, lengths: ScanLengths) -> Scan:

@@ -13,7 +13,7 @@ from relief.ground.formats import PREVIEW
 from relief.ground.formatting import number
 from relief.ground.options import add_options, declared, given
 from relief.ground.progress import stage
-from relief.preparing.choices import OUTPUTS, PrepareOptions
+from relief.preparing.choices import PrepareOptions, check_output
 from retouch.commands.options import add_talk, console, contact_errors_name, lines_table, print_json
 from tactile.quantities import QUANTITIES, ROUGHNESS
 from tactile.touch_limits import MAX_SAMPLES
@@ -65,8 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     for path in (out, shown):
         if path.exists() and arguments.picture.exists() and path.samefile(arguments.picture):
             raise InputError(f"{path}: -o: is the picture, or its preview would be; choose another name")
-    if out.suffix.lower() not in OUTPUTS:
-        raise InputError(f"{out}: a height map is written as {' or '.join(OUTPUTS)}")
+    check_output(out)
     prepared = retouch.prepare(arguments.picture, **given(arguments, *declared(PrepareOptions)))
     felt = _felt(prepared, arguments.picture)
     feel = {} if arguments.json else _feel(prepared, felt)

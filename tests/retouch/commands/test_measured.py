@@ -117,7 +117,7 @@ def test_python_refuses_what_the_command_does(measured: Array) -> None:
     save_heights_png("grey.png", np.tile(np.linspace(0.0, 1.0, 32), (32, 1)), None)
     for arguments, line in (
         (("grey.png", {"units": "um", "relief_mm": 1.0}), "height_scale: is for files that hold mm"),
-        (("measured.npy", {"units": "um", "height_scale": 2.0}), "units: height_scale states the unit"),
+        (("measured.npy", {"units": "um", "height_scale": 2.0}), "units: is another scale than height_scale"),
         (("measured.npy", {"units": "ell"}), "units: ell is not one of um, mm"),
         ((np.full((32, 32), 0.5), {"level": True}), "level: is for files"),
     ):
