@@ -131,7 +131,11 @@ def load_height_map(
     if content.instrument:
         heights -= np.nanmin(heights)
     ends = axes(content.repeats if repeats is None else repeats)
-    checked = _in_range(path, _corrected(path, heights, ends, fill, level), content.holds_numbers, unit)
+    # A header's repeat that does not fit holds for a plate, as `fitting_repeats` reports.
+    ends = ends if repeats is not None or misfit(heights, ends) is None else (False, False)
+    stated = content.unit_mm is not None and height_scale is None
+    corrected = _corrected(path, heights, ends, fill, level)
+    checked = _in_range(path, corrected, content.holds_numbers, unit, stated)
     if (warning := terraces(checked)) is not None:
         _warn_once(f"{path}: {warning}")
     kind = "heights times" if content.holds_numbers else "a picture, white is"
@@ -180,21 +184,23 @@ def _corrected(path: Path, heights: Array, repeats: tuple[bool, bool], fill: boo
     if missing := np.count_nonzero(np.isnan(heights)):
         percent = f"{100.0 * missing / heights.size:.3g} %"
         fault = f"{path}: {missing} of {heights.size} samples were not measured ({percent})"
-        if not fill or missing == heights.size:
+        if missing == heights.size:
+            raise InputError(f"{path}: nothing was measured")
+        if not fill:
             ways = (f"{way} of evaluate, optimize and prepare" for way in ("fill=True", "--fill"))
             raise InputError(*(f"{fault}; {way} fills them from around" for way in ways))
         say(f"{fault}; filled from around")
-        heights = filled(heights, repeats)
     if level:
         down, right, offset = plane(heights, repeats)
         across, along = abs(right) * heights.shape[1], abs(down) * heights.shape[0]
         rises = f"{across:.2g} mm over the width and {along:.2g} mm over the height"
         say(f"{path}: a tilt of {rises} is taken out, and the mean height of {offset:.3g} mm")
         heights = levelled(heights, repeats)
-    return heights
+    # After the plane, of which holes are left out.
+    return filled(heights, repeats) if missing else heights
 
 
-def _in_range(path: Path, heights: Array, holds_mm: bool, unit: float) -> Array:
+def _in_range(path: Path, heights: Array, holds_mm: bool, unit: float, stated: bool) -> Array:
     """`check_heights`, whose refusals name ways to mend it; a relief that nobody feels is a warning.
 
     Args:
@@ -202,6 +208,7 @@ def _in_range(path: Path, heights: Array, holds_mm: bool, unit: float) -> Array:
         heights: (rows, cols) mm.
         holds_mm: Whether the file holds numbers.
         unit: mm for a number of 1, or for white.
+        stated: Whether the file states the unit of its numbers, which is then not asked for.
     """
     with np.errstate(invalid="ignore"):
         span = float(np.ptp(heights)) if holds_mm else unit
@@ -213,7 +220,7 @@ def _in_range(path: Path, heights: Array, holds_mm: bool, unit: float) -> Array:
     )
     argument, option = f"{key}={likely}", f"--{key.replace('_', '-')} {likely}"
     asks = ("", "")
-    if factor != 1.0:
+    if factor != 1.0 and not stated:
         asks = (f"; are these {name}? {argument}", f"; are these {name}? {option}{units * holds_mm}")
     if TOLERANCE_MM < span < LEAST_FELT_MM:
         _warn_once(f"{path}: {1e3 * span:.3g} µm high, less than a finger feels{asks[1]}")
@@ -221,7 +228,8 @@ def _in_range(path: Path, heights: Array, holds_mm: bool, unit: float) -> Array:
         return check_heights(heights, path)
     except InputError as error:
         faults = [f"{error}{ask}" for ask in asks]
-        if holds_mm and (heights.min() < -TOLERANCE_MM or heights.max() * factor > DEEPEST_RELIEF_MM):
+        outside = heights.min() < -TOLERANCE_MM or heights.max() * factor > DEEPEST_RELIEF_MM
+        if holds_mm and outside and span * factor <= DEEPEST_RELIEF_MM:
             scaled = likely != "1"
             calls = _mending(path, f" {option}" * scaled, f", {argument}" * scaled, ".exr")
             ways = zip(faults, ("level=True", "--level"), calls, strict=True)

@@ -25,6 +25,8 @@ REGION = "touch.region."
 INTRODUCED_IN_REGIONS = {"graded": False}
 """Value of each key of a region with which runs behave as they did before the key existed. A key at this
 value is left out, so that earlier runs can be resumed and rows of studies stay known."""
+INTRODUCED = {"fill": False, "level": False}
+"""As `INTRODUCED_IN_REGIONS`, of keys of a run."""
 CHANGEABLE = (
     *("descent.steps", "verify.corrections", "verify.samples"),
     *("verify.distance_cm", "verify.baseline", "verify.jod"),
@@ -51,6 +53,8 @@ def key_of(settings: Mapping[str, Any], sha256: Mapping[str, str]) -> dict[str, 
 
 
 def _as_before(name: str, value: Any) -> bool:
-    """Whether a setting is a key of a region that changes nothing."""
-    key = name.rpartition(".")[2]
-    return name.startswith(REGION) and key in INTRODUCED_IN_REGIONS and value is INTRODUCED_IN_REGIONS[key]
+    """Whether a setting is a later key that changes nothing."""
+    key, later = name, INTRODUCED
+    if name.startswith(REGION):
+        key, later = name.rpartition(".")[2], INTRODUCED_IN_REGIONS
+    return key in later and value is later[key]

@@ -89,8 +89,8 @@ class Run(Section):
         scene, texture: files; absolute paths once loaded.
         size_mm: width of the plate, mm; by default that of the texture's header, else that of the scene.
         relief_mm: height of white above black, mm, in a picture; by default that of its header.
-        height_scale: mm for a height of 1 in a file that holds heights, where 1 leaves the unit to a file
-            that states one; without meaning for pictures.
+        height_scale: mm for a height of 1 in a file that holds heights, by default the file's own unit or mm;
+            without meaning for pictures.
         fill: whether samples that were not measured are filled from around.
         level: whether the tilt of the texture is taken out.
         repeats: whether the relief goes on as itself beyond its rim: along both axes, or along "x" or "y"; by
@@ -104,7 +104,7 @@ class Run(Section):
     texture: FilePath
     size_mm: Annotated[float, WITHIN["size_mm"]] | None = None
     relief_mm: Annotated[float, WITHIN["relief_mm"]] | None = None
-    height_scale: Annotated[float, WITHIN["height_scale"]] = 1.0
+    height_scale: Annotated[float, WITHIN["height_scale"]] | None = None
     fill: bool = False
     level: bool = False
     repeats: Repeats | None = None
@@ -131,7 +131,6 @@ class Run(Section):
         from relief.relief import Relief
 
         lengths = {key: getattr(self, key) for key in Lengths.__annotations__}
-        lengths["height_scale"] = None if self.height_scale == 1.0 else self.height_scale
         return Relief.read(self.texture, **lengths, repeats=self.repeats, default_mm=plate_mm)
 
     def check_texture(self) -> None:

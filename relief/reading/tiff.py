@@ -124,7 +124,9 @@ def _check(page: Any, path: Path, check: Check) -> None:
     fractions = (page.tags.valueof(tag) for tag in (282, 283))
     across, down = (one[0] / one[1] if isinstance(one, tuple) and one[1] else 0.0 for one in fractions)
     check_square(down, across, path)
-    check_square(*(*page.tags.valueof(33550, ()), 0.0, 0.0)[:2], path)  # GeoTIFF's ModelPixelScale.
+    model_pixel_scale: tuple[float, ...] = page.tags.valueof(33550) or ()
+    if len(model_pixel_scale) > 1:
+        check_square(model_pixel_scale[0], model_pixel_scale[1], path)
 
 
 def _decoded(page: Any, path: Path) -> AnyArray:

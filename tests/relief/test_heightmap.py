@@ -276,7 +276,7 @@ def test_exr_and_png_follow_one_rule_of_colour(tmp_path: Path, ramp: NDArray[np.
         ({"R": ramp, "G": other}, "channels R, G"),
         ({"Y": ramp, "RY": other, "BY": other}, "coloured"),
         ({"Y": ramp, "A": other}, "transparency"),
-        ({"R": ramp, "A": np.where(np.eye(SIDE) > 0, np.nan, 1.0)}, "transparency"),
+        ({"R": ramp, "A": np.where(np.eye(SIDE) > 0, np.nan, 1.0)}, "32 of 1024 samples were not measured"),
         ({"R": np.where(np.eye(SIDE) > 0, np.nan, 1.0)}, "32 of 1024 samples were not measured"),
     ):
         write_exr(path, channels)
@@ -421,10 +421,9 @@ def test_a_number_beyond_double_precision_is_not_finite(
     tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
     np.save(tmp_path / "map.npy", np.full((SIDE, SIDE), np.longdouble("1e4000")))
-    assert "not measured" in fault(tmp_path / "map.npy")
+    assert "nothing was measured" in fault(tmp_path / "map.npy")
     np.save(tmp_path / "map.npy", np.full((SIDE, SIDE), 1e308))
-    with pytest.raises(InputError, match="not finite"):
-        load_heights(tmp_path / "map.npy", height_scale=1e6)
+    assert "nothing was measured" in fault(tmp_path / "map.npy")
     assert not recwarn.list
 
 

@@ -37,7 +37,7 @@ def test_holes_are_refused_with_their_share_and_filled_on_request(tmp_path: Path
     assert command == f"{fault}--fill of evaluate, optimize and prepare fills them from around"
     np.testing.assert_array_equal(load_height_map(file, fill=True).heights, filled(holed))
     np.save(file, np.full((20, 20), np.nan))
-    with pytest.raises(InputError, match=r"400 of 400 samples were not measured \(100 %\)"):
+    with pytest.raises(InputError, match="nothing was measured"):
         load_height_map(file, fill=True)
 
 
@@ -56,7 +56,8 @@ def test_unit_holes_and_tilt_come_in_this_order(tmp_path: Path, bumps: Array) ->
     holed[7, 9] = np.nan
     np.save(tmp_path / "um.npy", holed)
     read = load_height_map(tmp_path / "um.npy", height_scale=1e-3, fill=True, level=True).heights
-    np.testing.assert_allclose(read, levelled(filled(holed * 1e-3)), atol=1e-12)
+    # The plane is that of what was measured, not of what fills holes.
+    np.testing.assert_allclose(read, filled(levelled(holed * 1e-3)), atol=1e-12)
     assert read.min() == 0.0
     np.testing.assert_allclose(np.ptp(read), 0.25, atol=0.03)
 

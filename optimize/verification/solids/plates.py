@@ -1,6 +1,7 @@
 """Plates among solids: bodies with a flat back and upright sides, whose tops are height maps.
 
-The waves of a plate's texture are no curvature of an object, however long they are. A top is an object's
+The waves of a plate's texture are no curvature of an object, however long they are. A top with a vertex for
+each sample of a height map is one of any shape, as `retouch export` writes it. Another top is an object's
 curved or tilted side where a polynomial of second order holds much of the variance of its heights, and higher
 orders little: a texture's long waves have all low orders.
 """

@@ -20,6 +20,8 @@ ROUGHNESS, CONTACT, SCALED, CONTROLS = "roughness", "contact area", "scaled in h
 """Tables of the study, which are kinds of plates."""
 TEXTURE, JND, SCALE, CONTROL = "texture", "touch.jnd", "touch.contact_area_scale", "control"
 """Axes of the tables."""
+AS_STORED = {"height_scale": 1.0, "fill": False, "level": False}
+"""Settings of controls, which are prepared in mm, in place of those of the textures."""
 
 
 @dataclass(frozen=True)
@@ -83,9 +85,7 @@ def write_study_file(stimuli: StimulusSet, controls: Sequence[Control], out: Pat
                 "label": f"{one.texture} {one.number}",
                 TEXTURE: str(one.file),
                 "size_mm": one.size_mm,
-                "height_scale": 1.0,
-                "fill": False,
-                "level": False,
+                **{key: value for key, value in AS_STORED.items() if key in stimuli.settings},
             }
             for one in controls
         ]

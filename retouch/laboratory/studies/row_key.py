@@ -8,6 +8,7 @@ from typing import Any
 from optimize.descent.methods import methods_that_take
 from optimize.run_directory.key import all_settings
 from optimize.settings.run_file import Run, run_keys
+from relief.ground.formats import HEIGHT_MAPS
 from relief.ground.limits import PATCH_SIDE_MM
 from relief.printers import RANGES
 
@@ -17,7 +18,7 @@ SHORT = 12
 INTRODUCED: Mapping[str, Any] = {
     "size_mm": None,
     "relief_mm": None,
-    "height_scale": 1.0,
+    "height_scale": None,
     "fill": False,
     "level": False,
     "repeats": False,
@@ -177,6 +178,9 @@ def row_key(settings: Run) -> str:
     for name in ("texture", "touch.feel_of"):
         if name in deciding:
             deciding[name] = REVISED_TILES.get(deciding[name], deciding[name])
+    if settings.height_scale == 1.0 and settings.texture.suffix.lower() in HEIGHT_MAPS:
+        # As without it: none of these files states a unit of its own.
+        deciding.pop("height_scale", None)
     if settings.size_mm in (None, PATCH_SIDE_MM):
         deciding["scene"] = REVISED.get(deciding["scene"], deciding["scene"])
     return hashlib.sha256(json.dumps(deciding, sort_keys=True).encode()).hexdigest()
