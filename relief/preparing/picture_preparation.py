@@ -36,6 +36,7 @@ from relief.reading.samples import Samples
 from relief.reading.terraces import Steps, found_steps
 from relief.relief import Relief
 from relief.seam import misfit
+from relief.surface import Repeats, axes, repeats_along
 
 STEEP_PERCENTILE = 95.0
 """Percentile of the slopes that is reported beside the median."""
@@ -44,6 +45,10 @@ UNSTRETCHED = 1.001
 MARGIN = 8
 """Samples of a periodic texture that are averaged and smoothed beyond its border, and cut off again: four
 standard deviations of the smoothing of steps."""
+ROUNDING = 1e-6
+"""Share of the range between the levels by which heights leave it through rounding alone."""
+LIKELY_UNITS = ("mm", "um")
+"""Units that are asked for where heights are too large, the likelier first."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +59,7 @@ class Prepared:
         heights: (samples, samples), row 0 at +y: mm if `relief_mm` is known, else 0 (lowest) to 1 (highest).
         relief_mm: Height of white above black, mm; None if unknown.
         size_mm: Side of the plate, mm; None if unknown.
-        repeats: Whether the height map is a tile, periodic along both axes.
+        repeats: Whether the height map is a tile, periodic along both axes, "x" or "y".
         done: A sentence for each step of the preparation, by subject, in order.
         numbers: The numbers of these sentences, by subject.
         picture: The picture.
@@ -64,7 +69,7 @@ class Prepared:
     heights: Array
     relief_mm: float | None
     size_mm: float | None
-    repeats: bool
+    repeats: Repeats
     done: Mapping[str, str]
     numbers: Mapping[str, Any]
     picture: Samples
@@ -75,11 +80,11 @@ class Prepared:
         """The relief of the plate, or of the tile that repeats on it; None if its height is unknown."""
         if self.relief_mm is None:
             return None
-        heights, size_mm, repeats = self.heights, self.size_mm or PATCH_SIDE_MM, self.repeats
+        heights, size_mm, ends = self.heights, self.size_mm or PATCH_SIDE_MM, axes(self.repeats)
         if "plate" in self.numbers:
             size_mm, side = (self.numbers["plate"][name] for name in ("tile_mm", "tile_samples"))
-            heights, repeats = heights[:side, :side], True
-        return Relief(heights, size_mm, (repeats, repeats), str(self.picture.path))
+            heights, ends = heights[:side, :side], (True, True)
+        return Relief(heights, size_mm, ends, str(self.picture.path))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the height map as a 16 bit PNG, or as an EXR in mm, with known lengths and the tile mark.
@@ -130,27 +135,35 @@ def _prepared(work: "_Work", options: PrepareOptions, levels: Levels | None) -> 
     lengths = dict(picture.lengths) | {name: mm for name, mm in asked.items() if mm is not None}
     if picture.bits is None and options.relief_mm is None:
         lengths.pop("relief_mm", None)
-    elif levels is None and options.relief_mm is None and "relief_mm" in picture.lengths:
+    # Grey of a known height is not stretched.
+    known = picture.bits is not None and options.relief_mm is None and "relief_mm" in picture.lengths
+    if known and levels is None and not options.level:
         levels = AS_STORED
     values = work.part(options)
     tilt = work.tilt(values, options)
     values = work.filled(values, tilt, options.fill)
-    flat = values - tilt if options.level else values
-    ends = (levels or FULL).values(flat, 1.0 if picture.bits is None else WHITE)
+    low, high = work.ends(values - tilt if options.level else values, levels)
     heights = work.sampled(values, tilt, options)
+    if levels is None and options.level:
+        # Smoothed steps may reach beyond the level pixels.
+        low, high = min(low, float(heights.min())), max(high, float(heights.max()))
+        if known:
+            lengths["relief_mm"] *= high - low
+            levels = Levels(WHITE * (low + work.base), WHITE * (high + work.base), percent=False)
     if options.size_mm is None and "size_mm" in lengths:
         lengths["size_mm"] = in_range("size_mm", lengths["size_mm"] * work.side / picture.width)
-    heights = work.levelled(heights, ends, levels, options.invert)
+    heights = work.levelled(heights, (low, high), levels, options.invert)
     if picture.bits is None and "relief_mm" not in lengths:
-        lengths["relief_mm"] = work.height_of_numbers(ends[1] - ends[0])
-    repeats = (options.tile is not None or work.known_tile) and misfit(heights) is None
+        lengths["relief_mm"] = work.height_of_numbers(high - low)
+    ends = work.repeats if options.tile is None else (True, True)
+    repeats = repeats_along(ends) if misfit(heights, ends) is None else False
     if options.plate_mm is not None:
         plate = repeated(heights, lengths.get("size_mm", PATCH_SIDE_MM), options.plate_mm)
         heights, lengths["size_mm"] = plate.heights, plate.size_mm
         repeats = len(heights) % plate.tile_samples == 0
         work.done["plate"] = str(plate)
         work.numbers["plate"] = {name: getattr(plate, name) for name in ("tile_mm", "tile_samples")}
-    work.lengths(heights, lengths)
+    work.lengths(heights, lengths, options.relief_mm is not None)
     return Prepared(
         heights * lengths.get("relief_mm", 1.0),
         lengths.get("relief_mm"),
@@ -182,8 +195,11 @@ class _Work:
         self.square: Box = (0, 0, 0, 0)
         self.side = 0.0
         """Side of what becomes the plate or the tile, in pixels of the picture."""
-        self.known_tile = False
-        """Whether the whole of a tile is taken, by the header."""
+        self.base = 0.0
+        """What was taken off the values, in their unit: single precision would lose the digits of heights far
+        above 0."""
+        self.repeats = False, False
+        """Whether the part repeats along y and along x, by the header."""
 
     def part(self, options: PrepareOptions) -> NDArray[np.float32]:
         """Values of the square that is taken, turned."""
@@ -211,18 +227,38 @@ class _Work:
             self.numbers["rotate"] = rotate
         # Copied, since later steps need contiguous rows.
         values = np.ascontiguousarray(np.rot90(grey_values(picture, self.square, grey), rotate // 90))
-        self.known_tile = picture.repeats is True and side == picture.width == picture.height
-        return values
+        if not np.isfinite(values).any():
+            raise InputError("nothing was measured in the part that is taken")
+        if values.dtype == np.float64:
+            self.base = float(np.nanmin(values))
+            np.subtract(values, self.base, out=values)
+        down, right = axes(picture.repeats)
+        ends = down and side == picture.height, right and side == picture.width
+        ends = ends if rotate % 180 == 0 else ends[::-1]
+        if any(ends) and (fault := misfit(values, ends)) is not None:
+            self.done["header"] = f"says that the relief repeats, and is not followed: {fault}"
+        else:
+            self.repeats = ends
+        return values.astype(np.float32, copy=False)
+
+    def ends(self, values: NDArray[np.float32], levels: Levels | None) -> tuple[float, float]:
+        """The values that become lowest and highest. Raises InputError if they are the same."""
+        low, high = (levels or FULL).values(values, self._unit)
+        base = 0.0 if levels is None or levels.percent else self.base
+        return low - base, high - base
 
     def tilt(self, values: NDArray[np.float32], options: PrepareOptions) -> NDArray[np.float32]:
-        """The tilt that is to be taken out of the values, or zeros; that of numbers is reported anyway."""
+        """The tilt that is to be taken out of the values, or zeros; that of numbers is reported anyway.
+
+        There is none along an axis that repeats.
+        """
         level, unit, name = options.level, self._unit, ""
-        if self.picture.bits is not None and not level:
+        if all(self.repeats) or (self.picture.bits is not None and not level):
             return np.zeros((1, 1), np.float32)
         if self.picture.bits is None and options.relief_mm is None:
             unit, name = self.unit_mm or 1.0, " mm"
-        down, right, middle = plane(values.astype(np.float64), (self.known_tile, self.known_tile))
-        x, y, middle = (unit * one for one in (right * len(values), -down * len(values), middle))
+        down, right, middle = plane(values.astype(np.float64), self.repeats)
+        x, y, middle = (unit * one for one in (right * len(values), -down * len(values), middle + self.base))
         done = "taken out" if level else "--level takes it out"
         rise = f"{x:.3g}{name} along x and {y:.3g}{name} along y"
         self.done["tilt"] = f"{rise}, {middle:.3g}{name} in the middle; {done}"
@@ -237,15 +273,16 @@ class _Work:
         holes = ~np.isfinite(values)
         share = 100.0 * float(holes.mean())
         self.numbers["holes_percent"] = share
+        told = f"{min(share, 99.9):.3g} %"
         if not share:
             return values
         if not fill:
-            fault = f"{share:.2g} % of the part that is taken were not measured; "
+            fault = f"{told} of the part that is taken were not measured; "
             ways = "fills them from around, {}crop takes another part"
             raise InputError(f"{fault}fill=True {ways.format('')}", f"{fault}--fill {ways.format('--')}")
-        self.done["holes"] = f"{share:.2g} % were not measured, and are filled from around"
+        self.done["holes"] = f"{told} were not measured, and are filled from around"
         with stage("filling what was not measured"):
-            whole = filled(np.where(holes, np.nan, (values - tilt).astype(np.float64)))
+            whole = filled(np.where(holes, np.nan, (values - tilt).astype(np.float64)), self.repeats)
         return np.where(holes, (whole + tilt).astype(np.float32), values)
 
     def height_of_numbers(self, span: float) -> float:
@@ -262,6 +299,16 @@ class _Work:
         fault = f"missing; the numbers span {span:g}, more than {HEIGHT_LIMIT_MM:g} if they are mm; {likely}"
         raise InputError(f"relief_mm: {fault} units='{unit}'", f"--relief-mm: {fault} --units {unit}")
 
+    def _too_high(self, relief_mm: float) -> InputError:
+        """The refusal of a height that no option gave, with the unit that is likelier."""
+        fault = f"{relief_mm:g} mm high; the highest allowed is {DEEPEST_RELIEF_MM:g}"
+        number = relief_mm / (self.unit_mm or 1.0)
+        for unit in LIKELY_UNITS if self.picture.bits is None else ():
+            if LEAST_FELT_MM <= number * UNITS[unit] <= DEEPEST_RELIEF_MM:
+                fault += f"; are these {unit}?"
+                return InputError(f"{fault} units='{unit}'", f"{fault} --units {unit}")
+        return InputError(fault)
+
     def sampled(
         self, values: NDArray[np.float32], tilt: NDArray[np.float32], options: PrepareOptions
     ) -> Array:
@@ -269,9 +316,12 @@ class _Work:
         samples, keep_steps, tile = options.samples, options.keep_steps, options.tile
         side, reach = float(len(values)), 1.0
         # What repeats already stays as it is, unless a way to join borders is asked for.
-        repeats = self.known_tile and misfit(values) is None
-        around = repeats or (tile == AUTO and repeats_already(values - tilt))
-        around = around and tile in (None, AUTO)
+        ends = self.repeats
+        if tile == AUTO and (all(ends) or repeats_already(values - tilt)):
+            ends = True, True
+        elif tile is not None:
+            ends = False, False
+        around = any(ends)
         if tile is not None and not around:
             with stage("looking for a period"):
                 side *= period(resampled(values, min(len(values), PERIOD_SIDE)))
@@ -293,7 +343,7 @@ class _Work:
         beyond = MARGIN * around
         start = beyond * int(np.ceil(max(pixels, 1.0)))
         square = count + 2 * beyond, pixels * (count + 2 * beyond), start - beyond * pixels
-        values = np.pad(values, start, mode="wrap") if around else values
+        values = _around(values, start, ends)
         bits = self.picture.bits
         steps = found_steps(values, None if bits is None or bits > 8 else 1.0 / (2.0**bits - 1.0))
         if steps is not None and pixels < 1.0 and not keep_steps:
@@ -304,8 +354,8 @@ class _Work:
             self.done["steps"] = f"kept, {self._grey(step)} each: terraces to finger and light"
         elif steps is not None and pixels >= 1.0:
             heights = self._smoothed(heights, steps, pixels)
-        if options.level:
-            heights -= resampled(np.pad(tilt, start, mode="wrap"), *square)
+        if tilt.any():
+            heights -= resampled(_around(tilt, start, ends), *square)
         if around:
             heights = heights[beyond:-beyond, beyond:-beyond]
             self.done["samples"] += ", around the border"
@@ -342,16 +392,20 @@ class _Work:
     ) -> Array:
         """Heights from 0 to 1 between two values; without levels these are the ends of the pixels."""
         low, high = ends
-        outside = float(np.mean((heights < low) | (heights > high)))
-        lowest, highest = (low, high) if not invert else (high, low)
+        rounding = ROUNDING * (high - low)
+        outside = float(np.mean((heights < low - rounding) | (heights > high + rounding)))
+        dark, bright = low + self.base, high + self.base
+        shown = [self._grey(end, high - low) for end in (dark, bright)]
+        lowest, highest = (dark, bright) if not invert else (bright, dark)
         stretch = 1.0 / (high - low)
         if self.picture.bits is not None and levels is None and stretch > UNSTRETCHED:
             text = (
-                f"darkest pixel {self._grey(low)}, brightest {self._grey(high)} of {WHITE:g}: stretched "
+                f"darkest pixel {shown[0]}, brightest {shown[1]} of {WHITE:g}: stretched "
                 f"{stretch:.3g}-fold; --levels 0,255 keeps the picture's own scale"
             )
         else:
-            text = f"{self._grey(lowest)} is lowest, {self._grey(highest)} highest{self._of(low, high)}"
+            first, last = shown[::-1] if invert else shown
+            text = f"{first} is lowest, {last} highest{self._of(dark, bright)}"
         text += ", percentiles of the pixels that are taken" * (levels is not None and levels.percent)
         saturated = f"; {100.0 * outside:.2g} % lie outside and saturate" if outside > 0 else ""
         self.done["levels"] = f"{text}{', dark is high' * invert}{saturated}"
@@ -375,17 +429,26 @@ class _Work:
         """Levels that a person sees for white."""
         return 1.0 if self.picture.bits is None else WHITE
 
-    def _grey(self, value: float) -> str:
-        return f"{value:.4g}" if self.picture.bits is None else f"{WHITE * value:.3g}"
+    def _grey(self, value: float, span: float = np.inf) -> str:
+        """Digits of a value, more of them where all values lie within a span that is small beside it."""
+        more = max(0, int(np.log10(max(abs(value) / span, 1.0))))
+        return f"{self._unit * value:.{(4 if self.picture.bits is None else 3) + more}g}"
 
-    def lengths(self, heights: Array, lengths: Mapping[str, float]) -> None:
-        """Record the lengths of the plate and the slopes that follow."""
+    def lengths(self, heights: Array, lengths: Mapping[str, float], given: bool) -> None:
+        """Record the lengths of the plate and the slopes that follow.
+
+        Raises InputError if the relief is too high, whether it was `given` as such or not.
+        """
         relief_mm, size_mm = lengths.get("relief_mm"), lengths.get("size_mm", PATCH_SIDE_MM)
         self.numbers |= {"relief_mm": relief_mm, "size_mm": lengths.get("size_mm")}
         if relief_mm is None:
             return
         if relief_mm > DEEPEST_RELIEF_MM:
-            raise InputError(f"relief_mm: {relief_mm:g} is above {DEEPEST_RELIEF_MM:g}, the highest allowed")
+            if given:
+                raise InputError(
+                    f"relief_mm: {relief_mm:g} is above {DEEPEST_RELIEF_MM:g}, the highest allowed"
+                )
+            raise self._too_high(relief_mm)
         rise = np.hypot(*np.gradient(relief_mm * heights, size_mm / len(heights)))
         median, steep = np.degrees(np.arctan(np.percentile(rise, [50.0, STEEP_PERCENTILE])))
         self.numbers["slopes_deg"] = {"median": median, f"percentile_{STEEP_PERCENTILE:g}": steep}
@@ -393,6 +456,14 @@ class _Work:
             f"{relief_mm:.3g} mm on {size_mm:g} x {size_mm:g} mm; slopes {median:.0f}° (median), "
             f"{steep:.0f}° ({STEEP_PERCENTILE:g} % are flatter)"
         )
+
+
+def _around(values: NDArray[np.float32], width: int, repeats: tuple[bool, bool]) -> NDArray[np.float32]:
+    """Values with so many more on each side: of the next period where they repeat, else as at the border."""
+    for axis, repeated_along in enumerate(repeats if width else ()):
+        beyond = [(width, width) if axis == along else (0, 0) for along in range(2)]
+        values = np.pad(values, beyond, mode="wrap" if repeated_along else "edge")
+    return values
 
 
 def _across(ratio: float) -> str:

@@ -51,7 +51,7 @@ def preview(prepared: Prepared, figures: Sequence[tuple[str, str]] = ()) -> byte
     Returns:
         A PNG in colour.
     """
-    tile = prepared.repeats and "plate" not in prepared.numbers
+    tile = prepared.repeats is True and "plate" not in prepared.numbers
     repeats = 2 if tile else 1
     size_mm = prepared.size_mm or PATCH_SIDE_MM
     span = float(np.ptp(prepared.heights)) or 1.0

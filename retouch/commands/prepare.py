@@ -67,8 +67,13 @@ def run(arguments: argparse.Namespace) -> int:
             raise InputError(f"{path}: -o: is the picture, or its preview would be; choose another name")
     check_output(out)
     prepared = retouch.prepare(arguments.picture, **given(arguments, *declared(PrepareOptions)))
-    felt = _felt(prepared, arguments.picture)
-    feel = {} if arguments.json else _feel(prepared, felt)
+    felt = None
+    # The height map is written even if nobody knows how it feels, such as one smaller than the finger needs.
+    try:
+        felt = _felt(prepared, arguments.picture)
+        feel = {} if arguments.json else _feel(prepared, felt)
+    except InputError as error:
+        feel = {"feel": f"not pressed: {error.for_command}"}
     prepared.save(out)
     retouch.save_preview(prepared, shown, felt)
     if arguments.json:
@@ -79,7 +84,8 @@ def run(arguments: argparse.Namespace) -> int:
     bits = "16 bits" if out.suffix.lower() == ".png" else "mm"
     lines["written"] = f"{out} ({bits}), {shown}"
     if prepared.repeats:
-        lines["repeats"] = f"{out.name} says that it is a tile; --no-repeats takes it as a plate"
+        says = "is a tile" if prepared.repeats is True else f"repeats along {prepared.repeats}"
+        lines["repeats"] = f"{out.name} says that it {says}; --no-repeats takes it as a plate"
     console().print(lines_table(lines.items()))
     return 0
 

@@ -11,6 +11,7 @@ import tifffile
 from numpy.typing import NDArray
 from PIL import Image
 
+from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.preparing.source_pictures import grey_values
 from relief.reading.readers import read_samples
@@ -24,7 +25,7 @@ def colours() -> NDArray[np.uint8]:
     return np.random.default_rng(3).integers(0, 256, (HIGH, WIDE, 3), dtype=np.uint8)
 
 
-def grey(picture: Samples, name: str = "luminance") -> NDArray[np.float32]:
+def grey(picture: Samples, name: str = "luminance") -> NDArray[np.float32] | Array:
     return grey_values(picture, (0, 0, picture.width, picture.height), name)
 
 

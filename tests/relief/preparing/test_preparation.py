@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tifffile
 from numpy.typing import NDArray
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
@@ -13,8 +14,10 @@ from scipy.ndimage import gaussian_filter
 from relief.corrections import levelled
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
-from relief.heightmap import load_height_map, save_heights_png
+from relief.heightmap import load_height_map, save_heights_exr, save_heights_png
 from relief.preparing.picture_preparation import prepare
+from relief.preparing.source_pictures import grey_values
+from relief.reading.samples import TILE_MARKS, Samples
 from relief.relief import Relief
 
 SIDE = 32
@@ -242,7 +245,10 @@ def test_numbers_times_a_scale_are_heights_above_the_lowest(tmp_path: Path, hill
         ({"units": "um", "relief_mm": 1.0}, "relief_mm: units or height_scale state"),
         ({"units": "ell"}, "units: 'ell' is not one of um, mm"),
         ({"height_scale": 0.0}, r"height_scale: 0 is outside \[1e-06"),
-        ({"units": "m", "height_scale": None, "levels": "0,1"}, "relief_mm: 1000 is above 20"),
+        (
+            {"units": "m", "height_scale": None, "levels": "0,1"},
+            "a.npy: 1000 mm high; the highest allowed is 20; are these mm[?] units='mm'",
+        ),
     ):
         with pytest.raises(InputError, match=word):
             prepare(tmp_path / "a.npy", **options)
@@ -317,3 +323,137 @@ def test_a_small_tile_names_the_side_that_is_needed(tmp_path: Path) -> None:
                 prepare(tmp_path / "a.png", tile="auto")
         else:
             assert prepare(tmp_path / "a.png", tile="blend").heights.shape == (16, 16)
+
+
+def test_a_height_that_no_option_gave_is_not_blamed_on_one(tmp_path: Path, hills: Array) -> None:
+    np.save(tmp_path / "a.npy", np.rint(400 * hills).astype(np.int64))
+    with pytest.raises(InputError) as caught:
+        prepare(tmp_path / "a.npy", units="mm")
+    line = f"{tmp_path / 'a.npy'}: 400 mm high; the highest allowed is 20; are these um? --units um"
+    assert caught.value.for_command == line
+    with pytest.raises(InputError, match="relief_mm: 25 is above 20"):
+        prepare(tmp_path / "a.npy", relief_mm=25.0)
+
+
+@pytest.mark.parametrize("kind", ["xy", "x", "y"])
+@pytest.mark.parametrize("rotate", [0, 90])
+@pytest.mark.parametrize("samples", [64, 48])
+def test_a_tile_is_not_tilted_along_the_axes_that_repeat(
+    tmp_path: Path, kind: str, rotate: int, samples: int
+) -> None:
+    """A saw tooth in x and in y, whose nearest plane would have a slope, and a tilt along what is left."""
+    saw = np.interp(np.arange(64.0), [0, 50, 64], [0.0, 1.0, 0.0])
+    y, x = np.indices((64, 64)) / 64
+    tilt = 0.3 * y * (kind == "x") + 0.3 * x * (kind == "y")
+    flat, repeats = 0.2 * (saw + saw[:, None]), TILE_MARKS[kind]
+    save_heights_exr(tmp_path / "a.exr", flat + tilt, repeats=repeats)
+    options: dict[str, Any] = {"rotate": rotate, "samples": samples}
+    prepared = prepare(tmp_path / "a.exr", level=True, **options)
+    turned = {"x": "y", "y": "x"}.get(kind, True) if rotate else repeats
+    assert prepared.repeats == turned and ("tilt" in prepared.done) == (kind != "xy")
+    if kind == "xy":
+        plain = prepare(tmp_path / "a.exr", **options)
+        assert "tilt" not in plain.done and prepared.done == plain.done
+        np.testing.assert_array_equal(prepared.heights, plain.heights)
+    else:
+        axis = "y" if prepared.repeats == "x" else "x"
+        tilts = prepared.numbers["tilt"]
+        assert tilts["xy".replace(axis, "")] == 0.0 and abs(tilts[axis]) > 0.3
+    prepared.save(tmp_path / "b.png")
+    assert Relief.read(tmp_path / "b.png").repeats == (
+        prepared.repeats in (True, "y"),
+        prepared.repeats in (True, "x"),
+    )
+
+
+def test_a_part_of_a_tile_and_sides_that_do_not_fit_are_no_tile(tmp_path: Path, hills: Array) -> None:
+    save_heights_exr(tmp_path / "a.exr", hills, repeats=True)
+    prepared = prepare(tmp_path / "a.exr")
+    assert prepared.repeats is False and "tilt" in prepared.done
+    assert "is not followed: the sides do not fit along" in prepared.done["header"]
+    row, col = np.indices((40, 60)) / 20
+    waves = np.sin(2 * np.pi * row) + np.sin(2 * np.pi * col)
+    save_heights_exr(tmp_path / "a.exr", 1.0 + 0.2 * waves, repeats=True)
+    assert prepare(tmp_path / "a.exr").repeats == "y"
+    assert prepare(tmp_path / "a.exr", centre=30).repeats is False
+
+
+def test_holes_of_a_tile_are_filled_across_its_border(tmp_path: Path) -> None:
+    ramp = np.interp(np.arange(64.0), [0, 32, 64], [1.0, 0.0, 1.0])
+    heights = np.repeat(ramp[None], 64, axis=0)
+    heights[:, :4] = heights[:, -8:] = np.nan
+    save_heights_exr(tmp_path / "a.exr", heights, repeats="x")
+    prepared = prepare(tmp_path / "a.exr", fill=True)
+    assert prepared.repeats == "x"
+    # Twelve samples between rims of 1 - 4 / 32 and 1 - 9 / 32 of the height; the lowest became 0.
+    between = 1.0 - np.interp(np.arange(14), [0, 13], [9 / 32, 4 / 32])
+    np.testing.assert_allclose(
+        np.roll(prepared.heights, 9, axis=1)[:, :14], between[None] * np.ones((64, 1)), atol=1e-6
+    )
+
+
+@pytest.mark.parametrize("options", [{}, {"level": True}, {"keep_steps": True}])
+def test_digits_far_from_zero_are_kept(tmp_path: Path, hills: Array, options: dict[str, Any]) -> None:
+    """Of numbers, 0.4 mm at 1000 km, and of 32 bits, 400 of 4e9."""
+    size = 0.4 * hills
+    np.save(tmp_path / "near.npy", size)
+    np.save(tmp_path / "a.npy", 1e6 + size)
+    near, far = (prepare(tmp_path / name, **options) for name in ("near.npy", "a.npy"))
+    np.testing.assert_allclose(far.heights, near.heights, atol=1e-6)
+    if not options.get("level"):
+        assert far.done["levels"] == "1000000 is lowest, 1000000.4 highest"
+        assert far.numbers["levels"]["highest"] == pytest.approx(1e6 + 0.4, abs=1e-8)
+        cut = prepare(tmp_path / "a.npy", levels="1000000.1,1000000.3", **options)
+        np.testing.assert_allclose(cut.heights, np.clip(size, 0.1, 0.3) - 0.1, atol=1e-6)
+    assert far.numbers["tilt"]["middle"] == pytest.approx(1e6 + near.numbers["tilt"]["middle"])
+    whole = np.rint(1e5 * hills).astype(np.uint32)
+    tifffile.imwrite(tmp_path / "a.tif", 2**31 + whole, photometric="minisblack")
+    tifffile.imwrite(tmp_path / "near.tif", whole, photometric="minisblack")
+    near, far = (prepare(tmp_path / f"{name}.tif", relief_mm=1.0, **options) for name in ("near", "a"))
+    np.testing.assert_allclose(far.heights, near.heights, atol=1e-6)
+    np.testing.assert_allclose(far.numbers["levels"]["lowest"], 127.5, atol=0.1)
+
+
+def test_a_picture_of_known_height_is_lifted_and_not_clipped(tmp_path: Path, hills: Array) -> None:
+    col = np.indices(hills.shape)[1] / len(hills)
+    relief = 0.04 * levelled(hills)
+    np.save(tmp_path / "a.npy", relief + 0.3 * col)
+    prepare(tmp_path / "a.npy", size_mm=10.0).save(tmp_path / "a.png")
+    prepared = prepare(tmp_path / "a.png", level=True)
+    assert "saturate" not in prepared.done["levels"] and "stretched" not in prepared.done["levels"]
+    assert prepared.relief_mm == pytest.approx(np.ptp(relief), rel=1e-3)
+    np.testing.assert_allclose(prepared.heights, relief - relief.min(), atol=1e-5)
+    prepared.save(tmp_path / "b.png")
+    np.testing.assert_allclose(load_height_map(tmp_path / "b.png").heights, prepared.heights, atol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_rounding_is_no_saturation(tmp_path: Path, seed: int) -> None:
+    heights = np.random.default_rng(seed).random((64, 64)).astype(np.float32)
+    np.save(tmp_path / "a.npy", heights + np.linspace(0.0, 2.0, 64, dtype=np.float32))
+    prepared = prepare(tmp_path / "a.npy", level=True)
+    assert "saturate" not in prepared.done["levels"]
+    assert prepared.numbers["levels"]["saturated_percent"] == 0.0
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("options", [{}, {"fill": True}, {"fill": True, "level": True}])
+def test_a_part_without_a_measurement_takes_one_line(tmp_path: Path, options: dict[str, Any]) -> None:
+    heights = np.random.default_rng(0).random((64, 64))
+    heights[:32, :32] = np.nan
+    for name, crop in (("whole", None), ("corner", (0, 0, 32, 32))):
+        np.save(tmp_path / f"{name}.npy", heights if crop else np.full_like(heights, np.nan))
+        with pytest.raises(
+            InputError, match=rf"{name}\.npy: nothing was measured in the part that is taken$"
+        ):
+            prepare(tmp_path / f"{name}.npy", crop=crop, **options)
+    heights[:] = np.nan
+    heights[0, 0], heights[1, 1] = 0.0, 1.0
+    np.save(tmp_path / "whole.npy", heights)
+    with pytest.raises(InputError, match=r"99\.9 % of the part that is taken were not measured"):
+        prepare(tmp_path / "whole.npy")
+
+
+def test_transparent_numbers_are_not_made_white(tmp_path: Path, hills: Array) -> None:
+    numbers = Samples(tmp_path, "numbers", {"Y": 0.4 * hills, "A": np.full_like(hills, 0.5)})
+    np.testing.assert_array_equal(grey_values(numbers, (0, 0, 40, 40), "luminance"), 0.4 * hills)

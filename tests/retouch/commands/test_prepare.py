@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from relief.heightmap import load_height_map
+from relief.heightmap import load_height_map, save_heights_png
 from retouch.commands.main import main
 
 SIDE = 40
@@ -135,3 +135,20 @@ def test_nothing_is_written_after_a_refusal(argv: str, word: str, capsys: pytest
     line = capsys.readouterr().err
     assert word in line and line.count("\n") == 1
     assert sorted(Path().iterdir()) == before
+
+
+def test_a_relief_that_cannot_be_pressed_is_written(capsys: pytest.CaptureFixture[str]) -> None:
+    """A plate smaller than the places that the finger compares."""
+    argv = ["prepare", "wide.png", "-o", "a.exr", "--relief-mm", "0.1", "--size-mm", "1.5"]
+    lines = " ".join(printed(capsys, *argv).split())
+    assert "not pressed: " in lines and "a patch of 1.5 mm is smaller than" in lines
+    assert load_height_map("a.exr").size_mm == 1.5 and Path("a-preview.png").exists()
+    assert "roughness" not in json.loads(printed(capsys, *argv, "--json"))
+
+
+def test_a_tile_along_one_axis_keeps_its_mark(capsys: pytest.CaptureFixture[str]) -> None:
+    waves = np.sin(np.pi * np.arange(32) / 8) * np.linspace(0.5, 1.0, 32)[:, None]
+    save_heights_png("a.png", 0.5 + 0.4 * waves, 1.0, 1.5, repeats="x")
+    lines = " ".join(printed(capsys, "prepare", "a.png", "-o", "b.png").split())
+    assert "b.png says that it repeats along x; --no-repeats takes it as a plate" in lines
+    assert load_height_map("b.png").repeats == "x"
