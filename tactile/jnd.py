@@ -2,6 +2,10 @@
 
 import math
 
+import numpy as np
+
+from relief.ground.arrays import Array
+
 ROUGHNESS_JND = 1.19
 """Ratio of two roughnesses that a finger ranks correctly 84 % of the time (Tymms et al. 2018)."""
 SMOOTH_BELOW = 0.004
@@ -20,6 +24,11 @@ def jnd_apart(roughness: float, reference: float) -> float:
     """
     smooth = min(roughness, reference) < SMOOTH_BELOW
     return math.nan if smooth else math.log(roughness / reference) / math.log(ROUGHNESS_JND)
+
+
+def jnds_apart(values: Array, reference: Array) -> Array:
+    """(k,) just-noticeable differences, as `jnd_apart`; NaN where one of the two is smooth."""
+    return np.array([jnd_apart(*pair) for pair in zip(values, reference, strict=True)])
 
 
 def jnd_unless_smooth(roughness: float, reference: float) -> float | None:

@@ -9,7 +9,7 @@ from optimize.verification.verification import Places, PlaceValues, Spread
 from relief.ground.arrays import Array, Index
 from relief.places import centres_mm
 from relief.surface import Surface
-from tactile.jnd import jnd_apart, jnd_unless_smooth
+from tactile.jnd import jnd_unless_smooth, jnds_apart
 from tactile.measures import TouchMeasures
 from tactile.quantities import ROUGHNESS
 
@@ -36,7 +36,7 @@ class FeltPlaces:
     def off(self) -> Array:
         """(k,) just-noticeable differences of the result from its goals; none without a goal of roughness."""
         goals = self.goals.get(ROUGHNESS.name, np.zeros(0))
-        return jnd_at(self.after.values[ROUGHNESS.name][: len(goals)], goals)
+        return jnds_apart(self.after.values[ROUGHNESS.name][: len(goals)], goals)
 
     @property
     def mean_jnd(self) -> float | None:
@@ -46,18 +46,13 @@ class FeltPlaces:
     @property
     def jnd(self) -> Array:
         """(k,) just-noticeable differences; NaN at places that are smooth."""
-        return jnd_at(self.after.values[ROUGHNESS.name], self.before.values[ROUGHNESS.name])
-
-
-def jnd_at(values: Array, reference: Array) -> Array:
-    """(k,) just-noticeable differences; NaN where one of the two is smooth."""
-    return np.array([jnd_apart(*pair) for pair in zip(values, reference, strict=True)])
+        return jnds_apart(self.after.values[ROUGHNESS.name], self.before.values[ROUGHNESS.name])
 
 
 def place_spread(before: TouchMeasures, after: TouchMeasures) -> Spread | None:
     """Just-noticeable differences over places; None for one place, or for other numbers of places."""
     one, other = (touch.values[ROUGHNESS.name] for touch in (before, after))
-    return _spread(jnd_at(other, one)) if 1 < len(one) == len(other) else None
+    return _spread(jnds_apart(other, one)) if 1 < len(one) == len(other) else None
 
 
 def sampled(places: Index) -> Index:

@@ -7,11 +7,11 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from optimize.verification import verification
-from optimize.verification.felt_places import jnd_at
 from relief.ground.arrays import Array
 from relief.ground.formatting import number
 from relief.relief import Relief
 from retouch.pages import colour_maps, svg
+from tactile.jnd import jnds_apart
 from tactile.quantities import ROUGHNESS
 
 LEAST_LIMIT_JND = 0.25
@@ -46,7 +46,7 @@ class PlaceArrays:
     @property
     def off(self) -> Array | None:
         """(n,) just-noticeable differences from the target, NaN at smooth places."""
-        return None if self.goal is None else jnd_at(self.reached, self.goal)
+        return None if self.goal is None else jnds_apart(self.reached, self.goal)
 
 
 def read_places(measured: verification.Places) -> PlaceArrays:
@@ -124,7 +124,7 @@ def place_figures(measured: verification.Places | None, result: Relief) -> Place
         return None
     places = read_places(measured)
     board = _Board.of(result, places)
-    change, off = jnd_at(places.reached, places.original), places.off
+    change, off = jnds_apart(places.reached, places.original), places.off
     maps = []
     if not measured.varied and np.isfinite(change).any():
         maps.append(

@@ -4,11 +4,12 @@ import numpy as np
 
 from optimize.run_directory.finished_run import FinishedRun
 from optimize.settings.run_file import Run
-from optimize.verification.felt_places import jnd_at, sampled
+from optimize.verification.felt_places import sampled
 from optimize.verification.verification import Verification
 from relief.ground.arrays import Array, Index
 from relief.places import SPACING_MM, between
 from relief.relief import Relief
+from tactile.jnd import jnds_apart
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
 
@@ -31,7 +32,7 @@ def felt_between(run: FinishedRun) -> dict[str, float | None]:
     if pressed is None:
         pressed = _pressed(run.original, run.settings, at), _pressed(run.result, run.settings, at)
     before, after = pressed
-    jnd = jnd_at(after, before)
+    jnd = jnds_apart(after, before)
     felt = jnd[np.isfinite(jnd)]
     if not felt.size:
         return dict.fromkeys(NAMES) | {"between_count": 0.0}
