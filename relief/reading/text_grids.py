@@ -2,9 +2,8 @@
 
 import re
 from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
-from io import BytesIO
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -15,8 +14,6 @@ from relief.reading.samples import LONGEST_SIDE, Check, Samples, check_extent, c
 
 LARGEST_TEXT = 1 << 28
 """Most bytes of a text: 4096 x 4096 numbers of 16 characters."""
-MINUS = "\N{MINUS SIGN}".encode()
-"""Minus sign that programs for people write."""
 WORDS_BYTES = 1 << 20
 """Bytes below a line in which its words may be again: holes."""
 MOST_HEADINGS = 9
@@ -31,9 +28,9 @@ _HEADING = re.compile(rb"[ \t]*(ncols|nrows|xll\w+|yll\w+|cellsize|dx|dy|nodata\
 """Line of the heading of an ESRI grid."""
 _COMMENT = re.compile(rb"(?m)^ *(?:#(?!N/[AD]|NV\b|[A-Z]+(?:/0)?[!?])[^\n]*)?\n+")
 """Empty line or comment; #N/A and the like are holes in tables of spreadsheets."""
-_HOLE = re.compile(
-    rb"[^\w.]*|n/?[ad]|n\.a\.|[-+]?(nan|inf|infinity)|bad|none|null|no ?data|masked|missing|.*#.*", re.I
-)
+_NUMBER = re.compile(rb"[-+]?(\d+[.,]?\d*|[.,]\d+)(e[-+]?\d+)?", re.I)
+_WORDS = rb"n/?[ad]|n\.a\.|[-+]?(nan|inf|infinity)|bad|none|null|no ?data|masked|missing|.*#.*"
+_HOLE = re.compile(rb"[^\w.]*|" + _WORDS, re.I)
 """Word on a first line that stands for a number that was not measured; other words are a heading."""
 
 
@@ -44,30 +41,21 @@ def read_grid(path: Path, check: Check) -> Samples:
     """
     content = read_limited(path, LARGEST_TEXT)
     with damage_named(path, "a table of numbers"):
-        text = _COMMENT.sub(b"", _lines(content))
+        if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+            content = content.decode("utf-16").encode()
+        content = content.removeprefix(BOM_UTF8).replace(b"\r\n", b"\n").replace(b"\r", b"\n") + b"\n"
+        text = _COMMENT.sub(b"", content.replace("\N{MINUS SIGN}".encode(), b"-"))
         heading: dict[str, float] = {}
         start = 0
         while found := _HEADING.match(text, start):
             heading[found[1].decode().lower().split("_")[0]] = float(found[2].replace(b",", b"."))
             start = found.end()
         values, notes = _esri(text[start:], heading, path, check) if heading else _table(text, path)
-    if not np.isfinite(values).any():
-        raise InputError(f"{path}: holds no numbers")
     check(values.shape, path)
     check_square(heading.get("dx", 1.0), heading.get("dy", 1.0), path)
     no_data = heading.get("nodata", -9999.0) if heading else None
     kind = "ESRI grid" if heading else "table"
     return Samples(path, f"{kind} of numbers", {"Y": measured(values, no_data)}, notes=notes)
-
-
-def _lines(content: bytes) -> bytes:
-    """A text in a superset of ASCII, with a line feed at the end of each line."""
-    if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
-        content = content.decode("utf-16").encode()
-    return (
-        content.removeprefix(BOM_UTF8).replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(MINUS, b"-")
-        + b"\n"
-    )
 
 
 def _esri(text: bytes, heading: dict[str, float], path: Path, check: Check) -> tuple[Array, tuple[str, ...]]:
@@ -76,50 +64,47 @@ def _esri(text: bytes, heading: dict[str, float], path: Path, check: Check) -> t
     check((rows, cols), path)
     text, delimiter = _delimited(text)
     one_a_line = text.translate(bytes.maketrans(b" \t" + (delimiter or b" "), b"\n\n\n"))
-    values = _numbers(one_a_line, None, rows * cols + 1)
+    values = _numbers(one_a_line, None, rows * cols + 1, path)
     if values.size != rows * cols:
-        held = "more" if values.size > rows * cols else values.size
-        raise InputError(f"{path}: its heading says {cols} x {rows} numbers; the file holds {held}")
+        raise InputError(f"{path}: its heading says {cols} x {rows} numbers; the file holds more or fewer")
     return values.reshape(rows, cols), ()
 
 
 def _table(text: bytes, path: Path) -> tuple[Array, tuple[str, ...]]:
     """(rows, cols) heights with a row in each line, and notes."""
     text, delimiter = _delimited(text)
-    heights, without_number, numbers_lost = _below_headings(text, delimiter, path)
-    values = _numbers(heights, delimiter, LONGEST_SIDE + 1)
+    heights, corner, notes = _rows(text, delimiter, path)
+    values = _numbers(heights, delimiter, LONGEST_SIDE + 1, path)
     # A delimiter at the end of each line separates nothing.
     if delimiter and np.isnan(values[:, -1]).all() and heights.count(delimiter + b"\n") >= len(values):
         values = values[:, :-1]
-    if values.shape[1] == 3:
-        raise InputError(f"{path}: holds points x, y, z, not a grid; `retouch scan` reads points")
-    if values.shape[1] < 3:
-        raise InputError(
-            f"{path}: holds a profile or points ({values.shape[1]} columns), not a grid of heights"
-        )
-    values, notes = _without_coordinates(values, without_number, len(heights) < len(text))
-    return values, ("left out: a first line with words",) * numbers_lost + notes
+    if values.shape[1] <= 3:
+        kind = "points x, y, z" if values.shape[1] == 3 else "a profile or points"
+        raise InputError(f"{path}: holds {kind}, not a grid; `retouch scan` reads points")
+    # Without a word, coordinates differ from heights if they are on two sides, or count.
+    both = _is_axis(values[:2, 1:], whole=False) and _is_axis(values[1:, :2].T, whole=False)
+    row = both or _is_axis(values[:2, corner:], whole=not corner)
+    column = both or _is_axis(values[corner:, :2].T, whole=not corner and len(heights) == len(text))
+    if row or column:
+        notes += (f"left out: {' and '.join(['a row'] * row + ['a column'] * column)} of coordinates",)
+    return values[int(row) :, int(column) :], notes
 
 
-def _below_headings(text: bytes, delimiter: bytes | None, path: Path) -> tuple[bytes, bool, bool]:
-    """The rows of a table, whether their corner is empty or a word, and whether headings held numbers."""
-    numbers_lost = False
+def _rows(text: bytes, delimiter: bytes | None, path: Path) -> tuple[bytes, int, tuple[str, ...]]:
+    """The rows of a table; 1 if their corner is empty or a word; and a note if headings held numbers."""
+    notes: tuple[str, ...] = ()
     for _line in range(MOST_HEADINGS):
         first, _, rest = text.partition(b"\n")
-        if not first:
-            raise InputError(f"{path}: holds no numbers")
         cells = [cell.strip(b' "') for cell in first.split(delimiter, LONGEST_SIDE + 1)]
         check_extent((1, len(cells)), path)
-        words = {cell for cell in cells if not _is_number(cell) and not _HOLE.fullmatch(cell)}
-        if words:  # Words that are in rows below as well stand for holes.
-            below = rest[:WORDS_BYTES].replace(b"\n", delimiter or b"\n").split(delimiter)
-            words.difference_update(cell.strip(b' "') for cell in below)
-        numbers = sum(map(_is_number, cells))
+        numbers = sum(_NUMBER.fullmatch(cell) is not None for cell in cells)
+        words = {cell for cell in cells if not _NUMBER.fullmatch(cell) and not _HOLE.fullmatch(cell)}
+        # Words that are in rows below as well stand for holes.
+        below = rest[:WORDS_BYTES].replace(b"\n", delimiter or b"\n").split(delimiter)
+        words.difference_update(cell.strip(b' "') for cell in below)
         if not words or (words == {cells[0]} and 2 * numbers >= len(cells)):
-            if delimiter is None and len(rest.partition(b"\n")[0].split()) == len(cells) + 1:
-                return b"nan " + text, True, numbers_lost  # Spaces show no empty corner.
-            return text, bool(words) or not cells[0], numbers_lost
-        text, numbers_lost = rest, numbers_lost or numbers > 0
+            return text, 1 if words or not cells[0] else 0, notes
+        text, notes = rest, ("left out: a first line with words",) if numbers else notes
     raise InputError(f"{path}: holds words in its first {MOST_HEADINGS} lines, not a table of numbers")
 
 
@@ -129,70 +114,39 @@ def _delimited(text: bytes) -> tuple[bytes, bytes | None]:
     delimiter = next((sign for sign in (b";", b"\t", b",") if sign in last), None)
     cells = last.split(None, 64)[:64]
     decimal_commas = all(cell.count(b",") < 2 and cell.strip(b",") == cell for cell in cells)
-    if (delimiter == b"," and len(cells) > 1 and decimal_commas) or (
-        delimiter == b"\t" and re.search(rb"\d +[\d+-]", last)
-    ):
+    if delimiter == b"," and len(cells) > 1 and decimal_commas:
         delimiter = None
     return text if delimiter == b"," else text.replace(b",", b"."), delimiter
 
 
-def _numbers(text: bytes, delimiter: bytes | None, most_rows: int) -> Array:
-    """(rows, cols) numbers, NaN for words; at most so many rows. Raises ValueError."""
-    options: dict[str, Any] = {
-        "delimiter": delimiter and delimiter.decode(),
-        "comments": None,
-        "quotechar": '"' if b'"' in text else None,
-        "encoding": "latin-1",
-        "ndmin": 2,
-        "max_rows": most_rows,
-    }
-    try:
-        return np.loadtxt(BytesIO(text), **options)
-    except ValueError:  # There are words, which take ten times as long.
-        return np.loadtxt(BytesIO(text), converters=_number, **options)
+def _numbers(text: bytes, delimiter: bytes | None, most_rows: int, path: Path) -> Array:
+    """(rows, cols) numbers, NaN for words; at most so many rows. Raises ValueError, InputError."""
+    sign, quote = delimiter and delimiter.decode(), '"' if b'"' in text else None
+    lines = TextIOWrapper(BytesIO(text), "latin-1")
+    values = np.loadtxt(lines, float, None, sign, _number, ndmin=2, max_rows=most_rows, quotechar=quote)
+    if not np.isfinite(values).any():
+        raise InputError(f"{path}: holds no numbers")
+    return values
 
 
 def _number(cell: str) -> float:
     """The number in a cell, NaN for a word. Raises ValueError."""
-    try:
-        return float(cell.replace(",", "."))
-    except ValueError:
-        if "#" in cell or not any(map(str.isdigit, cell)):
-            return np.nan
-        raise
+    word = "#" in cell or not any(map(str.isdigit, cell))
+    return np.nan if word else float(cell.replace(",", "."))
 
 
-def _is_number(cell: bytes) -> bool:
-    try:
-        return bool(np.isfinite(_number(cell.decode("latin-1"))))
-    except ValueError:
-        return False
-
-
-def _without_coordinates(values: Array, empty: bool, headed: bool) -> tuple[Array, tuple[str, ...]]:
-    """The heights, and a note on what was left out.
+def _is_axis(lines: Array, *, whole: bool) -> bool:
+    """Whether the first of two lines holds evenly spaced coordinates of heights rather than heights as well.
 
     Args:
-        values: (rows, cols) heights, perhaps with coordinates as row and column 0.
-        empty: whether the corner holds no number.
-        headed: whether a heading was above.
+        lines: (2, count) numbers.
+        whole: whether coordinates are row numbers.
     """
-    row, column = _is_axis(values[0, 1:], values[1, 1:]), _is_axis(values[1:, 0], values[1:, 1])
-    if not empty and not (row and column):
-        # A number at the corner belongs to the one that is left out.
-        first, second = values[:2], values[:, :2].T
-        row = _is_axis(*first) and bool((np.diff(first[0]) == 1.0).all())
-        column = _is_axis(*second) and (headed or bool((np.diff(second[0]) == 1.0).all()))
-    left_out = " and ".join(["a row"] * row + ["a column"] * column)
-    notes = (f"left out: {left_out} of coordinates",) if left_out else ()
-    return values[int(row) :, int(column) :], notes
-
-
-def _is_axis(line: Array, beside: Array) -> bool:
-    """Whether numbers are evenly spaced coordinates of heights beside them, rather than heights as well."""
-    if len(line) < 3 or not np.isfinite(line).all() or line[0] == line[-1]:
+    if len(lines) < 2 or lines.shape[1] < 3:
         return False
+    line, differences = lines[0], lines[0] - lines[1]
     step = (line[-1] - line[0]) / (len(line) - 1)
     deviation = np.abs(line - line[0] - step * np.arange(len(line))).max()
     even = deviation <= min(UNEVEN * np.ptp(line), abs(step)) and (np.diff(line) / step >= 0.0).all()
-    return bool(even and not np.nanmax(line - beside) - np.nanmin(line - beside) < OWN * np.ptp(line))
+    own = not np.nanmax(differences) - np.nanmin(differences) < OWN * np.ptp(line)
+    return bool(even and own and not (whole and (np.diff(line) != 1.0).any()))

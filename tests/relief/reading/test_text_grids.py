@@ -118,7 +118,7 @@ def test_coordinates_are_left_out_with_a_note(tmp_path: Path, corner: str, sign:
 
 def test_rounded_coordinates_are_left_out(tmp_path: Path) -> None:
     heights = np.tile(HEIGHTS, (4, 4))
-    for sign in DELIMITERS:
+    for sign in ",;\t":
         lines = [sign + sign.join(f"{col / 80:.2f}" for col in range(28))]
         lines += [f"{-row / 30:.2f}{sign}{line}" for row, line in enumerate(rows_of(heights, sign))]
         check(read(tmp_path, lines), heights, COORDINATES)
@@ -190,7 +190,7 @@ def test_an_esri_grid_may_end_its_lines_anywhere(tmp_path: Path, width: int, siz
         read(tmp_path, f"{HEADING}nodata_VALUE -1\n" + "\n".join(lines), ".asc"),
         np.nan_to_num(holed, nan=-9999),
     )
-    for wrong in (lines[:-1], [*lines, "1"]):
+    for wrong in (cells[:-1], [*cells, "1"]):
         assert f"{COLS} x {ROWS} numbers; the file" in refusal(tmp_path, HEADING + "\n".join(wrong), ".asc")
 
 
