@@ -1,61 +1,152 @@
 """Grids as text: ESRI's .asc, and tables of heights with a row in each line."""
 
 import re
-from io import BytesIO
+from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
 
 import numpy as np
 
+from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named, read_limited
-from relief.reading.samples import Check, Samples, check_square, measured
+from relief.reading.samples import LONGEST_SIDE, Check, Samples, check_extent, check_square, measured
 
 LARGEST_TEXT = 1 << 28
-"""Most bytes of a text: 4096 x 4096 numbers of 16 characters, or 8 million points of three numbers."""
-_HEADING = re.compile(rb"^\s*(ncols|nrows|xll\w+|yll\w+|cellsize|dx|dy|nodata_value)\s+(\S+)\s*$", re.I)
+"""Most bytes of a text: 4096 x 4096 numbers of 16 characters."""
+WORDS_BYTES = 1 << 20
+"""Bytes below a line in which its words may be again: holes."""
+MOST_HEADINGS = 9
+"""Most lines among which the first row must be: a title, names and units may be above."""
+UNEVEN = 0.05
+"""Largest deviation of evenly spaced coordinates, in their range, if this is less than a step: 0.0125, 0.025
+and 0.0375 may be rounded to 0.01, 0.03 and 0.04."""
+OWN = 0.5
+"""Least range of the differences of coordinates from the heights beside them, in ranges of the coordinates:
+the rows of a tilted plane are even as well, but differ from each other by a constant."""
+_HEADING = re.compile(rb"[ \t]*(ncols|nrows|xll\w+|yll\w+|cellsize|dx|dy|nodata\w*)[ \t]+(\S+)[ \t]*\n", re.I)
 """Line of the heading of an ESRI grid."""
-_WORD = re.compile(rb"(?<![\w.+-])(?:[A-Za-z*?_]+|-{2,})(?![\w.])")
-"""A word that stands for a number that was not measured, such as NaN, BAD or ---."""
+_COMMENT = re.compile(rb"(?m)^ *(?:#(?!N/[AD]|NV\b|[A-Z]+(?:/0)?[!?])[^\n]*)?\n+")
+"""Empty line or comment; #N/A and the like are holes in tables of spreadsheets."""
+_NUMBER = re.compile(rb"[-+]?(\d+[.,]?\d*|[.,]\d+)(e[-+]?\d+)?", re.I)
+_WORDS = rb"n/?[ad]|n\.a\.|[-+]?(nan|inf|infinity)|bad|none|null|no ?data|masked|missing|.*#.*"
+_HOLE = re.compile(rb"[^\w.]*|" + _WORDS, re.I)
+"""Word on a first line that stands for a number that was not measured; other words are a heading."""
 
 
 def read_grid(path: Path, check: Check) -> Samples:
-    """Read a grid of numbers. Raises InputError, also for points x, y, z."""
-    lines = read_limited(path, LARGEST_TEXT).replace(b"\r\n", b"\n").replace(b"\r", b"\n").split(b"\n")
-    heading: dict[str, float] = {}
+    """Read a grid of heights; a row and a column of coordinates are left out, with a note.
+
+    Raises InputError, also for points x, y, z and for profiles.
+    """
+    content = read_limited(path, LARGEST_TEXT)
     with damage_named(path, "a table of numbers"):
-        while lines and (found := _HEADING.match(lines[0])):
-            heading[found[1].decode().lower()] = float(found[2].replace(b",", b"."))
-            del lines[0]
-        values = _numbers(lines, path)
-    if not np.isfinite(values).any():
-        raise InputError(f"{path}: holds no numbers")
-    if values.shape[1] == 3:
-        raise InputError(f"{path}: holds points x, y, z, not a grid; `retouch scan` reads points")
-    if heading and values.shape != (heading.get("nrows"), heading.get("ncols")):
-        size = f"{heading.get('ncols', 0):g} x {heading.get('nrows', 0):g}"
-        raise InputError(f"{path}: {values.shape[1]} x {values.shape[0]} numbers; its heading says {size}")
+        if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+            content = content.decode("utf-16").encode()
+        content = content.removeprefix(BOM_UTF8).replace(b"\r\n", b"\n").replace(b"\r", b"\n") + b"\n"
+        text = _COMMENT.sub(b"", content.replace("\N{MINUS SIGN}".encode(), b"-"))
+        heading: dict[str, float] = {}
+        start = 0
+        while found := _HEADING.match(text, start):
+            heading[found[1].decode().lower().split("_")[0]] = float(found[2].replace(b",", b"."))
+            start = found.end()
+        values, notes = _esri(text[start:], heading, path, check) if heading else _table(text, path)
     check(values.shape, path)
     check_square(heading.get("dx", 1.0), heading.get("dy", 1.0), path)
+    no_data = heading.get("nodata", -9999.0) if heading else None
     kind = "ESRI grid" if heading else "table"
-    return Samples(path, f"{kind} of numbers", {"Y": measured(values, heading.get("nodata_value"))})
+    return Samples(path, f"{kind} of numbers", {"Y": measured(values, no_data)}, notes=notes)
 
 
-def _numbers(lines: list[bytes], path: Path) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-    """(rows, cols) numbers of lines; words that are no numbers are NaN, but for a first line of headings."""
-    content = [content for line in lines if (content := line.split(b"#")[0].strip())]
-    if not content:
+def _esri(text: bytes, heading: dict[str, float], path: Path, check: Check) -> tuple[Array, tuple[str, ...]]:
+    """(nrows, ncols) numbers of a grid whose lines may end anywhere, and no notes."""
+    rows, cols = int(heading.get("nrows", 0)), int(heading.get("ncols", 0))
+    check((rows, cols), path)
+    text, delimiter = _delimited(text)
+    one_a_line = text.translate(bytes.maketrans(b" \t" + (delimiter or b" "), b"\n\n\n"))
+    values = _numbers(one_a_line, None, rows * cols + 1, path)
+    if values.size != rows * cols:
+        raise InputError(f"{path}: its heading says {cols} x {rows} numbers; the file holds more or fewer")
+    return values.reshape(rows, cols), ()
+
+
+def _table(text: bytes, path: Path) -> tuple[Array, tuple[str, ...]]:
+    """(rows, cols) heights with a row in each line, and notes."""
+    text, delimiter = _delimited(text)
+    heights, corner, notes = _rows(text, delimiter, path)
+    values = _numbers(heights, delimiter, LONGEST_SIDE + 1, path)
+    # A delimiter at the end of each line separates nothing.
+    if delimiter and np.isnan(values[:, -1]).all() and heights.count(delimiter + b"\n") >= len(values):
+        values = values[:, :-1]
+    if values.shape[1] <= 3:
+        kind = "points x, y, z" if values.shape[1] == 3 else "a profile or points"
+        raise InputError(f"{path}: holds {kind}, not a grid; `retouch scan` reads points")
+    # Without a word, coordinates differ from heights if they are on two sides, or count.
+    both = _is_axis(values[:2, 1:], whole=False) and _is_axis(values[1:, :2].T, whole=False)
+    row = both or _is_axis(values[:2, corner:], whole=not corner)
+    column = both or _is_axis(values[corner:, :2].T, whole=not corner and len(heights) == len(text))
+    if row or column:
+        notes += (f"left out: {' and '.join(['a row'] * row + ['a column'] * column)} of coordinates",)
+    return values[int(row) :, int(column) :], notes
+
+
+def _rows(text: bytes, delimiter: bytes | None, path: Path) -> tuple[bytes, int, tuple[str, ...]]:
+    """The rows of a table; 1 if their corner is empty or a word; and a note if headings held numbers."""
+    notes: tuple[str, ...] = ()
+    for _line in range(MOST_HEADINGS):
+        first, _, rest = text.partition(b"\n")
+        cells = [cell.strip(b' "') for cell in first.split(delimiter, LONGEST_SIDE + 1)]
+        check_extent((1, len(cells)), path)
+        numbers = sum(_NUMBER.fullmatch(cell) is not None for cell in cells)
+        words = {cell for cell in cells if not _NUMBER.fullmatch(cell) and not _HOLE.fullmatch(cell)}
+        # Words that are in rows below as well stand for holes.
+        below = rest[:WORDS_BYTES].replace(b"\n", delimiter or b"\n").split(delimiter)
+        words.difference_update(cell.strip(b' "') for cell in below)
+        if not words or (words == {cells[0]} and 2 * numbers >= len(cells)):
+            return text, 1 if words or not cells[0] else 0, notes
+        text, notes = rest, ("left out: a first line with words",) if numbers else notes
+    raise InputError(f"{path}: holds words in its first {MOST_HEADINGS} lines, not a table of numbers")
+
+
+def _delimited(text: bytes) -> tuple[bytes, bytes | None]:
+    """The text with decimal points, and the delimiter of its last line; None for spaces."""
+    last = text[text.rstrip(b"\n").rfind(b"\n") + 1 :]
+    delimiter = next((sign for sign in (b";", b"\t", b",") if sign in last), None)
+    cells = last.split(None, 64)[:64]
+    decimal_commas = all(cell.count(b",") < 2 and cell.strip(b",") == cell for cell in cells)
+    if delimiter == b"," and len(cells) > 1 and decimal_commas:
+        delimiter = None
+    return text if delimiter == b"," else text.replace(b",", b"."), delimiter
+
+
+def _numbers(text: bytes, delimiter: bytes | None, most_rows: int, path: Path) -> Array:
+    """(rows, cols) numbers, NaN for words; at most so many rows. Raises ValueError, InputError."""
+    sign, quote = delimiter and delimiter.decode(), '"' if b'"' in text else None
+    lines = TextIOWrapper(BytesIO(text), "latin-1")
+    values = np.loadtxt(lines, float, None, sign, _number, ndmin=2, max_rows=most_rows, quotechar=quote)
+    if not np.isfinite(values).any():
         raise InputError(f"{path}: holds no numbers")
-    text = b"\n".join(content)
-    delimiter = next((sign for sign in (b";", b"\t", b",") if sign in content[-1]), None)
-    if delimiter in (b";", b"\t") and b"." not in text:
-        text = text.replace(b",", b".")  # Commas are decimal points.
-    if delimiter is not None:
-        text = re.sub(rb"(?m)(^|%b) *(?=%b|$)" % (delimiter, delimiter), rb"\1nan", text)
-        # A delimiter at the end of each line separates nothing.
-        if all(line.endswith(delimiter) for line in content[1:]):
-            text = re.sub(rb"(?m)%bnan$" % delimiter, b"", text)
-    first, _, rest = text.partition(b"\n")
-    if re.search(rb"[A-DF-Za-df-z]", first) and not re.search(rb"(?i)nan", first):
-        text = rest
-    separator = None if delimiter in (None, b"\t") else delimiter.decode()
-    return np.loadtxt(BytesIO(_WORD.sub(b"nan", text)), delimiter=separator, ndmin=2, encoding="latin-1")
+    return values
+
+
+def _number(cell: str) -> float:
+    """The number in a cell, NaN for a word. Raises ValueError."""
+    word = "#" in cell or not any(map(str.isdigit, cell))
+    return np.nan if word else float(cell.replace(",", "."))
+
+
+def _is_axis(lines: Array, *, whole: bool) -> bool:
+    """Whether the first of two lines holds evenly spaced coordinates of heights rather than heights as well.
+
+    Args:
+        lines: (2, count) numbers.
+        whole: whether coordinates are row numbers.
+    """
+    if len(lines) < 2 or lines.shape[1] < 3:
+        return False
+    line, differences = lines[0], lines[0] - lines[1]
+    step = (line[-1] - line[0]) / (len(line) - 1)
+    deviation = np.abs(line - line[0] - step * np.arange(len(line))).max()
+    even = deviation <= min(UNEVEN * np.ptp(line), abs(step)) and (np.diff(line) / step >= 0.0).all()
+    own = not np.nanmax(differences) - np.nanmin(differences) < OWN * np.ptp(line)
+    return bool(even and own and not (whole and (np.diff(line) != 1.0).any()))

@@ -236,23 +236,36 @@ def _exr(channels: dict[str, NDArray[Any]], compression: str) -> Writer:
 
 def _texts() -> Iterator[tuple[str, str, Writer]]:
     for sign, holes, point, ends in product((",", ";", "\t", " "), ("", "nan", "---"), ".,", ("\n", "\r\n")):
-        if (sign in ", " and point == ",") or (holes == "" and sign == " "):
+        if (sign == "," and point == ",") or (holes == "" and sign == " "):
             continue
         yield f"text-{sign!r}-{holes}-{point}-{ends!r}", ".csv", _table(sign, holes, point, ends)
+    for sign, holes, code in product(",;\t", ("BAD", "#N/A", ""), ("utf-8-sig", "utf-16")):
+        point = "." if sign == "," else ","
+        heading = sign.join(f"h.{column}" for column in range(WIDE)) + "\n"
+        yield f"text-{sign!r}-{holes}-{code}", ".txt", _table(sign, holes, point, "\r\n", heading, code)
     heading = f"ncols {WIDE}\nnrows {HIGH}\nxllcorner 5\nyllcorner 6\ncellsize 0.5\n"
     for no_data in ("-9999", "-32768", "0"):
         lines = f"{heading}NODATA_value {no_data}\n"
         yield f"asc-{no_data}", ".asc", _table(" ", no_data, ".", "\n", lines)
+    yield "asc-no-marker", ".asc", _table(" ", "-9999", ".", "\n", heading)
+    yield (
+        "asc-capitals",
+        ".asc",
+        _table("\t", "-9999", ".", "\r\n", heading.upper().replace("CORNER", "CENTER")),
+    )
+    yield "asc-wrapped", ".asc", _table("\n", "-9999", ".", "\n", heading)
 
 
-def _table(sign: str, holes: str, point: str, ends: str, heading: str = "") -> Writer:
+def _table(
+    sign: str, holes: str, point: str, ends: str, heading: str = "", encoding: str = "utf-8"
+) -> Writer:
     values = np.round(90.0 + 30.0 * surface(), 4)
 
     def write(path: Path) -> Values:
         cells = np.vectorize(lambda value: f"{value:.4f}".replace(".", point))(values).astype(object)
         cells[_hole()] = holes
         text = heading.replace("\n", ends) + ends.join(sign.join(row) for row in cells) + ends
-        path.write_bytes(text.encode())
+        path.write_bytes(text.encode(encoding))
         return np.where(_hole(), np.nan, values)
 
     return write
