@@ -121,7 +121,7 @@ def _delimited(text: bytes) -> tuple[bytes, bytes | None]:
 
 def _numbers(text: bytes, delimiter: bytes | None, most_rows: int, path: Path) -> Array:
     """(rows, cols) numbers, NaN for words; at most so many rows. Raises ValueError, InputError."""
-    sign, quote = delimiter and delimiter.decode(), '"' if b'"' in text else None
+    sign, quote = delimiter.decode() if delimiter else None, '"' if b'"' in text else None
     lines = TextIOWrapper(BytesIO(text), "latin-1")
     values = np.loadtxt(lines, float, None, sign, _number, ndmin=2, max_rows=most_rows, quotechar=quote)
     if not np.isfinite(values).any():
