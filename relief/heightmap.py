@@ -192,7 +192,7 @@ def _corrected(path: Path, heights: Array, repeats: tuple[bool, bool], fill: boo
         say(f"{fault}; filled from around")
     if level:
         down, right, offset = plane(heights, repeats)
-        across, along = abs(right) * heights.shape[1], abs(down) * heights.shape[0]
+        across, along = round(abs(right) * heights.shape[1], 6), round(abs(down) * heights.shape[0], 6)
         rises = f"{across:.2g} mm over the width and {along:.2g} mm over the height"
         say(f"{path}: a tilt of {rises} is taken out, and the mean height of {offset:.3g} mm")
         heights = levelled(heights, repeats)

@@ -1,10 +1,10 @@
 """Just-noticeable differences of roughness."""
 
 import math
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from relief.ground.arrays import Array
+if TYPE_CHECKING:
+    from relief.ground.arrays import Array
 
 ROUGHNESS_JND = 1.19
 """Ratio of two roughnesses that a finger ranks correctly 84 % of the time (Tymms et al. 2018)."""
@@ -26,8 +26,11 @@ def jnd_apart(roughness: float, reference: float) -> float:
     return math.nan if smooth else math.log(roughness / reference) / math.log(ROUGHNESS_JND)
 
 
-def jnds_apart(values: Array, reference: Array) -> Array:
+def jnds_apart(values: "Array", reference: "Array") -> "Array":
     """(k,) just-noticeable differences, as `jnd_apart`; NaN where one of the two is smooth."""
+    # Imported here: commands import this module for their help.
+    import numpy as np
+
     return np.array([jnd_apart(*pair) for pair in zip(values, reference, strict=True)])
 
 

@@ -57,7 +57,7 @@ def warn_of_tilt(relief: Relief, skin: Skin, roughness: float) -> None:
         for one in (tilted, level)
     ]
     if abs(felt[0] - felt[1]) >= CHANGE * max(felt):
-        across, along = abs(right) * cols, abs(down) * rows
+        across, along = round(abs(right) * cols, 6), round(abs(down) * rows, 6)
         tilt = f"{math.degrees(math.atan(slope)):.2g}° ({across:.2g} mm over the width, {along:.2g} mm over"
         ratio = f"{felt[1] / felt[0]:.2g} times as rough"
         line = "%s: is tilted by %s the height); level, it is %s; --level takes the tilt out"

@@ -157,7 +157,7 @@ def measured(
         if missing is not None:
             holes |= missing
     lowest = np.min(numbers, where=~holes, initial=LARGEST)
-    if float(lowest) in NO_DATA:
+    if no_data is None and float(lowest) in NO_DATA:
         others = numbers[~holes & (numbers != lowest)].astype(np.float64)
         if others.size and others.min() - lowest > np.ptp(others):
             holes |= numbers == lowest
