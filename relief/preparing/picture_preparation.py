@@ -9,9 +9,7 @@ from typing import Any
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
 from relief.ground.lengths import in_range, scale_of
-from relief.ground.limits import (
-    PATCH_SIDE_MM,
-)
+from relief.ground.limits import PATCH_SIDE_MM
 from relief.ground.options import by_keywords, checked
 from relief.ground.progress import stage
 from relief.heightmap import check_scales, save_heights_exr, save_heights_png

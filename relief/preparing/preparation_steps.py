@@ -140,14 +140,14 @@ class Preparation:
         holes = ~np.isfinite(values)
         share = 100.0 * float(holes.mean())
         self.numbers["holes_percent"] = share
-        told = f"{min(share, 99.9):.3g} %"
+        percent = f"{min(share, 99.9):.3g} %"
         if not share:
             return values
         if not fill:
-            fault = f"{told} of the part that is taken were not measured; "
+            fault = f"{percent} of the part that is taken were not measured; "
             ways = "fills them from around, {}crop takes another part"
             raise InputError(f"{fault}fill=True {ways.format('')}", f"{fault}--fill {ways.format('--')}")
-        self.done["holes"] = f"{told} were not measured, and are filled from around"
+        self.done["holes"] = f"{percent} were not measured, and are filled from around"
         with stage("filling what was not measured"):
             whole = filled(np.where(holes, np.nan, (values - tilt).astype(np.float64)), self.repeats)
         return np.where(holes, (whole + tilt).astype(np.float32), values)
