@@ -25,7 +25,7 @@ HEADING_BYTES = 4096
 """Bytes of a text that may be a heading."""
 _WIDTHS = "Width|Šířka|Breite|Anchura|Largeur|Larghezza|幅|폭|Largura|Ширина"
 _LABELS = rf"#\s*({_WIDTHS}|File Format|[xy]-(pixels|length))\s*[:=：]|h=\d+ +w=\d+|NX\s*=\s*\d|Scale X\s*="
-HEADING = re.compile(rf"(?im)^\s*({_LABELS}|Wyko ASCII|Scan Parameters|pixel size\s*=)")
+HEADING = re.compile(rf"(?im)^[ \t]*({_LABELS}|Wyko ASCII|Scan Parameters|pixel size\s*=)")
 """Lines of headings in texts that Gwyddion (in each language that it speaks), SPIP, Attocube, Nova, Wyko and
 Dektak write."""
 METROPRO = b"\x88\x1b\x03"
