@@ -32,11 +32,12 @@ from relief.ground.limits import (
 )
 from relief.ground.progress import say
 from relief.reading.data_colours import no_heights
+from relief.reading.pictures import read_picture
 from relief.reading.profilometers import is_measured
-from relief.reading.readers import read_samples
+from relief.reading.readers import by_content, read_samples
 from relief.reading.samples import TILE, TILE_MARKS, Check, Samples
 from relief.reading.terraces import terraces
-from relief.reading.tiff import MAGIC, holds_numbers
+from relief.reading.tiff import holds_numbers, read_tiff
 from relief.seam import misfit
 from relief.surface import Repeats, axes
 
@@ -318,14 +319,16 @@ def load_content(path: str | os.PathLike[str]) -> Samples:
 
 
 def holds_mm(path: str | os.PathLike[str]) -> bool:
-    """Whether a file holds numbers, by its name, or the header if it is a TIFF; False if unreadable."""
+    """Whether a file holds numbers, by what its content states, else by its name; False if unreadable."""
     path = Path(path)
     try:
-        with path.open("rb") as file:
-            if file.read(4) in MAGIC:
-                return is_measured(path) or holds_numbers(path)
+        reader = by_content(path)
+        if reader is read_tiff:
+            return is_measured(path) or holds_numbers(path)
     except (OSError, InputError):
         return False
+    if reader is not None:
+        return reader is not read_picture
     return path.suffix.lower() in (".exr", ".npy", *GRIDS, *MEASURED)
 
 

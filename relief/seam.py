@@ -44,6 +44,8 @@ def misfit(heights: ArrayLike, repeats: tuple[bool, bool] = (True, True)) -> str
         heights: (rows, cols).
         repeats: Whether the height map is to repeat along y and along x.
     """
+    if not any(repeats):
+        return None
     for axis, seam, does in zip(_AXES, seams(heights), repeats, strict=True):
         if does and seam > LARGEST_SEAM:
             return (

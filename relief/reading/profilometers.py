@@ -14,10 +14,9 @@ import numpy as np
 
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
-from relief.ground.files import damage_named
 from relief.ground.formats import GRIDS, MEASURED
 from relief.reading.samples import Check, Samples
-from relief.reading.tiff import MAGIC
+from relief.reading.tiff import MAGIC, opened
 
 ROOT = Path(__file__).parents[2]
 """Folder of the packages, which the process that reads a file imports."""
@@ -42,10 +41,7 @@ def is_measured(path: Path) -> bool:
     with path.open("rb") as file:
         start = file.read(HEADING_BYTES)
     if start[:4] in MAGIC:
-        # Imported here: files of other kinds do without.
-        import tifffile
-
-        with damage_named(path, "a TIFF"), tifffile.TiffFile(path) as file:
+        with opened(path) as file:
             tags = file.pages.first.tags
             return PARK in tags or OLYMPUS in str(tags.valueof(270))
     heading = HEADING.search(start.decode("utf-8-sig", errors="replace"))

@@ -22,6 +22,13 @@ _MAGIC: dict[bytes, Callable[[Path, Check], Samples]] = {
 _SUFFIXES = {".tif": read_tiff, ".tiff": read_tiff, ".exr": read_exr, ".npy": read_npy}
 
 
+def by_content(path: Path) -> Callable[[Path, Check], Samples] | None:
+    """The reader of the kind that the first bytes of a file state; None if they state none."""
+    with path.open("rb") as file:
+        start = file.read(4)
+    return next((read for mark, read in _MAGIC.items() if start.startswith(mark)), None)
+
+
 def read_samples(path: str | os.PathLike[str], check: Check = check_extent) -> Samples:
     """Read what a file holds.
 
@@ -37,9 +44,7 @@ def read_samples(path: str | os.PathLike[str], check: Check = check_extent) -> S
     if not os.path.isfile(path):
         raise InputError(f"{path}: no such file")
     suffix = path.suffix.lower()
-    with path.open("rb") as file:
-        start = file.read(4)
-    known = next((read for mark, read in _MAGIC.items() if start.startswith(mark)), None)
+    known = by_content(path)
     reader = known or _SUFFIXES.get(suffix, read_picture)
     if (known is None and suffix in (*MEASURED, *GRIDS)) or reader is read_tiff:
         # Imported here: other files do without.

@@ -1,6 +1,8 @@
 """TIFF: grey and colour of 1 to 64 bits, and numbers of any type, as tifffile reads them."""
 
 import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -46,21 +48,26 @@ def upright(stored: AnyArray, orientation: Any) -> AnyArray:
     return turned[::-1] if orientation in (3, 4, 7, 8) else turned
 
 
-def holds_numbers(path: Path) -> bool:
-    """Whether a TIFF holds numbers, signed or floating-point, rather than grey. Raises InputError."""
-    import tifffile
-
-    with damage_named(path, "a TIFF"), tifffile.TiffFile(path) as file:
-        return _page(file, path)[0].sampleformat != _UNSIGNED
-
-
-def read_tiff(path: Path, check: Check) -> Samples:
-    """Read the largest picture of a TIFF that is no thumbnail. Raises InputError."""
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """Open a TIFF, without what tifffile logs of damage. Raises any error of the block as InputError."""
     # Imported here: files of other kinds do without.
     import tifffile
 
     logging.getLogger("tifffile").setLevel(logging.CRITICAL)
     with damage_named(path, "a TIFF"), tifffile.TiffFile(path) as file:
+        yield file
+
+
+def holds_numbers(path: Path) -> bool:
+    """Whether a TIFF holds numbers, signed or floating-point, rather than grey. Raises InputError."""
+    with opened(path) as file:
+        return _page(file, path)[0].sampleformat != _UNSIGNED
+
+
+def read_tiff(path: Path, check: Check) -> Samples:
+    """Read the largest picture of a TIFF that is no thumbnail. Raises InputError."""
+    with opened(path) as file:
         page, masks, count = _page(file, path)
         _check(page, path, check)
         orientation = page.tags.valueof(274, 1)

@@ -1,5 +1,6 @@
 """Files of every kind that docs/pictures.md promises hold what was written into them."""
 
+import logging
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import tifffile
 from PIL import Image
 
 from relief.ground.errors import InputError
+from relief.heightmap import holds_mm, load_heights
 from relief.reading.readers import read_samples
 from tests.relief.reading.promised_files import Writer, promised, stored
 
@@ -68,3 +70,26 @@ def test_what_is_not_promised_takes_one_line(tmp_path: Path) -> None:
             line = str(error)
             assert line.startswith(str(file)) and "\n" not in line, line
     assert not read
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr", ".npy", ".csv"])
+def test_content_states_the_kind_whatever_the_name(tmp_path: Path, suffix: str) -> None:
+    grey, numbers = tmp_path / f"grey{suffix}", tmp_path / f"numbers{suffix}"
+    Image.fromarray(stored("uint8")).save(grey, format="PNG")
+    with numbers.open("wb") as file:
+        np.save(file, stored("float32"))
+    assert not holds_mm(grey) and holds_mm(numbers)
+    np.testing.assert_allclose(load_heights(grey, relief_mm=1.0), stored("uint8") / 255.0)
+    np.testing.assert_allclose(load_heights(numbers, height_scale=0.01), 0.01 * stored("float32"), rtol=1e-6)
+
+
+def test_what_tifffile_logs_of_damage_is_dropped(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    logging.getLogger("tifffile").setLevel(logging.NOTSET)
+    file = tmp_path / "cut.tif"
+    tifffile.imwrite(file, stored("float32"), extratags=[(65000, "s", 0, "x" * 500, True)])
+    content = bytearray(file.read_bytes())
+    at = content.find(b"\xe8\xfd")  # The tag's offset points behind the end of the file.
+    content[at + 8 : at + 12] = b"\xff\xff\xff\x7f"
+    file.write_bytes(content)
+    holds_mm(file)
+    assert not caplog.records
