@@ -169,17 +169,16 @@ def _numbers(lights: Lights) -> frozenset[int]:
 
 def _seen(lights: Lights, loaded: LightScene, fixed: LightSet) -> SeenLight | None:
     """Lights as rays see them; None for those that no ray meets. Of all that shine together, one is met."""
-    for light in lights:
-        kind = kind_of(light)
-        if kind.seen is not None:
-            along = kind.seen(light, loaded.scene)
+    every = [(kind.seen(light, loaded.scene), kind) for light in lights if (kind := kind_of(light)).seen]
+    if not every:
+        return None
+    along, kind = every[0]
 
-            def lit(points: Any, toward: Any) -> tuple[Any, Any]:
-                loaded.lit.shine(loaded.shining)
-                return along(points, toward)
+    def lit(points: Any, toward: Any) -> tuple[Any, Any]:
+        loaded.lit.shine(loaded.shining)
+        return along(points, toward)
 
-            return seen_light(lit, fixed, kind.surrounds)
-    return None
+    return seen_light(lit, fixed, kind.surrounds)
 
 
 def _background_lit(lit: LitScene, shining: frozenset[int]) -> Background:

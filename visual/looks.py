@@ -24,6 +24,12 @@ FIXED_DIRECTIONS = 48
 environment map turned six ways, gradients of gravel seen from 45 degrees are 0.3 to 1.5 % off with 48, 0.5 to
 6.3 with 24 (by chance, as so few lights hit or miss bright faces), and 1.5 to 4.9 with 16."""
 
+STEP_BLUR = 0.1
+"""Change of slope over which steps average what a mirror or a narrow highlight shows. The image of a window
+is flat but for its edge, which a step passes at once, so that the derivative of a sharp image says little.
+Waves under a sky with one window end 7.5 % changed (rms) as a mirror, 4.9 % as smooth plastic; with sharp
+images 38 and 7.5 %."""
+
 
 class Rendering(NamedTuple):
     """How a picture is rendered; only looks of sampled pictures ask.
@@ -51,6 +57,8 @@ class FixedSamples(NamedTuple):
         edge_samples: along edges whose motion changes the pictures.
         directions: lights that represent each light that is neither directional nor a point.
         ambient_strata: samples along a pixel's side under lights of many directions; None: half of `strata`.
+        blur: change of a face's slopes, up and down, over which mirror images and narrow highlights are
+            averaged.
     """
 
     resolution: int | None = None
@@ -59,6 +67,7 @@ class FixedSamples(NamedTuple):
     edge_samples: EdgeSamples | None = None
     directions: int = FIXED_DIRECTIONS
     ambient_strata: int | None = None
+    blur: float = 0.0
 
 
 class StepView(Protocol):

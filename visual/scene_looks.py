@@ -63,7 +63,10 @@ class ExactLook(_OfScene):
 
     def views(self, samples: FixedSamples) -> tuple[View, ...]:
         """A view for each camera; see the protocol."""
-        scene, (resolution, seed, strata, edge_samples, directions, ambient_strata) = self._scene, samples
+        scene, (resolution, seed, strata, edge_samples, directions, ambient_strata, blur) = (
+            self._scene,
+            samples,
+        )
         variants.use(scene.variant)
         variants.require_gradients()
         scene.check_model("exact")
@@ -90,6 +93,7 @@ class ExactLook(_OfScene):
                 # Many directions share a pixel's samples: each needs fewer.
                 ambient_strata or max(1, strata // 2),
                 edge_samples,
+                blur,
             )
             for camera in first.cameras
         )

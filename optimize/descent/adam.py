@@ -33,7 +33,7 @@ from optimize.descent.stop_reason import StopReason
 from relief.ground.arrays import Array
 from tactile.measures import each
 from visual.exact.discontinuities import EdgeSamples
-from visual.looks import FixedSamples, StepView, look_model
+from visual.looks import STEP_BLUR, FixedSamples, StepView, look_model
 from visual.step_pictures import fixed_pictures
 
 DECAY_FLOOR = 0.02
@@ -77,7 +77,7 @@ class AdamDescent:
         self._weights = torch.as_tensor(problem.scene.weights)
         self._views: tuple[StepView, ...] = ()
         if look_model(problem.look).sampled and problem.samples is None:
-            samples = FixedSamples(None, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)
+            samples = FixedSamples(None, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS, blur=STEP_BLUR)
             self._views = problem.scene.look(problem.look).views(samples)
         # Target and current pictures share their samples, so that most or all of the noise cancels.
         self._target = self._pictures(torch.as_tensor(problem.heights))

@@ -52,8 +52,8 @@ class ShadingPoints(NamedTuple):
 _ORIGIN = ShadingPoints(np.zeros((1, 3)))
 
 FixedShare = Callable[[Any, Any, Any, Any], Any]
-"""Share of the radiance under fixed lights that counts, of Dr.Jit, by surface interaction, direction of the light
-in its frame, point, and direction in space; the rest is sampled (`visual.exact.lobes`)."""
+"""Share, of Dr.Jit, of the radiance under fixed lights that counts; the rest is sampled (`visual.exact.lobes`).
+Arguments are the surface interaction, the direction of the light in its frame, the point, and the direction."""
 
 
 class ShadedFaces:
@@ -89,10 +89,15 @@ class ShadedFaces:
         si.n, si.sh_frame, si.wi = frame.n, frame, frame.to_local(self._camera)
         return si, frame, self._points if self._slide is None else self._points + rise * self._slide
 
+    @property
+    def derivatives(self) -> int:
+        """Number of the variables by which derivatives are wanted."""
+        return 2 if self._slide is None else 3
+
     def shading(self, radiance: Callable[..., Any]) -> Shading:
         """Radiance as a function of `variables`, and its derivatives by forward mode."""
         results = []
-        for which in range(2 if self._slide is None else 3):
+        for which in range(self.derivatives):
             attached = [type(values)(values) for values in self.variables]
             dr.enable_grad(attached[which])
             value = radiance(*attached)
@@ -105,7 +110,7 @@ class ShadedFaces:
     def numbers(self, values: Any) -> Array:
         """(count, faces) of values of Dr.Jit."""
         flat = np.broadcast_to(np.asarray(values, dtype=np.float64), self.count * self.faces)
-        return flat.reshape(self.count, self.faces)
+        return np.array(flat.reshape(self.count, self.faces))
 
 
 def shade(

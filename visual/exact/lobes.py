@@ -22,11 +22,13 @@ from relief.ground.arrays import Array, Index
 from visual.backend.mitsuba import dr, mi
 from visual.exact.face_shading import FixedShare, ShadedFaces, Shading, ShadingPoints
 from visual.geometry.placed_mesh import PlacedMesh
-from visual.lights.parallel import GOLDEN_RATIO
 from visual.lights.seen import SeenLight, luminance
 
 SAMPLES = 16
 """Directions sampled from each narrow lobe on each face."""
+STEPS = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0])
+"""Steps, of which the whole part does not count, by which the numbers of a face's samples follow one another:
+irrational, so that the samples are evenly spread (Kronecker sequence)."""
 ENOUGH = 4.0
 """Fixed lights within a lobe by which it is seen as well as by sampled directions."""
 NARROW = 1.0
@@ -50,7 +52,7 @@ class Reflections:
     light: SeenLight
 
     def lit(self, mesh: PlacedMesh, face: Index, points: Array, column: Index) -> Iterator[NDArray[np.bool_]]:
-        """Whether points see the light, direction by direction; as of a black light if nothing is reflected.
+        """Whether points see the light, direction by direction; they see none where nothing is reflected.
 
         Args:
             mesh: the plate.
@@ -74,13 +76,15 @@ class Lobes:
         bsdf: the material.
         mirrors: numbers of its mirror-smooth components.
         narrow: numbers of its narrow ones.
-        numbers: (faces, 3) random, in [0, 1), fixed, by which the samples of each face are shifted.
+        numbers: (faces, 5) random, in [0, 1), fixed, by which the samples of each face are shifted.
+        blur: change of a face's slopes, up and down, over which what the face shows is averaged.
     """
 
     bsdf: Any
     mirrors: tuple[int, ...]
     narrow: tuple[int, ...]
     numbers: Array
+    blur: float = 0.0
 
     def fixed_share(self, light: SeenLight) -> FixedShare:
         """Share of the radiance under the fixed lights of a light."""
@@ -101,32 +105,35 @@ class Lobes:
         places: ShadingPoints,
     ) -> Reflections:
         """What faces of given slopes show of a light; `face` has their numbers, the rest is as of `shade`."""
-        parts = []
+        rows = []
         for component in (*self.mirrors, *self.narrow):
-            mirror = component in self.mirrors
-            count = 1 if mirror else SAMPLES
+            count = 1 if component in self.mirrors and not self.blur else SAMPLES
             faces = ShadedFaces(slope_x, slope_y, toward_camera, places, count)
-            parts.append(self._of_component(component, mirror, faces, self._random(face, count), light))
-        shadings, directions = zip(*parts, strict=True)
+            rows.append(self._of_component(component, faces, self._random(face, count), light))
+        shadings, directions = zip(*rows, strict=True)
         values = zip(*(shading.values for shading in shadings), strict=True)
         return Reflections(Shading(*map(np.concatenate, values)), np.concatenate(directions), light)
 
     def _of_component(
-        self, component: int, mirror: bool, faces: ShadedFaces, random: list[Any], light: SeenLight
+        self, component: int, faces: ShadedFaces, random: list[Any], light: SeenLight
     ) -> tuple[Shading, Array]:
+        """What faces show by one component, and in which directions."""
         axes: list[Any] = []
 
         def radiance(p: Any, q: Any, rise: Any) -> Any:
+            p, q = (
+                slope + self.blur * (2.0 * part - 1.0) for slope, part in zip((p, q), random[3:], strict=True)
+            )
             si, frame, points = faces.at(p, q, rise)
-            sample, weight = self.bsdf.sample(_context(component), si, random[0], mi.Point2f(random[1:]))
+            sample, weight = self.bsdf.sample(_context(component), si, random[0], mi.Point2f(random[1:3]))
             toward = frame.to_world(sample.wo)
             axes[:] = dr.detach(toward)
             seen, _ = light.along(points, toward)
-            if mirror:
-                return luminance(weight * seen)
+            if component in self.mirrors:
+                return luminance(weight * seen) / faces.count
             value = luminance(self.bsdf.eval(mi.BSDFContext(), si, sample.wo) * seen)
             density = self._density(si, sample.wo)
-            value *= density / SAMPLES / (density**2 + (light.density(seen, toward) / ENOUGH) ** 2)
+            value *= density / faces.count / (density**2 + (light.density(seen, toward) / ENOUGH) ** 2)
             return dr.select(sample.pdf > 0.0, value, 0.0)
 
         return faces.shading(radiance), np.stack([faces.numbers(axis) for axis in axes], axis=2)
@@ -139,27 +146,31 @@ class Lobes:
         return density
 
     def _random(self, face: Index, count: int) -> list[Any]:
-        """Three numbers in [0, 1) for each of `count` samples of each face, evenly spread on every face."""
-        k = np.arange(count)[:, None]
-        steps = (GOLDEN_RATIO**2 * k, (k + 0.5) / count, GOLDEN_RATIO * k)
-        values = ((step + self.numbers[face, axis]) % 1.0 for axis, step in enumerate(steps))
-        return [mi.Float(value.astype(np.float32).ravel()) for value in values]
+        """Five numbers in [0, 1) for each of `count` samples of each face, evenly spread on every face."""
+        values = (np.outer(np.arange(count), STEPS)[:, None] + self.numbers[face]) % 1.0
+        return [
+            mi.Float(np.ascontiguousarray(axis.ravel(), dtype=np.float32))
+            for axis in np.moveaxis(values, 2, 0)
+        ]
 
 
-def lobes_of(bsdf: Any, faces: int, generator: np.random.Generator) -> Lobes | None:
+def lobes_of(bsdf: Any, faces: int, generator: np.random.Generator, blur: float) -> Lobes | None:
     """The lobes of a material that fixed lights would miss; None if there are none.
 
     Args:
         bsdf: of a plate.
         faces: of the plate.
         generator: draws the numbers of the samples.
+        blur: see `Lobes`.
     """
     flags = [int(bsdf.flags(number)) for number in range(bsdf.component_count())]
     front = [number for number, flag in enumerate(flags) if flag & int(mi.BSDFFlags.FrontSide)]
     mirrors = tuple(number for number in front if flags[number] & int(mi.BSDFFlags.Delta))
     glossy = (number for number in front if flags[number] & int(mi.BSDFFlags.Glossy))
     narrow = tuple(number for number in glossy if _peak(bsdf, number) > NARROW)
-    return Lobes(bsdf, mirrors, narrow, generator.uniform(size=(faces, 3))) if mirrors or narrow else None
+    if not mirrors and not narrow:
+        return None
+    return Lobes(bsdf, mirrors, narrow, generator.uniform(size=(faces, len(STEPS))), blur)
 
 
 def _peak(bsdf: Any, component: int) -> float:

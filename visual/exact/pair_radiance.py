@@ -104,7 +104,8 @@ def of_faces(
     face = samples.face
     lit = (lit_by(mesh, lights, number, face, points) for number in range(len(lights)))
     sums = _face_sums(shading, lit, samples)
-    reflections = material.reflections(mesh, np.arange(len(mesh.centres)), *_centres(camera, lights, mesh))
+    every = np.arange(len(mesh.centres))
+    reflections = material.reflections(mesh, every, *_centres(camera, lights, mesh))
     if reflections is not None:
         sums += _face_sums(reflections.shading, reflections.lit(mesh, face, points, face), samples)
     if shading.by_rise is not None:
@@ -113,7 +114,7 @@ def of_faces(
 
 
 def _face_sums(shading: Shading, lit: Iterable[NDArray[np.bool_]], samples: PictureSamples) -> Array:
-    """Radiance and derivatives (3 or 4, pairs) of lit shares, with the samples (samples,) lit light by light."""
+    """Radiance and derivatives (3 or 4, pairs) of lit shares; `lit` says of each light which samples it lights."""
     pairs = (samples.pair[np.flatnonzero(seeing)] for seeing in lit)
     counts = [np.bincount(lit_pairs, minlength=len(samples.pair_pixel)) for lit_pairs in pairs]
     shares = np.stack(counts) / samples.per_pixel

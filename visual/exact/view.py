@@ -93,6 +93,7 @@ class View:
         strata: int = 4,
         ambient_strata: int = 2,
         edge_samples: EdgeSamples | None = None,
+        blur: float = 0.0,
     ) -> None:
         """Fix the samples.
 
@@ -108,6 +109,7 @@ class View:
             strata, ambient_strata: samples along a pixel's side under one light, and under many directions.
                 Where the film's filter is no box, `strata` serve both.
             edge_samples: along edges that move; fewer are used under many directions.
+            blur: of mirrors and narrow highlights; see `FixedSamples`.
         """
         generator = np.random.default_rng(seed)
         self._scene, self._bsdf, self._set_heights = scene, bsdf, set_heights
@@ -127,7 +129,7 @@ class View:
         self._jitter = edge_jitter(self._plate, generator, edge_samples or EdgeSamples())
         self._lobes: Lobes | None = None
         if any(light.seen is not None for light in (*alone, *filter(None, (ambient,)))):
-            self._lobes = lobes_of(bsdf, len(plate.faces), generator)
+            self._lobes = lobes_of(bsdf, len(plate.faces), generator, blur)
         self._from_above: list[PictureSamples] = []
         if camera.overhead:
             self._from_above = [

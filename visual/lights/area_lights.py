@@ -23,8 +23,8 @@ distance."""
 LOOKED_AT = 256
 """Points of a shape by which its distance from the plate is found, within a sixteenth of its side."""
 SOFT = 0.1
-"""Width of the edge of a light that a mirror shows, half sides: the picture of the edge moves with the slopes,
-and has no derivative where it is sharp."""
+"""Width of the edge of a light that a mirror shows, half sides: the image of a sharp edge has no derivative by
+the slopes of the mirror."""
 ROUND = 1e-4
 """Tolerance of the scalar products of a sphere's axes, scaled to length 1."""
 
@@ -191,18 +191,21 @@ def _obstacle(light: Light, size_mm: float) -> str | None:
 
 
 def _along(light: Light, scene: Any) -> SeenAlong:
-    """An area light as rays see it, with an edge `SOFT` wide, so that mirrors show a light that moves smoothly."""
+    """An area light as rays see it, with an edge that is `SOFT` wide."""
     shape = light.shape
     assert shape is not None
     inward = np.linalg.inv(shape.to_world)
-    turn, shift = mi.Matrix3f(inward[:3, :3].tolist()), mi.Vector3f(inward[:3, 3].tolist())
+    axes, shift = inward[:3, :3].T.tolist(), inward[:3, 3].tolist()
     ball = shape.kind == "sphere"
     front = 1.0 if shape.flipped else -1.0
     colour = mi.Color3f(*light.strength)
     strength = mi.Color1f(mi.luminance(colour)) if mi.is_monochromatic else colour
 
     def along(points: Any, toward: Any) -> tuple[Any, Any]:
-        start, step = turn @ mi.Vector3f(points) + shift, turn @ toward
+        start, step = (
+            sum((mi.Vector3f(axis) * v[number] for number, axis in enumerate(axes)), first)
+            for v, first in ((points, mi.Vector3f(shift)), (toward, mi.Vector3f(0.0)))
+        )
         # Of a sphere, the place nearest to the centre; of a plane, where the ray crosses it.
         distance = -dr.dot(start, step) / dr.squared_norm(step) if ball else -start.z / step.z
         place = start + distance * step
@@ -212,6 +215,8 @@ def _along(light: Light, scene: Any) -> SeenAlong:
             off = dr.norm(place if ball else mi.Vector2f(place.x, place.y))
         inside = dr.clip(0.5 + (1.0 - off) / SOFT, 0.0, 1.0)
         faces = not _inside_out(shape) if ball else front * step.z > 0.0
+        if ball:
+            distance -= dr.safe_sqrt(1.0 - off**2) / dr.norm(step)
         return strength * dr.select(faces & (distance > 0.0), inside, 0.0), distance
 
     return along

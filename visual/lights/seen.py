@@ -14,9 +14,12 @@ from visual.lights.parallel import LOWEST, LUMINANCE
 LEAST_DENSITY = 1e-3
 """Least number of fixed lights that counts for a steradian, against division by zero."""
 
+OFF_POLE = 7e-4, 5e-4, 3e-4
+"""Vector, some hundredths of a degree long, by which look-ups miss the pole of an environment map."""
+
 SeenAlong = Callable[[Any, Any], tuple[Any, Any]]
-"""Radiance of a light along rays from points (Dr.Jit) in unit directions, one channel or three, and the distance
-of the light, mm; differentiable by both."""
+"""Radiance of a light along rays from points in unit directions (of Dr.Jit), one channel or three, and the
+distance of the light, mm; differentiable by both."""
 
 
 @dataclass(frozen=True)
@@ -73,4 +76,9 @@ def environment_radiance(scene: Any, toward: Any) -> Any:
 
 def along_environment(scene: Any) -> SeenAlong:
     """A constant light or environment map as rays see it."""
-    return lambda points, toward: (environment_radiance(scene, toward), dr.inf)
+
+    def along(points: Any, toward: Any) -> tuple[Any, Any]:
+        # At the pole of a map, which a level mirror shows of a sky overhead, there is no derivative.
+        return environment_radiance(scene, dr.normalize(toward + mi.Vector3f(*OFF_POLE))), dr.inf
+
+    return along

@@ -13,7 +13,7 @@ from optimize.descent.problem import Problem
 from relief.ground.arrays import Array
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.view import Pictures
-from visual.looks import FixedSamples
+from visual.looks import STEP_BLUR, FixedSamples
 
 REFINEMENT, STRATA = 2, 5
 """Resolution of a step's pictures in units of the film's, and samples along a pixel's side. At twice the
@@ -71,7 +71,9 @@ class StepLook:
         refinement, strata = (SIDE_REFINEMENT, SIDE_STRATA) if aslant else (REFINEMENT, STRATA)
         resolution = refinement * max(scene.resolution)
         strata = affordable(strata, math.prod(scene.size_of(resolution)))
-        samples = FixedSamples(resolution, problem.seed, strata, EDGE_SAMPLES, DIRECTIONS, AMBIENT_STRATA)
+        samples = FixedSamples(
+            resolution, problem.seed, strata, EDGE_SAMPLES, DIRECTIONS, AMBIENT_STRATA, BLUR
+        )
         self._views = scene.look(problem.look).views(samples)
         overhead = all(view.overhead for view in self._views)
         self.periodic = problem.relief.repeats if overhead else (False, False)
