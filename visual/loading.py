@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from visual.backend import variants
 from visual.backend.mitsuba import mi
 from visual.exact.background import Background, black_background, scene_background
+from visual.exact.bounded_paths import bounded_paths
 from visual.exact.light_scene import LightScene, LitScene
 from visual.exact.view import Illumination
 from visual.geometry.film_filter import film_filter
@@ -132,7 +133,7 @@ class SceneLoader:
             lambda generator: self.quadrature(lights, DIRECTIONS).lights(generator),
             any(kind.casts_shadows(light) for light, kind in zip(lights, kinds, strict=True)),
             background,
-            by_light,
+            by_light if needs.direct else bounded_paths(by_light),
         )
 
     def _lit_scene(self, lights: Lights) -> LitScene:

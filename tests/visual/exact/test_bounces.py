@@ -8,8 +8,8 @@ import pytest
 import torch
 
 from tests.recorded import Truths
-from tests.visual.differences import by_gradients, slopes_of_pictures
-from tests.visual.scenes import SIDE, Array, hills, sun
+from tests.visual.differences import DIRECTIONS, by_gradients, slopes_of_pictures
+from tests.visual.scenes import SIDE, Array, hills, sky, sun
 from visual.exact.render import PictureIndex, RenderSettings, edge_gradient, interior_gradient
 from visual.scene import Scene
 
@@ -71,3 +71,39 @@ def test_rendered_pictures_have_gradients_however_long_the_paths(scene_of: Calla
     heights: Any = torch.tensor(scene.heights, requires_grad=True)
     scene.render(heights, samples=4).sum().backward()
     assert bool(torch.isfinite(heights.grad).all()) and bool(heights.grad.any())
+
+
+def test_random_numbers_on_the_border_leave_gradients_as_large_as_others(
+    scene_of: Callable[..., Scene],
+) -> None:
+    scene = scene_of(sun(60), heights=bowl(), material=BRIGHT, max_depth=3)
+    (light,) = scene.light_scenes()
+    # Of the first 40 seeds, Mitsuba's "path" gives 2.3 in the median, 101,530 with seed 12, 41,085 with 24.
+    usual, *rare = (
+        np.abs(
+            interior_gradient(
+                light,
+                bowl(),
+                np.ones((SIDE, SIDE)),
+                RenderSettings(1024, seed, shadow_edges=False),
+                PictureIndex(0, 0),
+            )
+        ).max()
+        for seed in (0, 12, 24)
+    )
+    assert max(rare) < 2.0 * usual
+
+
+@pytest.mark.slow
+def test_no_height_changes_the_radiance_in_a_white_furnace(scene_of: Callable[..., Scene]) -> None:
+    white = '<bsdf type="diffuse"><float name="reflectance" value="1"/></bsdf>'
+    weights = np.random.default_rng(0).random((SIDE, SIDE))
+
+    def slopes(max_depth: int) -> Array:
+        scene = scene_of(sky(1.0), heights=hills(3.0), material=white, max_depth=max_depth)
+        gradient = followed(scene, hills(3.0), edges=False)
+        mean = np.mean([gradient(weights, seed) for seed in range(SEEDS)], axis=0)
+        return np.array([(mean * direction).sum() for direction in DIRECTIONS])
+
+    # Light from face to face makes up for the light of the sky that faces take from one another.
+    assert np.linalg.norm(slopes(-1)) < 0.25 * np.linalg.norm(slopes(2))
