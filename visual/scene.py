@@ -22,6 +22,7 @@ from relief.ground.limits import HEIGHT_LIMIT_MM
 from relief.ground.progress import stage
 from relief.relief import Relief
 from visual.backend import variants
+from visual.backend.user_settings import keeping_user_settings, user_settings_kept
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.light_scene import LightScene
 from visual.exact.render import RenderSettings, condition_pictures, light_pictures
@@ -51,6 +52,7 @@ FAST_DIRECTIONS = 24
 """Parallel lights for each such light in the fast look: each takes a sweep of shadows."""
 
 
+@keeping_user_settings
 class Scene:
     """A checked scene, loaded light by light on first use.
 
@@ -77,7 +79,7 @@ class Scene:
         heights = relief.heights
         self.file, self.description = checked.path, describe(checked)
         self.needs = needs_of(self.description, (heights.shape[0], heights.shape[1]))
-        mi = variants.load_mitsuba(colour=self.needs.colour, variant=variant)
+        mi = variants.load_mitsuba(self.needs.colour, variant, self.needs.spectral)
         mi.set_log_level(mi.LogLevel.Error)
         self.variant: str = mi.variant()
         self.heights = heights
@@ -354,6 +356,7 @@ def plate_size_mm(
     return describe(checked).plate.size_mm
 
 
+@user_settings_kept
 @stage("loading the scene")
 def load_scene(
     path: str | Path,

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from relief.ground.errors import InputError
 from relief.ground.limits import PATCH_SIDE_MM
 from visual.backend.mitsuba import mi
+from visual.backend.variants import SPECTRA
 from visual.lights.kind import RGB, EmitterShape, Light
 from visual.lights.quadrature import KINDS, kind_of
 from visual.scene_file.parsed_scene import WEIGHT, Camera, CheckedScene, Description, ParsedPlate, children
 
 _COLOURED = {
-    *("regular", "irregular", "blackbody"),
+    *SPECTRA,
     *(name for name, kind in KINDS.items() if kind.strength is None),
 }
 """Plugins that count as coloured whatever their values: spectra, and lights whose strength is a picture."""
@@ -58,6 +59,7 @@ def describe(checked: CheckedScene) -> Description:
         grey=all(reader.is_grey(index) for index in range(len(nodes))),
         integrator=integrator,
         max_depth=max_depth,
+        spectral=any(reader.has_spectrum(index) for index in range(len(nodes))),
     )
 
 
@@ -239,6 +241,12 @@ class _SceneReader:
             return kind, _DEFAULT_DEPTH[kind]
         depth = int(self.nodes[integrators[0]].props.get("max_depth", _DEFAULT_DEPTH.get(kind, -1)))
         return kind, depth if depth >= 0 else None
+
+    def has_spectrum(self, index: int) -> bool:
+        """Whether a node is, or has as a parameter, a spectrum that takes wavelengths."""
+        textures = self.children_of_type(index, "Texture")
+        # The scene itself has textures that others refer to, or nobody.
+        return self.nodes[index].type.name != "Scene" and any(self.kind(each) in SPECTRA for each in textures)
 
     def is_grey(self, index: int) -> bool:
         """Whether a node on its own, without the nodes it refers to, has no colour."""

@@ -94,6 +94,7 @@ class Description:
         grey: whether no material and no light has colour.
         integrator: Mitsuba's name of the integrator; None if the file has none.
         max_depth: longest path of light; None if paths have no limit.
+        spectral: whether a material or a light has one of `visual.backend.variants.SPECTRA`.
     """
 
     plate: ParsedPlate
@@ -104,6 +105,7 @@ class Description:
     grey: bool
     integrator: str | None
     max_depth: int | None
+    spectral: bool = False
 
     @property
     def plate_alone(self) -> bool:
