@@ -53,7 +53,7 @@ class _KeptSettings(ContextDecorator):
             if self._variant is not None:
                 use(self._variant)
                 sys.modules["mitsuba"].set_log_level(self._log_level)
-            if self._threads not in (None, sys.modules["drjit"].thread_count()):
+            if self._threads is not None and self._threads != sys.modules["drjit"].thread_count():
                 sys.modules["drjit"].set_thread_count(self._threads)
 
 

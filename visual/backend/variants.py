@@ -18,6 +18,7 @@ WITHOUT_LLVM, SPECTRAL_WITHOUT_LLVM = "scalar_rgb", "scalar_spectral"
 SPECTRA = "blackbody", "regular", "irregular"
 """Plugins of spectra that Mitsuba evaluates at wavelengths only: variants without wavelengths raise an error.
 Spectra written as `<spectrum value="400:0.1, ...">` and those of type d65 become colours where need be."""
+_KINDS = "blackbody, regular or irregular"
 UNTESTED = "; not tested on any CUDA device"
 """Note on variants for such devices."""
 
@@ -63,7 +64,7 @@ def choose_variant(colour: bool, variant: str | None = None, spectral: bool = Fa
     if variant is not None:
         return _requested(variant, missing, spectral)
     if spectral:
-        reason = f"a spectrum of type {' or '.join(SPECTRA)} takes wavelengths"
+        reason = f"a spectrum of type {_KINDS} takes wavelengths"
         return Variant(SPECTRAL_WITHOUT_LLVM if missing else "llvm_ad_spectral", reason)
     channels = "rgb" if colour else "mono"
     reason = "a material or a light has colour" if colour else "every material and light is grey"
@@ -88,8 +89,7 @@ def _requested(name: str, missing: str, spectral: bool) -> Variant:
     if name.startswith("cuda_") and not has_cuda():
         raise InputError(f"variant: {name!r} cannot run here: there is no usable CUDA device")
     if spectral and "spectral" not in name:
-        kinds = " or ".join(SPECTRA)
-        raise InputError(f"variant: {name!r} shows no spectrum of type {kinds}; name no variant")
+        raise InputError(f"variant: {name!r} shows no spectrum of type {_KINDS}; name no variant")
     return Variant(name, "asked for" + UNTESTED * name.startswith("cuda_"))
 
 
@@ -143,10 +143,8 @@ def without_gradients(name: str, spectral: bool = False) -> str | None:
     if is_differentiable(name):
         return None
     if spectral:
-        return (
-            f"variant: {name}, which a spectrum of type {' or '.join(SPECTRA)} takes, has no gradients of "
-            'pictures; write the spectrum as <rgb> or <spectrum value="400:0.1, 700:0.3">'
-        )
+        reason = f"has no gradients of pictures, and a spectrum of type {_KINDS} takes such a variant"
+        return f"variant: {name} {reason}; write the spectrum as <rgb>"
     try:
         llvm.prepare()
     except llvm.LLVMMissing as missing:
