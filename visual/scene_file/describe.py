@@ -47,7 +47,11 @@ def describe(checked: CheckedScene) -> Description:
     """The description of a checked scene; loads nothing of the scene."""
     nodes = checked.state.nodes
     reader = _SceneReader(nodes)
-    lights = tuple(reader.light(index) for index in reader.of_type("Emitter"))
+    every = (reader.light(index) for index in reader.of_type("Emitter"))
+    # Mitsuba leaves out a light on no shape, too.
+    lights = tuple(light for light in every if light.shape is not None or not kind_of(light).on_shape)
+    if not lights:
+        raise InputError(f"{checked.path}: area: no shape refers to it, and the scene has no other emitter")
     around = [light.strength for light in lights if kind_of(light).ambient and light.strength]
     integrator, max_depth = reader.integrator()
     return Description(

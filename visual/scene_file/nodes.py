@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Collection
+from functools import cache
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -13,7 +14,18 @@ from visual.backend.bitmap import SMALLEST_MAP, read_bitmap
 from visual.backend.mitsuba import mi
 from visual.backend.ply_check import check_ply
 from visual.lights.quadrature import KINDS
-from visual.scene_file.bounds import ANY_VALUE, FILE, LARGEST_FILM, OF_TEXTURE, Range, colour, plugins, shown
+from visual.scene_file.bounds import (
+    ANY_VALUE,
+    FILE,
+    LARGEST_FILM,
+    OF_TEXTURE,
+    UNTAKEN,
+    Range,
+    colour,
+    numbers,
+    plugins,
+    refusal,
+)
 from visual.scene_file.parsed_scene import children
 from visual.scene_file.text import file_of_scene, file_of_user, nearest
 
@@ -34,6 +46,14 @@ NESTED = {
 }
 """Kinds of object that an object of a kind may hold by any name; a texture is the value of a parameter."""
 _DEFAULT_FILM = {"width": 768, "height": 576}
+
+
+@cache
+def _plugins_of_mitsuba() -> frozenset[str]:
+    """Names of all plugins that Mitsuba brings, whether a scene may use them or not."""
+    folder = Path(str(mi.__file__)).parent
+    files = (*folder.glob("plugins/*"), *folder.glob("python/ad/integrators/*.py"))
+    return frozenset(file.stem for file in files)
 
 
 class NodeCheck:
@@ -66,9 +86,9 @@ class NodeCheck:
             kind, plugin = self._kind(index), self._plugin(index)
             allowed = plugins(kind)
             if plugin not in allowed:
-                self._refuse(
-                    index, f'{kind.lower()} plugin "{plugin}" is not allowed{nearest(plugin, allowed)}'
-                )
+                # Mitsuba's own plugins are no slips of the pen.
+                meant = "" if plugin in _plugins_of_mitsuba() else nearest(plugin, allowed)
+                self._refuse(index, f'{kind.lower()} plugin "{plugin}" is not allowed{meant}')
         for index in range(len(self.nodes)):
             if self._kind(index) != "Scene":
                 self._count_parts(index)
@@ -121,27 +141,37 @@ class NodeCheck:
             if is_object and (plugin == "scene" or self._kind(value.index()) != "Texture"):
                 self._check_nesting(index, value.index())
                 continue
+            if key in UNTAKEN.get(plugin, ()):
+                self._refuse(index, f"{key}: {UNTAKEN[plugin][key]}")
             if key not in parameters:
                 self._refuse(index, f"{key}: no such parameter{nearest(key, parameters)}")
             kind = parameters[key]
             if of_value and key in OF_TEXTURE.get(plugin, ()):
-                kind = colour(*of_value)
+                kind = (numbers if key == "values" else colour)(*of_value)
             if is_object and kind.values:
                 self._check_node(value.index(), kind.values)
             elif is_object or not kind.holds(value):
-                said = "a texture" if is_object else shown(value)
-                self._refuse(index, f"{key}: {said} is not {kind.words}")
+                said = f"a texture is not {kind.words}" if is_object else refusal(value, kind)
+                self._refuse(index, f"{key}: {said}")
             elif kind is FILE:
                 props[key] = str(self._file(index, value, of_value))
 
     def _check_nesting(self, index: int, child: int) -> None:
         outer, inner = self._kind(index), self._kind(child)
         on_shape = inner == "Emitter" and KINDS[self._plugin(child)].on_shape
-        if inner not in NESTED.get(outer, ()) or (inner == "Emitter" and on_shape != (outer == "Shape")):
+        # A light on a shape may stand in the scene, where shapes refer to it.
+        if inner not in NESTED.get(outer, ()) or (inner, outer, on_shape) == ("Emitter", "Shape", False):
             where = "the scene" if outer == "Scene" else f"a {outer.lower()}"
             self._refuse(child, f"{inner.lower()} {self._plugin(child)} does not belong in {where}")
+        if on_shape and self._shapes_of(child) > 1:
+            self._refuse(child, "more than one shape refers to it; each takes an emitter of its own")
         if inner == "Texture":
             self._check_node(child, None)
+
+    def _shapes_of(self, emitter: int) -> int:
+        """Number of references from shapes to an emitter."""
+        shapes = (index for index in range(len(self.nodes)) if self._kind(index) == "Shape")
+        return sum(list(children(self.nodes, index)).count(emitter) for index in shapes)
 
     def _file(self, index: int, name: str, of_value: Range | None) -> Path:
         """The file that a node names, after a look into a picture or mesh."""
