@@ -38,7 +38,11 @@ MOST_PIXELS = LARGEST_FILM**2
 """Largest number of pixels of all pictures together; four batches in double precision then take 2 GB."""
 
 NESTED = {
-    "Scene": {"Shape", "Emitter", "Sensor", "BSDF", "Texture", "Integrator"},
+    # Some stand there only for others to refer to.
+    "Scene": {
+        *("Shape", "Emitter", "Sensor", "BSDF", "Texture", "Integrator"),
+        *("Film", "Sampler", "ReconstructionFilter"),
+    },
     "Shape": {"BSDF", "Emitter"},
     "Sensor": {"Film", "Sampler"},
     "Film": {"ReconstructionFilter"},
@@ -200,7 +204,9 @@ class NodeCheck:
         """Refuse more pixels than memory holds; each light that is not ambient has a picture of its own."""
         of_lights = [node.props.plugin_name() for node in self.nodes if node.type.name == "Emitter"]
         lights = sum(not KINDS[name].ambient for name in of_lights)
-        films = [node.props for node in self.nodes if node.type.name == "Film"]
+        sensors = [index for index in range(len(self.nodes)) if self._kind(index) == "Sensor"]
+        objects = (child for sensor in sensors for child in children(self.nodes, sensor))
+        films = [self.nodes[child].props for child in objects if self._kind(child) == "Film"]
         pixels = max(1, lights) * sum(
             math.prod(int(film.get(key, default)) for key, default in _DEFAULT_FILM.items()) for film in films
         )
