@@ -28,7 +28,7 @@ from visual.exact.light_scene import LightScene
 from visual.exact.render import RenderSettings, condition_pictures, light_pictures
 from visual.exact.view import Illumination
 from visual.explain import explain
-from visual.framing import cut_off, pixels_of_plate, resolution_of, scaled
+from visual.framing import clipped, cut_off, pixels_of_plate, resolution_of, scaled
 from visual.geometry.film_samples import hidden_plate
 from visual.geometry.halo import halo_of, rise_of
 from visual.geometry.topology import plate_topology
@@ -139,7 +139,10 @@ class Scene:
         look = self.look(model)
         self.check_size(size_mm)
         variants.use(self.variant)
-        return look.pictures(self._field(heights), Rendering(samples, seed, resolution, shadow_edges))
+        field = self._field(heights)
+        if model == EXACT:
+            self._check_clipping(field.detach().numpy())
+        return look.pictures(field, Rendering(samples, seed, resolution, shadow_edges))
 
     def look(self, name: str) -> SceneLook:
         """The look of `visual.looks.LOOKS` that has this name. Raises InputError if there is none."""
@@ -205,7 +208,8 @@ class Scene:
         self.check_samples(samples)
         settings = RenderSettings(samples or self.samples, seed, shadow_edges=False, colour=True)
         alone, ambient = self.lit_scenes()
-        relief = self.heights if heights is None else np.asarray(heights, dtype=np.float64)
+        relief = self._field(heights).double().numpy()
+        self._check_clipping(relief)
         pictures_of = [light_pictures(light, relief, settings, i) for i, light in enumerate(alone)]
         around = None if ambient is None else light_pictures(ambient, relief, settings, len(alone))
         return condition_pictures(pictures_of, around)
@@ -327,6 +331,16 @@ class Scene:
         if not bool(torch.isfinite(field).all()):
             raise InputError("heights: not every value is finite")
         return field
+
+    def _check_clipping(self, heights: Array) -> None:
+        """Check that no clip plane of a camera takes away what a picture shows of heights (..., rows, cols)."""
+        cameras, numbers = self._first(None).cameras, self.needs.cameras
+        for number, projection in zip(numbers, cameras, strict=True):
+            camera = self.description.cameras[number]
+            for relief in heights.reshape(-1, *self.heights.shape):
+                fault = clipped(camera, projection, self.plate, relief, self.heights)
+                if fault is not None:
+                    raise InputError(f"heights: {self.file}: sensor {camera_name(camera, number)}: {fault}")
 
     @cached_property
     def _hidden(self) -> bool:

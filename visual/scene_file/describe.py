@@ -176,6 +176,7 @@ class _SceneReader:
         samplers = self.children_of_type(index, "Sampler")
         rows, cols = _DEFAULT_FILM
         border, name, radius = False, *_DEFAULT_FILTER
+        own = self.nodes[index].props
         if films:
             props = self.nodes[films[0]].props
             rows, cols = int(props.get("height", rows)), int(props.get("width", cols))
@@ -199,6 +200,7 @@ class _SceneReader:
             filter=name,
             filter_radius=radius,
             sample_border=border,
+            clips=(float(own.get("near_clip", 1e-2)), float(own.get("far_clip", 1e4))),
         )
 
     def plate(self, index: int) -> ParsedPlate:

@@ -13,7 +13,7 @@ import torch
 
 import retouch
 from relief.ground.errors import InputError
-from tests.visual.scenes import MATTE, hills, sky, sun, write_scene
+from tests.visual.scenes import ABOVE, MATTE, hills, sky, sun, write_scene
 from visual.backend import heightfield, user_settings, variants
 from visual.backend.mitsuba import dr, mi
 from visual.explain import explain_scene
@@ -312,3 +312,41 @@ def test_reasons_are_true(tmp_path: Path, where: str, faulty: str, said: str) ->
     with pytest.raises(InputError, match=said):
         check_scene(file)
 
+
+
+SLANTED = '<lookat origin="-20, -15, 22" target="0, 0, 0" up="0, 0, 1"/>'
+CLOSE = '<lookat origin="0, 0, 6" target="0, 0, 0" up="0, 1, 0"/>'
+BELOW = '<lookat origin="0, 0, -30" target="0, 0, 0" up="0, 1, 0"/>'
+
+
+@pytest.mark.parametrize(
+    ("kind", "camera", "clips", "lift", "fault"),
+    [
+        ("orthographic", ABOVE, "", 1000.0, "near_clip"),
+        ("orthographic", ABOVE, "", 19.5, "near_clip"),
+        ("orthographic", ABOVE, "", 15.0, None),
+        ("orthographic", ABOVE, '<float name="far_clip" value="15"/>', 0.0, "far_clip"),
+        ("orthographic", ABOVE, '<float name="far_clip" value="20.5"/>', 0.0, None),
+        ("perspective", SLANTED, "", 0.0, None),
+        ("perspective", SLANTED, "", 1000.0, "to_world"),
+        ("perspective", SLANTED, '<float name="far_clip" value="33"/>', 0.0, "far_clip"),
+        ("perspective", SLANTED, '<float name="near_clip" value="33"/>', 0.0, "near_clip"),
+        ("perspective", CLOSE, "", 0.0, None),
+        ("perspective", CLOSE, "", 100.0, "near_clip"),
+        ("perspective", BELOW, "", 0.0, None),
+    ],
+)
+def test_heights_that_a_camera_would_see_through_are_refused(
+    tmp_path: Path, kind: str, camera: str, clips: str, lift: float, fault: str | None
+) -> None:
+    file = write_scene(tmp_path, hills(), [sun(60)], camera=camera)
+    text = file.read_text()
+    file.write_text(re.sub(r'<sensor type="\w+"([^>]*)>', rf'<sensor type="{kind}"\1>{clips}', text))
+    scene = retouch.load_scene(file)
+    pictures: tuple[Callable[[Any], Any], ...] = (scene.render, scene.render_colour)
+    for picture in pictures:
+        if fault is None:
+            picture(hills() + lift)
+        else:
+            with pytest.raises(InputError, match=rf"^heights: .*sensor first: {fault}: heights "):
+                picture(hills() + lift)
