@@ -65,7 +65,9 @@ def clipped(
     over = max(abs(place[0]) / plate.size_mm, abs(place[1]) / plate.height_mm) <= 0.5
     inside = projection.perspective and over and own.ravel()[under] < place[2] <= heights.ravel()[under]
     if inside or (depth[seen] < near).any():
-        return f"near_clip: heights up to {heights.max():.4g} mm reach the camera, which would see through them"
+        return (
+            f"near_clip: heights up to {heights.max():.4g} mm reach the camera, which would see through them"
+        )
     if (depth[seen] > far).any():
         return f"far_clip: heights from {heights.min():.4g} mm on lie farther away, where the picture ends"
     if not seen.any() and _in_picture(camera, projection, plate, own)[2].any():

@@ -308,7 +308,9 @@ UNTAKEN: Mapping[str, Mapping[str, str]] = {
         "scale": "is not taken: relief_mm says how high white is above black, and --height-scale "
         "(height_scale) multiplies the heights of a --texture",
         "shading_normals": "is not taken: a plate has flat faces; leave it out",
-        **dict.fromkeys(("face_normals", "flip_normals"), "is not taken: a plate has flat faces that look up"),
+        **dict.fromkeys(
+            ("face_normals", "flip_normals"), "is not taken: a plate has flat faces that look up"
+        ),
     },
     "orthographic": {"srf": _NO_RESPONSE},
     "perspective": {"srf": _NO_RESPONSE},

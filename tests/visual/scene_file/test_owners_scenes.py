@@ -181,10 +181,15 @@ def users_own() -> Any:
     variants.use("llvm_ad_spectral")
     dr.set_thread_count(3)
     mi.set_log_level(mi.LogLevel.Info)
-    yield lambda: (mi.variant(), dr.thread_count(), mi.logger().log_level()) == (
-        "llvm_ad_spectral",
-        3,
-        mi.LogLevel.Info,
+    yield (
+        lambda: (
+            (mi.variant(), dr.thread_count(), mi.logger().log_level())
+            == (
+                "llvm_ad_spectral",
+                3,
+                mi.LogLevel.Info,
+            )
+        )
     )
     variants.use(before[0])
     dr.set_thread_count(before[1])
@@ -231,9 +236,7 @@ def test_settings_are_put_back_after_errors_gradients_and_steps(
     assert users_own()
 
 
-def test_only_the_outermost_call_changes_the_variant(
-    tmp_path: Path, users_own: Callable[[], bool]
-) -> None:
+def test_only_the_outermost_call_changes_the_variant(tmp_path: Path, users_own: Callable[[], bool]) -> None:
     scene = retouch.load_scene(write_scene(tmp_path, hills(), [sun(40)]))
     set_to: list[str] = []
 
@@ -265,7 +268,11 @@ def test_functions_of_retouch_can_be_pickled_and_read() -> None:
         ("film", '<integer name="crop_width" value="8"/>', "hdrfilm: crop_width: crops are not taken"),
         ("plate", '<float name="scale" value="0.5"/>', r"scale: is not taken: relief_mm .* \(height_scale"),
         ("scene", '<integer name="kd_stop_prims" value="3"/>', "scene: kd_stop_prims: is not taken: it"),
-        ("film", '<integer name="widht" value="8"/>', "hdrfilm: widht: no such parameter; did you mean width"),
+        (
+            "film",
+            '<integer name="widht" value="8"/>',
+            "hdrfilm: widht: no such parameter; did you mean width",
+        ),
         ("scene", '<bsdf type="thindielectric"/>', 'plugin "thindielectric" is not allowed$'),
         ("scene", '<integrator type="prb_projective"/>', 'plugin "prb_projective" is not allowed$'),
         ("scene", '<bsdf type="dielectrc"/>', 'plugin "dielectrc" is not allowed; did you mean dielectric'),
@@ -311,7 +318,6 @@ def test_reasons_are_true(tmp_path: Path, where: str, faulty: str, said: str) ->
     file.write_text(text)
     with pytest.raises(InputError, match=said):
         check_scene(file)
-
 
 
 SLANTED = '<lookat origin="-20, -15, 22" target="0, 0, 0" up="0, 0, 1"/>'
