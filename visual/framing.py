@@ -49,45 +49,38 @@ def pixels_of_plate(loaded: LightScene, plate: PlateTopology, heights: Array) ->
 def clipped(
     camera: Camera, projection: Projection, plate: PlateTopology, heights: Array, own: Array
 ) -> str | None:
-    """Why a camera does not show a plate that it sees, as field and sentence; None if it does.
+    """Why a camera does not show what it faces of a plate, as field and sentence; None if it does.
 
     Args:
         camera, projection: of one sensor.
         plate: triangles of the plate.
         heights: (rows, cols) mm.
-        own: (rows, cols) mm, the scene's, which may lie beside the picture, or over the camera.
+        own: (rows, cols) mm, the scene's, which may lie beside the picture.
     """
-    place, scale = camera.to_world[:3, 3], float(np.linalg.norm(camera.to_world[:3, 2]))
+    scale = float(np.linalg.norm(camera.to_world[:3, 2]))
     # As in Mitsuba, the distance between the planes does not scale with an orthographic camera.
     near, far = scale * camera.clips[0], camera.clips[1] + (scale - 1.0) * camera.clips[0]
-    points, depth, seen = _in_picture(camera, projection, plate, heights)
-    under = np.hypot(points[:, 0] - place[0], points[:, 1] - place[1]).argmin()
-    over = max(abs(place[0]) / plate.size_mm, abs(place[1]) / plate.height_mm) <= 0.5
-    inside = projection.perspective and over and own.ravel()[under] < place[2] <= heights.ravel()[under]
-    if inside or (depth[seen] < near).any():
-        return (
-            f"near_clip: heights up to {heights.max():.4g} mm reach the camera, which would see through them"
-        )
-    if (depth[seen] > far).any():
-        return f"far_clip: heights from {heights.min():.4g} mm on lie farther away, where the picture ends"
-    if not seen.any() and _in_picture(camera, projection, plate, own)[2].any():
-        return f"to_world: heights of {heights.min():.4g} to {heights.max():.4g} mm lie beside the picture"
+    depths = _depths(camera, projection, plate, heights)
+    said = f"heights from {heights.min():.4g} to {heights.max():.4g} mm"
+    if (depths < near).any():
+        return f"near_clip: {said} reach the camera, which would see through them"
+    if (depths > far).any():
+        return f"far_clip: {said} lie farther away than the picture reaches"
+    if not depths.size and _depths(camera, projection, plate, own).size:
+        return f"to_world: {said} lie behind the camera or beside its picture"
     return None
 
 
-def _in_picture(
-    camera: Camera, projection: Projection, plate: PlateTopology, heights: Array
-) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Samples (n, 3) of a plate, mm, their depths before a camera, mm, and whether the picture has them."""
+def _depths(camera: Camera, projection: Projection, plate: PlateTopology, heights: Array) -> Array:
+    """Distances, mm, before a camera of the samples of a plate that lie in its picture."""
     y, x = ((np.arange(n) + 0.5) / n - 0.5 for n in heights.shape)
     across, down = np.meshgrid(plate.size_mm * x, -plate.height_mm * y)
     points = np.stack((across, down, heights), axis=-1).reshape(-1, 3)
-    axis = camera.to_world[:3, 2] / np.linalg.norm(camera.to_world[:3, 2])
-    depth = (points - camera.to_world[:3, 3]) @ axis
-    seen = depth > 0.0 if projection.perspective else np.full(len(points), True)
-    film = projection.project(points[seen])
-    seen[seen] = ((film >= 0.0) & (film <= (camera.cols, camera.rows))).all(axis=1)
-    return points, depth, seen
+    depths = (points - camera.to_world[:3, 3]) @ camera.to_world[:3, 2]
+    faced = depths > (0.0 if projection.perspective else -np.inf)
+    film = projection.project(points[faced])
+    shown = ((film >= 0.0) & (film <= (camera.cols, camera.rows))).all(axis=1)
+    return np.asarray(depths[faced][shown] / np.linalg.norm(camera.to_world[:3, 2]))
 
 
 def cut_off(cameras: Sequence[Projection], plate: PlateTopology, highest_mm: float) -> Iterator[int]:

@@ -333,7 +333,7 @@ class Scene:
         return field
 
     def _check_clipping(self, heights: Array) -> None:
-        """Check that no clip plane of a camera takes away what a picture shows of heights (..., rows, cols)."""
+        """Check that every camera shows what it faces of heights (..., rows, cols) in mm."""
         cameras, numbers = self._first(None).cameras, self.needs.cameras
         for number, projection in zip(numbers, cameras, strict=True):
             camera = self.description.cameras[number]

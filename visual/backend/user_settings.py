@@ -6,11 +6,9 @@ the call calls in turn, such as the steps of a descent, finds the variant of its
 
 import sys
 import warnings
-from collections.abc import Callable
-from contextlib import ContextDecorator
+from contextlib import ContextDecorator, ExitStack
 from importlib import import_module
 from inspect import isfunction
-from threading import RLock
 from typing import Any, TypeVar
 
 FEWEST_THREADS = 2
@@ -27,34 +25,27 @@ class _KeptSettings(ContextDecorator):
     """
 
     def __init__(self) -> None:
-        self._lock, self._depth = RLock(), 0
-        self._variant: str | None = None
-        self._log_level: Any = None
-        self._threads: int | None = None
+        self._depth = 0
+        self._undo: ExitStack
 
     def __enter__(self) -> None:
-        with self._lock:
-            self._depth += 1
-            if self._depth > 1:
-                return
-            # What is not loaded yet has no settings of a user.
-            mi, dr = sys.modules.get("mitsuba"), sys.modules.get("drjit")
-            self._variant = mi.variant() if mi else None
-            self._log_level = mi.logger().log_level() if mi and self._variant else None
-            self._threads = dr.thread_count() if dr else None
-            if dr:
-                require_threads(dr)
+        self._depth += 1
+        if self._depth > 1:
+            return
+        self._undo = ExitStack()
+        # What is not loaded yet has no settings of a user.
+        mi, dr = sys.modules.get("mitsuba"), sys.modules.get("drjit")
+        if mi and mi.variant():
+            self._undo.callback(mi.set_log_level, mi.logger().log_level())
+            self._undo.callback(use, mi.variant())
+        if dr:
+            self._undo.callback(_set_threads, dr, dr.thread_count())
+            require_threads(dr)
 
     def __exit__(self, *_: object) -> None:
-        with self._lock:
-            self._depth -= 1
-            if self._depth:
-                return
-            if self._variant is not None:
-                use(self._variant)
-                sys.modules["mitsuba"].set_log_level(self._log_level)
-            if self._threads is not None and self._threads != sys.modules["drjit"].thread_count():
-                sys.modules["drjit"].set_thread_count(self._threads)
+        self._depth -= 1
+        if not self._depth:
+            self._undo.close()
 
 
 user_settings_kept = _KeptSettings()
@@ -63,8 +54,12 @@ user_settings_kept = _KeptSettings()
 
 def require_threads(dr: Any) -> None:
     """Give Dr.Jit at least `FEWEST_THREADS` threads."""
-    if dr.thread_count() < FEWEST_THREADS:
-        dr.set_thread_count(FEWEST_THREADS)
+    _set_threads(dr, max(FEWEST_THREADS, dr.thread_count()))
+
+
+def _set_threads(dr: Any, count: int) -> None:
+    if dr.thread_count() != count:
+        dr.set_thread_count(count)
 
 
 def use(name: str) -> None:
@@ -91,6 +86,6 @@ def function_of_retouch(value: Any) -> Any:
     """A function of the package `retouch` that keeps the user's settings; what is no function, as it is."""
     if not isfunction(value):
         return value
-    kept: Callable[..., Any] = user_settings_kept(value)
+    kept = user_settings_kept(value)
     kept.__module__ = "retouch"  # Pickles name a function by its module.
     return kept

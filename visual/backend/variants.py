@@ -126,7 +126,7 @@ def spectra_refused() -> Iterator[None]:
 
 
 def require_gradients(spectral: bool = False) -> None:
-    """Raise `InputError` if the variant that `load_mitsuba` has set gives no gradients; as `without_gradients`."""
+    """Raise `InputError` if the variant that `load_mitsuba` has set gives no gradients."""
     name = mi.variant()
     missing = without_gradients("None" if name is None else name, spectral)
     if missing:

@@ -6,6 +6,7 @@ Mitsuba takes any number: a picture then holds NaN or nothing, and a filter of h
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -103,11 +104,9 @@ def numbers(low: float, high: float) -> Kind:
     """A text of numbers in a range, as Mitsuba writes the values of a spectrum."""
 
     def holds(value: Any) -> bool:
-        words = value.replace(",", " ").split() if isinstance(value, str) else []
-        try:
-            return bool(words) and _within(map(float, words), low, high)
-        except ValueError:
-            return False
+        with suppress(AttributeError, ValueError):
+            return _within(map(float, value.replace(",", " ").split()), low, high)
+        return False
 
     return Kind(f"a list of numbers from {low:g} to {high:g}", holds)
 
@@ -137,11 +136,8 @@ NEVER = Kind("false; light behind the plate is always shown", lambda value: valu
 FILE = Kind("the name of a file", lambda value: isinstance(value, str))
 POINT = Kind(f"a point within {FARTHEST:g} mm", lambda v: _is_triple(v) and _within(v, -FARTHEST, FARTHEST))
 DIRECTION = Kind(f"a direction of length {1.0 / FARTHEST:g} to {FARTHEST:g}", _is_direction)
-PLACEMENT = Kind(
-    f"an invertible affine transform of numbers up to {FARTHEST:g}, and scales from {1.0 / FARTHEST:g} on "
-    f"that are within {FARTHEST:g} times each other",
-    _is_placement,
-)
+_SCALES = f"scales from {1.0 / FARTHEST:g} on that are within {FARTHEST:g} times each other"
+PLACEMENT = Kind(f"an invertible affine transform of numbers up to {FARTHEST:g} and {_SCALES}", _is_placement)
 SHARE = _number(0.0, 1.0)
 REFLECTANCE = colour(0.0, 1.0)
 RADIANCE = colour(0.0, BRIGHTEST)
@@ -293,34 +289,28 @@ PARAMETERS: Mapping[str, Mapping[str, Mapping[str, Kind]]] = {
 """Parameters of the plugins that a scene may use, beside nested objects, by Mitsuba's kinds of object."""
 
 
-_NO_CROP = "crops are not taken: a picture has all pixels of its film; leave it out"
-_IN_PYTHON = "belongs to scenes made in Python; name a file by filename"
-_NO_RESPONSE = "responses of a sensor are not taken: pictures are radiance; leave it out"
-_NO_SEARCH = "is not taken: it changes how rays find shapes, not the picture; leave it out"
-_SCENE = (
-    *("kd_intersection_cost", "kd_traversal_cost", "kd_empty_space_bonus", "kd_max_depth", "kd_stop_prims"),
-    *("kd_min_max_bins", "kd_clip", "kd_retract_bad_splits", "kd_exact_primitive_threshold"),
-    *("compact_acceleration_structures", "allow_thread_reordering", "embree_use_robust_intersections"),
+UNTAKEN = (
+    ("hdrfilm", "crop_.*", "crops are not taken: a picture has all pixels of its film; leave it out"),
+    (
+        "heightfield",
+        "scale",
+        "is not taken; relief_mm or, of a --texture, height_scale says how high white is",
+    ),
+    ("heightfield", "face_normals|flip_normals", "is not taken: a plate has flat faces that look up"),
+    (".*", "srf", "responses of a sensor are not taken: pictures are radiance; leave it out"),
+    ("spot", "texture", "a picture that a lamp throws is not taken; leave it out"),
+    ("bitmap|envmap", "bitmap|data", "belongs to scenes made in Python; name a file by filename"),
+    ("regular", "range", "is not taken, by Mitsuba neither; wavelength_min and wavelength_max say it"),
+    ("scene", "kd_.*|compact_.*|allow_.*|embree_.*", "is not taken: no picture changes by it; leave it out"),
 )
-UNTAKEN: Mapping[str, Mapping[str, str]] = {
-    "hdrfilm": dict.fromkeys(("crop_offset_x", "crop_offset_y", "crop_width", "crop_height"), _NO_CROP),
-    "heightfield": {
-        "scale": "is not taken: relief_mm says how high white is above black, and --height-scale "
-        "(height_scale) multiplies the heights of a --texture",
-        "shading_normals": "is not taken: a plate has flat faces; leave it out",
-        **dict.fromkeys(
-            ("face_normals", "flip_normals"), "is not taken: a plate has flat faces that look up"
-        ),
-    },
-    "orthographic": {"srf": _NO_RESPONSE},
-    "perspective": {"srf": _NO_RESPONSE},
-    "spot": {"texture": "a picture that a lamp throws is not taken; leave it out"},
-    "bitmap": dict.fromkeys(("bitmap", "data"), _IN_PYTHON),
-    "envmap": dict.fromkeys(("bitmap", "data"), _IN_PYTHON),
-    "regular": {"range": "is not taken, by Mitsuba neither; wavelength_min and wavelength_max say it"},
-    "scene": dict.fromkeys(_SCENE, _NO_SEARCH),
-}
-"""Parameters that Mitsuba, or an earlier version, has and a scene may not: plugin, parameter, why and what then."""
+"""Parameters that Mitsuba has and a scene may not: patterns of plugin and parameter, and why."""
+
+
+def untaken(plugin: str, parameter: str) -> str | None:
+    """Why a parameter of Mitsuba's is not taken, and what then; None for one that Mitsuba lacks, too."""
+    match = re.fullmatch
+    reasons = (why for kinds, names, why in UNTAKEN if match(kinds, plugin) and match(names, parameter))
+    return next(reasons, None)
 
 
 def plugins(kind: str) -> Mapping[str, Mapping[str, Kind]]:
@@ -344,19 +334,16 @@ def refusal(value: Any, kind: Kind) -> str:
     """Why a property's value is not of a kind, in one short line."""
     waves = [float(wave) for wave in getattr(value, "wavelengths", ())]
     if kind.values and not _within(waves, *_WAVES):
-        low, high = _WAVES
-        return f"{_shown(waves)} are not wavelengths from {low:g} to {high:g} nm"
+        return f"{_shown(waves)} are not wavelengths from {_WAVES[0]:g} to {_WAVES[1]:g} nm"
     return f"{_shown(value)} is not {kind.words}"
 
 
 def _shown(value: Any) -> str:
     """A property's value for a message: one short line."""
-    if hasattr(value, "values"):
-        value = list(value.values)
+    value = list(value.values) if hasattr(value, "values") else value
     # Colours and vectors answer to `matrix`, too, with something else.
     rows = [value] if _is_triple(value) or isinstance(value, list) else getattr(value, "matrix", None)
-    if rows is None:
-        line = " ".join(str(value).split())
-    else:
+    line = " ".join(str(value).split())
+    if rows is not None:
         line = "; ".join(", ".join(f"{float(number):g}" for number in row) for row in rows)
     return line if len(line) <= LONGEST_SHOWN else f"{line[:LONGEST_SHOWN]}..."

@@ -14,18 +14,7 @@ from visual.backend.bitmap import SMALLEST_MAP, read_bitmap
 from visual.backend.mitsuba import mi
 from visual.backend.ply_check import check_ply
 from visual.lights.quadrature import KINDS
-from visual.scene_file.bounds import (
-    ANY_VALUE,
-    FILE,
-    LARGEST_FILM,
-    OF_TEXTURE,
-    UNTAKEN,
-    Range,
-    colour,
-    numbers,
-    plugins,
-    refusal,
-)
+from visual.scene_file import bounds
 from visual.scene_file.parsed_scene import children
 from visual.scene_file.text import file_of_scene, file_of_user, nearest
 
@@ -34,15 +23,11 @@ MOST_OBJECTS = {"Emitter": 64, "Sensor": 64, "Shape": 256, "BSDF": 256, "Texture
 MOST_PARTS = 32
 """Largest number of parts of an object's material, each counted as often as it is reached. The time to
 compile a material doubles with each blend of a material with itself, and so does it inside `twosided`."""
-MOST_PIXELS = LARGEST_FILM**2
+MOST_PIXELS = bounds.LARGEST_FILM**2
 """Largest number of pixels of all pictures together; four batches in double precision then take 2 GB."""
 
 NESTED = {
-    # Some stand there only for others to refer to.
-    "Scene": {
-        *("Shape", "Emitter", "Sensor", "BSDF", "Texture", "Integrator"),
-        *("Film", "Sampler", "ReconstructionFilter"),
-    },
+    "Scene": {*MOST_OBJECTS, "Integrator", "Film", "Sampler", "ReconstructionFilter"},
     "Shape": {"BSDF", "Emitter"},
     "Sensor": {"Film", "Sampler"},
     "Film": {"ReconstructionFilter"},
@@ -71,7 +56,7 @@ class NodeCheck:
 
     def __init__(self, path: Path, nodes: Any, users_own: Collection[str]) -> None:
         self.path, self.nodes, self.users_own = path, nodes, users_own
-        self._seen: set[tuple[Path, str, Range | None]] = set()
+        self._seen: set[tuple[Path, str, bounds.Range | None]] = set()
         self._files: dict[int, Path] = {}
 
     def check(self) -> None:
@@ -88,7 +73,7 @@ class NodeCheck:
                 )
         for index in range(len(self.nodes)):
             kind, plugin = self._kind(index), self._plugin(index)
-            allowed = plugins(kind)
+            allowed = bounds.plugins(kind)
             if plugin not in allowed:
                 # Mitsuba's own plugins are no slips of the pen.
                 meant = "" if plugin in _plugins_of_mitsuba() else nearest(plugin, allowed)
@@ -129,7 +114,7 @@ class NodeCheck:
             )
             reached += [(child, times * sides) for child in nested]
 
-    def _check_node(self, index: int, of_value: Range | None) -> None:
+    def _check_node(self, index: int, of_value: bounds.Range | None) -> None:
         """Check one node, and the textures in it.
 
         Args:
@@ -137,7 +122,7 @@ class NodeCheck:
             of_value: of a texture, the range of the parameter whose value it is.
         """
         plugin, props = self._plugin(index), self.nodes[index].props
-        parameters = plugins(self._kind(index))[plugin]
+        parameters = bounds.plugins(self._kind(index))[plugin]
         if "filename" in parameters and "filename" not in props:
             self._refuse(index, "filename: missing")
         for key, value in props.items():
@@ -145,19 +130,18 @@ class NodeCheck:
             if is_object and (plugin == "scene" or self._kind(value.index()) != "Texture"):
                 self._check_nesting(index, value.index())
                 continue
-            if key in UNTAKEN.get(plugin, ()):
-                self._refuse(index, f"{key}: {UNTAKEN[plugin][key]}")
             if key not in parameters:
-                self._refuse(index, f"{key}: no such parameter{nearest(key, parameters)}")
+                unknown = f"no such parameter{nearest(key, parameters)}"
+                self._refuse(index, f"{key}: {bounds.untaken(plugin, key) or unknown}")
             kind = parameters[key]
-            if of_value and key in OF_TEXTURE.get(plugin, ()):
-                kind = (numbers if key == "values" else colour)(*of_value)
+            if of_value and key in bounds.OF_TEXTURE.get(plugin, ()):
+                kind = (bounds.numbers if key == "values" else bounds.colour)(*of_value)
             if is_object and kind.values:
                 self._check_node(value.index(), kind.values)
             elif is_object or not kind.holds(value):
-                said = f"a texture is not {kind.words}" if is_object else refusal(value, kind)
+                said = f"a texture is not {kind.words}" if is_object else bounds.refusal(value, kind)
                 self._refuse(index, f"{key}: {said}")
-            elif kind is FILE:
+            elif kind is bounds.FILE:
                 props[key] = str(self._file(index, value, of_value))
 
     def _check_nesting(self, index: int, child: int) -> None:
@@ -177,7 +161,7 @@ class NodeCheck:
         shapes = (index for index in range(len(self.nodes)) if self._kind(index) == "Shape")
         return sum(list(children(self.nodes, index)).count(emitter) for index in shapes)
 
-    def _file(self, index: int, name: str, of_value: Range | None) -> Path:
+    def _file(self, index: int, name: str, of_value: bounds.Range | None) -> Path:
         """The file that a node names, after a look into a picture or mesh."""
         plugin, where, folder = self._plugin(index), self._where(index), self.path.resolve().parent
         if index not in self._files:
@@ -191,7 +175,7 @@ class NodeCheck:
         if plugin == "bitmap" or plugin in KINDS:
             smallest = SMALLEST_MAP if plugin in KINDS else (1, 1)
             values = np.asarray(read_bitmap(file, f"{file}: {plugin}", smallest))
-            (low, high), floats = of_value or ANY_VALUE, values.dtype.kind == "f"
+            (low, high), floats = of_value or bounds.ANY_VALUE, values.dtype.kind == "f"
             least, most = float(values.min()), float(values.max())
             if floats and not low <= least <= most <= high:
                 said = f"values from {least:g} to {most:g} are outside [{low:g}, {high:g}]"

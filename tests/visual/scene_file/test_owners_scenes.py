@@ -1,4 +1,4 @@
-"""Scenes as their owners have them: spectra, lights by reference, settings of Mitsuba, refusals and reasons."""
+"""Scenes as their owners have them: spectra, lights by reference, Mitsuba's settings, and reasons."""
 
 import inspect
 import pickle
@@ -146,14 +146,14 @@ def test_a_light_in_the_scene_shines_from_the_shape_that_refers_to_it(
 
 def test_the_cornell_box_of_mitsuba_is_shown_as_mitsuba_shows_it(tmp_path: Path) -> None:
     retouch.save_heights_exr(tmp_path / "relief.exr", hills())
-    (tmp_path / "luminaire.obj").write_text(quad((-3, 8, -3), (3, 8, -3), (3, 8, 3), (-3, 8, 3)))
+    (tmp_path / "luminaire.obj").write_text(quad((-3, 13, -3), (3, 13, -3), (3, 13, 3), (-3, 13, 3)))
     (tmp_path / "wall.obj").write_text(quad((-9, -9, -1), (9, -9, -1), (9, 9, -1), (-9, 9, -1)))
     file = tmp_path / "scene.xml"
     file.write_text(ROOM)
     shown = retouch.load_scene(file).render_colour(samples=256)[:, 0]
     plain = np.moveaxis(mitsubas(file), 2, 0)
-    assert plain.mean() > 0.05
-    np.testing.assert_allclose(shown.mean((1, 2)), plain.mean((1, 2)), rtol=0.005)
+    assert plain.mean() > 0.01
+    np.testing.assert_allclose(shown.mean((1, 2)), plain.mean((1, 2)), rtol=0.03)
 
 
 def test_a_light_on_two_shapes_or_on_none(tmp_path: Path) -> None:
@@ -256,7 +256,7 @@ def test_only_the_outermost_call_changes_the_variant(tmp_path: Path, users_own: 
 def test_functions_of_retouch_can_be_pickled_and_read() -> None:
     for name in ("render", "load_scene", "roughness"):
         function = getattr(retouch, name)
-        assert pickle.loads(pickle.dumps(function)) is function  # noqa: S301
+        assert pickle.loads(pickle.dumps(function)) is function
         assert function.__doc__ and inspect.signature(function).parameters
     # After the first `yield` no block of the call is left, so that nothing would be put back.
     assert not [name for name in dir(retouch) if inspect.isgeneratorfunction(getattr(retouch, name))]
@@ -266,8 +266,12 @@ def test_functions_of_retouch_can_be_pickled_and_read() -> None:
     ("where", "faulty", "said"),
     [
         ("film", '<integer name="crop_width" value="8"/>', "hdrfilm: crop_width: crops are not taken"),
-        ("plate", '<float name="scale" value="0.5"/>', r"scale: is not taken: relief_mm .* \(height_scale"),
-        ("scene", '<integer name="kd_stop_prims" value="3"/>', "scene: kd_stop_prims: is not taken: it"),
+        (
+            "plate",
+            '<float name="scale" value="0.5"/>',
+            r"scale: is not taken; relief_mm or, of a --texture, height_scale",
+        ),
+        ("scene", '<integer name="kd_stop_prims" value="3"/>', "scene: kd_stop_prims: is not taken: no"),
         (
             "film",
             '<integer name="widht" value="8"/>',
@@ -304,7 +308,7 @@ def test_functions_of_retouch_can_be_pickled_and_read() -> None:
         (
             "scene",
             '<shape type="disk"><transform name="to_world"><translate x="1e30"/></transform></shape>',
-            r"to_world: 1, 0, 0, 1e\+30; 0, 1, 0, 0; .* is not an invertible affine transform of numbers up",
+            r"to_world: 1, 0, 0, 1e\+30; 0, 1, 0, 0; .* is not an invertible affine transform of numbers",
         ),
     ],
 )
@@ -338,7 +342,7 @@ BELOW = '<lookat origin="0, 0, -30" target="0, 0, 0" up="0, 1, 0"/>'
         ("perspective", SLANTED, '<float name="far_clip" value="33"/>', 0.0, "far_clip"),
         ("perspective", SLANTED, '<float name="near_clip" value="33"/>', 0.0, "near_clip"),
         ("perspective", CLOSE, "", 0.0, None),
-        ("perspective", CLOSE, "", 100.0, "near_clip"),
+        ("perspective", CLOSE, "", 100.0, "to_world"),
         ("perspective", BELOW, "", 0.0, None),
     ],
 )
