@@ -16,7 +16,7 @@ import torch
 from relief.ground.errors import InputError
 from tests.visual.scenes import LOW, MATTE, PANEL, PLASTIC, SIDE, Array, hills, sky, sun, write_scene
 from visual import loading
-from visual.backend import rays, variants
+from visual.backend import rays
 from visual.exact import render
 from visual.explain import explain_scene
 from visual.lights.quadrature import kind_of
@@ -183,7 +183,6 @@ def test_one_channel_is_rendered_where_there_is_no_colour(
     rendered = counted(mi, "render")
     loaded.render(samples=1)
     ((traced, *_),) = rendered
-    variants.use(loaded.variant)
     assert len(np.ravel(traced.shapes()[0].bsdf().eval_diffuse_reflectance(_facing(mi)))) == channels
     assert needs(light, **written).colour == (channels == 3)
 
