@@ -81,7 +81,7 @@ _ALLOWED = {
     "retouch": (
         "optimize.estimates optimize.runs optimize.settings relief relief.ground relief.preparing "
         "relief.solids.export retouch.laboratory.stimulus_sets retouch.verbs retouch.verbs.objects "
-        "retouch.verbs.scans surrogate.data tactile visual visual.scene_file"
+        "retouch.verbs.scans surrogate.data tactile visual visual.backend visual.scene_file"
     ),
     "retouch.__main__": "optimize.runs retouch.commands",
     "retouch.app": (

@@ -67,14 +67,14 @@ def explain(
     heights = relief.heights
     description = describe(checked)
     needs = needs_of(description, (heights.shape[0], heights.shape[1]))
-    chosen = variants.choose_variant(needs.colour, variant)
+    chosen = variants.choose_variant(needs.colour, variant, needs.spectral)
     exact, fast = (obstacles(model, description, needs, heights.shape) for model in OBSTACLES)
     for number in needs.cameras:
         camera = description.cameras[number]
         check_effort(checked.path, (camera.rows, camera.cols), samples or camera.samples)
     if not exact and _hidden(checked, description, needs, heights, chosen.name):
         exact = (HIDDEN,)
-    missing = variants.without_gradients(chosen.name)
+    missing = variants.without_gradients(chosen.name, needs.spectral)
     reasons, unseen = (list(filter(None, dict.fromkeys((missing, *every)))) for every in (exact, fast))
     # Seen from a side, ambient light is swept like any other; the net is for the view from above.
     trained = needs.around and needs.top_view == (True,)
@@ -101,7 +101,7 @@ def _hidden(
     """Whether another shape hides the plate from a camera that looks straight down, by rays."""
     if description.shapes == 1 or not all(needs.top_view):
         return False
-    variants.load_mitsuba(colour=needs.colour, variant=variant)
+    variants.load_mitsuba(needs.colour, variant, needs.spectral)
     camera = description.cameras[needs.cameras[0]]
     plate = plate_topology(*heights.shape, description.plate.size_mm)
     scene = instantiate(checked, heights, lights=[])

@@ -13,7 +13,7 @@ from visual.geometry.film_samples import plate_pixels
 from visual.geometry.projection import Projection
 from visual.geometry.topology import PlateTopology
 from visual.needs import Needs
-from visual.scene_file.parsed_scene import CheckedScene, Description
+from visual.scene_file.parsed_scene import Camera, CheckedScene, Description
 
 CUT_PIXELS = 0.5
 """Largest part of a plate beyond a picture, pixels, that counts as rounding."""
@@ -44,6 +44,43 @@ def pixels_of_plate(loaded: LightScene, plate: PlateTopology, heights: Array) ->
     loaded.set_heights(heights)
     shown = [plate_pixels(loaded.scene, plate, camera) for camera in loaded.cameras]
     return np.stack(shown).astype(np.float64)
+
+
+def clipped(
+    camera: Camera, projection: Projection, plate: PlateTopology, heights: Array, own: Array
+) -> str | None:
+    """Why a camera does not show what it faces of a plate, as field and sentence; None if it does.
+
+    Args:
+        camera, projection: of one sensor.
+        plate: triangles of the plate.
+        heights: (rows, cols) mm.
+        own: (rows, cols) mm, the scene's, which may lie beside the picture.
+    """
+    scale = float(np.linalg.norm(camera.to_world[:3, 2]))
+    # As in Mitsuba, the distance between the planes does not scale with an orthographic camera.
+    near, far = scale * camera.clips[0], camera.clips[1] + (scale - 1.0) * camera.clips[0]
+    depths = _depths(camera, projection, plate, heights)
+    said = f"heights from {heights.min():.4g} to {heights.max():.4g} mm"
+    if (depths < near).any():
+        return f"near_clip: {said} reach the camera, which would see through them"
+    if (depths > far).any():
+        return f"far_clip: {said} lie farther away than the picture reaches"
+    if not depths.size and _depths(camera, projection, plate, own).size:
+        return f"to_world: {said} lie behind the camera or beside its picture"
+    return None
+
+
+def _depths(camera: Camera, projection: Projection, plate: PlateTopology, heights: Array) -> Array:
+    """Distances, mm, before a camera of the samples of a plate that lie in its picture."""
+    y, x = ((np.arange(n) + 0.5) / n - 0.5 for n in heights.shape)
+    across, down = np.meshgrid(plate.size_mm * x, -plate.height_mm * y)
+    points = np.stack((across, down, heights), axis=-1).reshape(-1, 3)
+    depths = (points - camera.to_world[:3, 3]) @ camera.to_world[:3, 2]
+    faced = depths > (0.0 if projection.perspective else -np.inf)
+    film = projection.project(points[faced])
+    shown = ((film >= 0.0) & (film <= (camera.cols, camera.rows))).all(axis=1)
+    return np.asarray(depths[faced][shown] / np.linalg.norm(camera.to_world[:3, 2]))
 
 
 def cut_off(cameras: Sequence[Projection], plate: PlateTopology, highest_mm: float) -> Iterator[int]:

@@ -90,7 +90,7 @@ class SceneLoader:
             InputError: the variant gives no gradients; as `quadrature`.
         """
         variants.use(self._variant)
-        variants.require_gradients()
+        variants.require_gradients(self._needs.spectral)
         illuminations = []
         for lights in self.groups:
             fixed, loaded = self.quadrature(lights, directions).lights(), self.light_scene(lights, resolution)

@@ -33,6 +33,7 @@ class Needs:
         direct: whether light goes from lamp to plate to camera only, which takes no path tracing.
         max_depth: longest path of light; None if paths have no limit.
         colour: whether a material or a light has colour, which takes three channels.
+        spectral: whether a material or a light has one of `visual.backend.variants.SPECTRA`.
         matte: whether the plate's material has no highlight.
         top_view: for each camera, whether it looks straight down on a plate that fills its picture.
     """
@@ -46,6 +47,7 @@ class Needs:
     direct: bool
     max_depth: int | None
     colour: bool
+    spectral: bool
     matte: bool
     top_view: tuple[bool, ...]
 
@@ -87,6 +89,7 @@ def needs_of(description: Description, samples: tuple[int, int] = (1, 1)) -> Nee
         direct=direct,
         max_depth=description.max_depth,
         colour=not description.grey,
+        spectral=description.spectral,
         matte=set(description.plate.material) <= set(MATTE),
         top_view=top_view,
     )

@@ -22,12 +22,13 @@ from relief.ground.limits import HEIGHT_LIMIT_MM
 from relief.ground.progress import stage
 from relief.relief import Relief
 from visual.backend import variants
+from visual.backend.user_settings import keeping_user_settings, user_settings_kept
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.light_scene import LightScene
 from visual.exact.render import RenderSettings, condition_pictures, light_pictures
 from visual.exact.view import Illumination
 from visual.explain import explain
-from visual.framing import cut_off, pixels_of_plate, resolution_of, scaled
+from visual.framing import clipped, cut_off, pixels_of_plate, resolution_of, scaled
 from visual.geometry.film_samples import hidden_plate
 from visual.geometry.halo import halo_of, rise_of
 from visual.geometry.topology import plate_topology
@@ -51,6 +52,7 @@ FAST_DIRECTIONS = 24
 """Parallel lights for each such light in the fast look: each takes a sweep of shadows."""
 
 
+@keeping_user_settings
 class Scene:
     """A checked scene, loaded light by light on first use.
 
@@ -77,7 +79,7 @@ class Scene:
         heights = relief.heights
         self.file, self.description = checked.path, describe(checked)
         self.needs = needs_of(self.description, (heights.shape[0], heights.shape[1]))
-        mi = variants.load_mitsuba(colour=self.needs.colour, variant=variant)
+        mi = variants.load_mitsuba(self.needs.colour, variant, self.needs.spectral)
         mi.set_log_level(mi.LogLevel.Error)
         self.variant: str = mi.variant()
         self.heights = heights
@@ -137,7 +139,10 @@ class Scene:
         look = self.look(model)
         self.check_size(size_mm)
         variants.use(self.variant)
-        return look.pictures(self._field(heights), Rendering(samples, seed, resolution, shadow_edges))
+        field = self._field(heights)
+        if model == EXACT:
+            self._check_clipping(field.detach().numpy())
+        return look.pictures(field, Rendering(samples, seed, resolution, shadow_edges))
 
     def look(self, name: str) -> SceneLook:
         """The look of `visual.looks.LOOKS` that has this name. Raises InputError if there is none."""
@@ -203,7 +208,8 @@ class Scene:
         self.check_samples(samples)
         settings = RenderSettings(samples or self.samples, seed, shadow_edges=False, colour=True)
         alone, ambient = self.lit_scenes()
-        relief = self.heights if heights is None else np.asarray(heights, dtype=np.float64)
+        relief = self._field(heights).double().numpy()
+        self._check_clipping(relief)
         pictures_of = [light_pictures(light, relief, settings, i) for i, light in enumerate(alone)]
         around = None if ambient is None else light_pictures(ambient, relief, settings, len(alone))
         return condition_pictures(pictures_of, around)
@@ -326,6 +332,16 @@ class Scene:
             raise InputError("heights: not every value is finite")
         return field
 
+    def _check_clipping(self, heights: Array) -> None:
+        """Check that every camera shows what it faces of heights (..., rows, cols) in mm."""
+        cameras, numbers = self._first(None).cameras, self.needs.cameras
+        for number, projection in zip(numbers, cameras, strict=True):
+            camera = self.description.cameras[number]
+            for relief in heights.reshape(-1, *self.heights.shape):
+                fault = clipped(camera, projection, self.plate, relief, self.heights)
+                if fault is not None:
+                    raise InputError(f"heights: {self.file}: sensor {camera_name(camera, number)}: {fault}")
+
     @cached_property
     def _hidden(self) -> bool:
         """Whether another shape hides the plate from a camera that looks straight down."""
@@ -354,6 +370,7 @@ def plate_size_mm(
     return describe(checked).plate.size_mm
 
 
+@user_settings_kept
 @stage("loading the scene")
 def load_scene(
     path: str | Path,

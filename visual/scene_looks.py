@@ -52,7 +52,7 @@ class ExactLook(_OfScene):
         """Rendered pictures; see the protocol. Raises InputError for too many samples, too."""
         scene, (samples, seed, resolution, shadow_edges) = self._scene, rendering
         if heights.requires_grad:
-            variants.require_gradients()
+            variants.require_gradients(scene.needs.spectral)
             scene.check_model("exact")
         alone, ambient = scene.lit_scenes(resolution)
         scene.check_samples(samples, resolution)
@@ -68,7 +68,7 @@ class ExactLook(_OfScene):
             samples,
         )
         variants.use(scene.variant)
-        variants.require_gradients()
+        variants.require_gradients(scene.needs.spectral)
         scene.check_model("exact")
         rows, cols = scene.size_of(resolution)
         if rows * cols * strata**2 > MOST_FIXED_SAMPLES:
@@ -140,7 +140,7 @@ class FastLook(_OfScene):
         scene = self._scene
         scene.check_model("fast")
         variants.use(scene.variant)
-        variants.require_gradients()
+        variants.require_gradients(scene.needs.spectral)
         bsdf = plate_bsdf(scene.light_scenes()[0].scene)
         every = (scene.illumination(light) for light in scene.needs.alone)
         lights = [far for far in every if isinstance(far, ParallelLights)]

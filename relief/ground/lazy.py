@@ -29,7 +29,9 @@ def _no_collection() -> Iterator[None]:
             gc.enable()
 
 
-def lazy_names(package: ModuleType) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+def lazy_names(
+    package: ModuleType, finish: Callable[[Any], Any] = lambda value: value
+) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """`__getattr__`, `__dir__` and `__all__` of a package (PEP 562).
 
     The package imports its public names under ``if TYPE_CHECKING``, for type checkers, each `as` itself.
@@ -38,6 +40,7 @@ def lazy_names(package: ModuleType) -> tuple[Callable[[str], Any], Callable[[], 
 
     Args:
         package: to which the names are added as they are used.
+        finish: gives what stands under a name in place of what its source holds.
     """
     statements = ast.walk(ast.parse(Path(str(package.__file__)).read_text(encoding="utf-8")))
     sources = {
@@ -53,7 +56,7 @@ def lazy_names(package: ModuleType) -> tuple[Callable[[str], Any], Callable[[], 
         if name not in sources:
             raise AttributeError(f"module {package.__name__!r} has no attribute {name!r}")
         with _no_collection():
-            value = resolve_name(sources[name])
+            value = finish(resolve_name(sources[name]))
         setattr(package, name, value)
         return value
 

@@ -31,6 +31,9 @@ def scene_of(mi: ModuleType, tmp_path: Path) -> Callable[..., Scene]:
 
     def make(*lights: str, heights: Array | None = None, variant: str | None = None, **written: Any) -> Scene:
         relief = hills() if heights is None else heights
-        return load_scene(write_scene(tmp_path, relief, lights, **written), variant=variant)
+        loaded = load_scene(write_scene(tmp_path, relief, lights, **written), variant=variant)
+        # Tests look into Mitsuba's own objects, which belong to a variant.
+        variants.use(loaded.variant)
+        return loaded
 
     return make

@@ -2,23 +2,25 @@
 
 import difflib
 import sys
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache
 from types import ModuleType
 
 from relief.ground.errors import InputError
 from visual.backend import llvm
 from visual.backend.mitsuba import dr, mi
+from visual.backend.user_settings import FEWEST_THREADS, require_threads, user_settings_kept
+from visual.backend.user_settings import use as use
 
-WITHOUT_LLVM = "scalar_rgb"
-"""Variant that needs no libLLVM; its pictures have three channels, those of grey scenes too."""
+WITHOUT_LLVM, SPECTRAL_WITHOUT_LLVM = "scalar_rgb", "scalar_spectral"
+"""Variants that need no libLLVM; their pictures have three channels, those of grey scenes too."""
+SPECTRA = "blackbody", "regular", "irregular"
+"""Plugins of spectra that Mitsuba evaluates at wavelengths only: variants without wavelengths raise an error.
+Spectra written as `<spectrum value="400:0.1, ...">` and those of type d65 become colours where need be."""
+_KINDS = "blackbody, regular or irregular"
 UNTESTED = "; not tested on any CUDA device"
 """Note on variants for such devices."""
-FEWEST_THREADS = 2
-"""Least number of Dr.Jit's threads: with a single one Mitsuba 3.9 waits for ever for EXR files."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,7 @@ def is_differentiable(name: str) -> bool:
     return name.endswith(("_ad_mono", "_ad_rgb"))
 
 
-def choose_variant(colour: bool, variant: str | None = None) -> Variant:
+def choose_variant(colour: bool, variant: str | None = None, spectral: bool = False) -> Variant:
     """The variant for a scene, without setting it.
 
     The processor renders. A CUDA device is taken only if the user names a variant for it, because no test has
@@ -48,9 +50,11 @@ def choose_variant(colour: bool, variant: str | None = None) -> Variant:
     Args:
         colour: whether any material or light of the scene is not grey.
         variant: the user's own choice, which wins.
+        spectral: whether the scene holds one of `SPECTRA`.
 
     Raises:
-        InputError: Mitsuba does not have the user's variant, or this machine cannot run it.
+        InputError: Mitsuba does not have the user's variant, this machine cannot run it, or it cannot show
+            the scene's spectra.
     """
     missing = ""
     try:
@@ -58,7 +62,10 @@ def choose_variant(colour: bool, variant: str | None = None) -> Variant:
     except llvm.LLVMMissing as error:
         missing = str(error)
     if variant is not None:
-        return _requested(variant, missing)
+        return _requested(variant, missing, spectral)
+    if spectral:
+        reason = f"a spectrum of type {_KINDS} takes wavelengths"
+        return Variant(SPECTRAL_WITHOUT_LLVM if missing else "llvm_ad_spectral", reason)
     channels = "rgb" if colour else "mono"
     reason = "a material or a light has colour" if colour else "every material and light is grey"
     if missing:
@@ -71,7 +78,7 @@ def has_cuda() -> bool:
     return bool(dr.has_backend(dr.JitBackend.CUDA))
 
 
-def _requested(name: str, missing: str) -> Variant:
+def _requested(name: str, missing: str, spectral: bool) -> Variant:
     """The user's own choice, checked; `missing` says why libLLVM is missing, empty if there is one."""
     names = mi.variants()
     if name not in names:
@@ -81,58 +88,63 @@ def _requested(name: str, missing: str) -> Variant:
         raise InputError(f"variant: {name!r} cannot run here: {missing}")
     if name.startswith("cuda_") and not has_cuda():
         raise InputError(f"variant: {name!r} cannot run here: there is no usable CUDA device")
+    if spectral and "spectral" not in name:
+        raise InputError(f"variant: {name!r} shows no spectrum of type {_KINDS}; name no variant")
     return Variant(name, "asked for" + UNTESTED * name.startswith("cuda_"))
 
 
-def load_mitsuba(colour: bool, variant: str | None = None) -> ModuleType:
+def load_mitsuba(colour: bool, variant: str | None = None, spectral: bool = False) -> ModuleType:
     """The module `mitsuba` with the variant of `choose_variant` set; arguments and errors are the same."""
-    chosen = choose_variant(colour, variant)
-    _require_threads()
+    chosen = choose_variant(colour, variant, spectral)
+    require_threads(dr)
     use(chosen.name)
     return sys.modules["mitsuba"]
-
-
-@cache
-def _require_threads() -> None:
-    """Give Dr.Jit at least `FEWEST_THREADS` threads, once."""
-    if dr.thread_count() < FEWEST_THREADS:
-        dr.set_thread_count(FEWEST_THREADS)
 
 
 @contextmanager
 def few_threads() -> Iterator[None]:
     """Give Dr.Jit `FEWEST_THREADS` threads in the block, for processes that share the cores of a machine."""
     before = dr.thread_count()
-    dr.set_thread_count(FEWEST_THREADS)
+    with user_settings_kept:
+        dr.set_thread_count(FEWEST_THREADS)
+        try:
+            yield
+        finally:
+            dr.set_thread_count(before)
+
+
+@contextmanager
+def spectra_refused() -> Iterator[None]:
+    """Raise `InputError` where Mitsuba asks a spectrum for one number, which variants with wavelengths do."""
     try:
         yield
-    finally:
-        dr.set_thread_count(before)
+    except RuntimeError as error:
+        if "eval_1()" not in str(error.__cause__ or error):
+            raise
+        reason = "a parameter that is one number, such as alpha or roughness, takes no spectrum"
+        raise InputError(f"variant: {mi.variant()}: {reason}; write it as <float>") from error
 
 
-def use(name: str) -> None:
-    """Set again the variant in which a scene was loaded, should another be set."""
-    if mi.variant() == name:
-        return
-    with warnings.catch_warnings():
-        # Every change of the variant loads Mitsuba's integrators anew, and Dr.Jit counts the functions that
-        # are compiled by it: after some hundred changes, as in a study, it warns of more than 1000.
-        warnings.filterwarnings("ignore", "The AST-transforming decorator", RuntimeWarning)
-        mi.set_variant(name)
-
-
-def require_gradients() -> None:
+def require_gradients(spectral: bool = False) -> None:
     """Raise `InputError` if the variant that `load_mitsuba` has set gives no gradients."""
     name = mi.variant()
-    missing = without_gradients("None" if name is None else name)
+    missing = without_gradients("None" if name is None else name, spectral)
     if missing:
         raise InputError(missing)
 
 
-def without_gradients(name: str) -> str | None:
-    """Why pictures of a variant have no gradients, and the remedy, in one line; None if they have."""
+def without_gradients(name: str, spectral: bool = False) -> str | None:
+    """Why pictures of a variant have no gradients, and the remedy, in one line; None if they have.
+
+    Args:
+        name: of the variant.
+        spectral: whether the scene holds one of `SPECTRA`.
+    """
     if is_differentiable(name):
         return None
+    if spectral:
+        reason = f"has no gradients of pictures, and a spectrum of type {_KINDS} takes such a variant"
+        return f"variant: {name} {reason}; write the spectrum as <rgb>"
     try:
         llvm.prepare()
     except llvm.LLVMMissing as missing:

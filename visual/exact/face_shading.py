@@ -52,8 +52,8 @@ class ShadingPoints(NamedTuple):
 _ORIGIN = ShadingPoints(np.zeros((1, 3)))
 
 FixedShare = Callable[[Any, Any, Any, Any], Any]
-"""Share, of Dr.Jit, of the radiance under fixed lights that counts; the rest is sampled (`visual.exact.lobes`).
-Arguments are the surface interaction, the direction of the light in its frame, the point, and the direction."""
+"""Share, of Dr.Jit, of the radiance under fixed lights that counts; `visual.exact.lobes` samples the rest.
+Arguments are surface interaction, direction of the light in its frame, point, and direction in space."""
 
 
 class ShadedFaces:

@@ -114,7 +114,7 @@ def of_faces(
 
 
 def _face_sums(shading: Shading, lit: Iterable[NDArray[np.bool_]], samples: PictureSamples) -> Array:
-    """Radiance and derivatives (3 or 4, pairs) of lit shares; `lit` says of each light which samples it lights."""
+    """Radiance and derivatives (3 or 4, pairs) of lit shares; `lit` is of each light, over the samples."""
     pairs = (samples.pair[np.flatnonzero(seeing)] for seeing in lit)
     counts = [np.bincount(lit_pairs, minlength=len(samples.pair_pixel)) for lit_pairs in pairs]
     shares = np.stack(counts) / samples.per_pixel

@@ -19,9 +19,10 @@ from torch import Tensor
 
 from relief.ground.arrays import Array
 from relief.ground.progress import stage, this_stage
-from visual.backend import buffers
+from visual.backend import buffers, variants
 from visual.backend.mitsuba import dr, mi
 from visual.backend.plate_shape import plate_bsdf
+from visual.backend.user_settings import user_settings_kept
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
 from visual.exact.light_scene import LightScene
 from visual.exact.pair_radiance import Material, face_shading
@@ -105,6 +106,7 @@ class _Pictures(torch.autograd.Function):
         return torch.as_tensor(condition_pictures(alone, around)).to(heights.dtype)
 
     @staticmethod
+    @user_settings_kept
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None, None, None, None]:
         adjoints = _to_numpy(gradients[0])
         lights, ambient = ctx.lights, ctx.ambient
@@ -177,7 +179,7 @@ def _render(light: LightScene, heights: Array, settings: RenderSettings, index: 
     camera = light.cameras[index.camera]
     total = np.zeros((*((3,) if settings.colour else ()), camera.rows, camera.cols))
     for number, samples in enumerate(_passes(settings.samples, camera.pixels)):
-        with dr.suspend_grad():
+        with dr.suspend_grad(), variants.spectra_refused():
             picture = mi.render(
                 light.scene,
                 sensor=light.sensors[index.camera],

@@ -17,6 +17,7 @@ import scipy.sparse as sp
 
 from relief.ground.arrays import Array
 from relief.ground.progress import stage
+from visual.backend.user_settings import user_settings_kept
 from visual.exact.background import Background, black_background
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
 from visual.exact.lobes import Lobes, lobes_of
@@ -137,6 +138,7 @@ class View:
                 for film, count in zip(self._film, self._strata, strict=True)
             ]
 
+    @user_settings_kept
     def evaluate(self, heights: Array, jacobian: bool = True, edges: bool = True) -> Pictures:
         """Pictures of a relief, and their Jacobians.
 

@@ -23,8 +23,8 @@ distance."""
 LOOKED_AT = 256
 """Points of a shape by which its distance from the plate is found, within a sixteenth of its side."""
 SOFT = 0.1
-"""Width of the edge of a light that a mirror shows, half sides: the image of a sharp edge has no derivative by
-the slopes of the mirror."""
+"""Width of the edge of a light that a mirror shows, half sides: the image of a sharp edge has no derivative
+by the slopes of the mirror."""
 ROUND = 1e-4
 """Tolerance of the scalar products of a sphere's axes, scaled to length 1."""
 

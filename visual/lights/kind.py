@@ -101,8 +101,8 @@ class LightKind:
         surrounds: whether a camera sees the light beside the plate.
         met_by_chance: whether a ray that leaves the plate at random can meet the light.
         casts_shadows: whether the plate, with some relief, can shade itself from a light.
-        seen: gives, for a light and the Mitsuba scene in which the light shines, what rays see of it; None for
-            a kind that no ray meets.
+        seen: gives, for a light and the Mitsuba scene in which the light shines, what rays see of the light;
+            None for a kind that no ray meets.
         switch: parameters of Mitsuba that put the light out when they are 0; none if nothing does.
     """
 

@@ -6,6 +6,7 @@ Mitsuba takes any number: a picture then holds NaN or nothing, and a filter of h
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,6 +31,9 @@ BRIGHTEST_POINT = 1e12
 """Largest intensity of a point: `BRIGHTEST` in a distance of 1000 mm."""
 LONGEST_SHOWN = 60
 """Most characters of a bad value in a message."""
+
+_WAVES = 1.0, 1e6
+"""Least and greatest wavelength of a spectrum, nm: from soft X-rays to far infrared."""
 
 Range = tuple[float, float]
 """Least and greatest value, both allowed."""
@@ -90,10 +94,21 @@ def colour(low: float, high: float) -> Kind:
             return low <= value <= high
         if hasattr(value, "is_uniform"):
             waves = [float(wave) for wave in value.wavelengths]
-            return _within(value.values, low, high) and _within(waves, 1.0, 1e6)
+            return _within(value.values, low, high) and _within(waves, *_WAVES)
         return _is_triple(value) and _within(value, low, high)
 
     return Kind(f"a colour with values from {low:g} to {high:g}", holds, (low, high))
+
+
+def numbers(low: float, high: float) -> Kind:
+    """A text of numbers in a range, as Mitsuba writes the values of a spectrum."""
+
+    def holds(value: Any) -> bool:
+        with suppress(AttributeError, ValueError):
+            return _within(map(float, value.replace(",", " ").split()), low, high)
+        return False
+
+    return Kind(f"a list of numbers from {low:g} to {high:g}", holds)
 
 
 def _is_triple(value: Any) -> bool:
@@ -120,8 +135,9 @@ FLAG = Kind("true or false", lambda value: isinstance(value, bool))
 NEVER = Kind("false; light behind the plate is always shown", lambda value: value is False)
 FILE = Kind("the name of a file", lambda value: isinstance(value, str))
 POINT = Kind(f"a point within {FARTHEST:g} mm", lambda v: _is_triple(v) and _within(v, -FARTHEST, FARTHEST))
-DIRECTION = Kind("a direction that is not zero", _is_direction)
-PLACEMENT = Kind(f"a finite and invertible transform of numbers up to {FARTHEST:g}", _is_placement)
+DIRECTION = Kind(f"a direction of length {1.0 / FARTHEST:g} to {FARTHEST:g}", _is_direction)
+_SCALES = f"scales from {1.0 / FARTHEST:g} on that are within {FARTHEST:g} times each other"
+PLACEMENT = Kind(f"an invertible affine transform of numbers up to {FARTHEST:g} and {_SCALES}", _is_placement)
 SHARE = _number(0.0, 1.0)
 REFLECTANCE = colour(0.0, 1.0)
 RADIANCE = colour(0.0, BRIGHTEST)
@@ -142,8 +158,8 @@ OF_TEXTURE = {
     "srgb": ("color",),
     "uniform": ("value",),
     "d65": ("color", "scale"),
-    "regular": ("value",),
-    "irregular": ("value",),
+    "regular": ("value", "values"),
+    "irregular": ("value", "values"),
     "checkerboard": ("color0", "color1"),
 }
 """Parameters of textures whose range is that of the parameter which the texture is the value of."""
@@ -233,7 +249,8 @@ PARAMETERS: Mapping[str, Mapping[str, Mapping[str, Kind]]] = {
         "srgb": {"color": _VALUE, "unbounded": FLAG},
         "uniform": {**_SPECTRUM, "value": _VALUE},
         "d65": {"color": _VALUE, "scale": _VALUE},
-        **{"regular": {**_SPECTRUM, "value": _VALUE}, "irregular": {"value": _VALUE}},
+        "regular": {**_SPECTRUM, "value": _VALUE, "values": numbers(*ANY_VALUE)},
+        "irregular": {"value": _VALUE, "values": numbers(*ANY_VALUE), "wavelengths": numbers(*_WAVES)},
         "blackbody": {**_SPECTRUM, "temperature": _number(1.0, 20_000.0)},
     },
     "Integrator": {
@@ -272,6 +289,30 @@ PARAMETERS: Mapping[str, Mapping[str, Mapping[str, Kind]]] = {
 """Parameters of the plugins that a scene may use, beside nested objects, by Mitsuba's kinds of object."""
 
 
+UNTAKEN = (
+    ("hdrfilm", "crop_.*", "crops are not taken: a picture has all pixels of its film; leave it out"),
+    (
+        "heightfield",
+        "scale",
+        "is not taken; relief_mm or, of a --texture, height_scale says how high white is",
+    ),
+    ("heightfield", "face_normals|flip_normals", "is not taken: a plate has flat faces that look up"),
+    (".*", "srf", "responses of a sensor are not taken: pictures are radiance; leave it out"),
+    ("spot", "texture", "a picture that a lamp throws is not taken; leave it out"),
+    ("bitmap|envmap", "bitmap|data", "belongs to scenes made in Python; name a file by filename"),
+    ("regular", "range", "is not taken, by Mitsuba neither; wavelength_min and wavelength_max say it"),
+    ("scene", "kd_.*|compact_.*|allow_.*|embree_.*", "is not taken: no picture changes by it; leave it out"),
+)
+"""Parameters that Mitsuba has and a scene may not: patterns of plugin and parameter, and why."""
+
+
+def untaken(plugin: str, parameter: str) -> str | None:
+    """Why a parameter of Mitsuba's is not taken, and what then; None for one that Mitsuba lacks, too."""
+    match = re.fullmatch
+    reasons = (why for kinds, names, why in UNTAKEN if match(kinds, plugin) and match(names, parameter))
+    return next(reasons, None)
+
+
 def plugins(kind: str) -> Mapping[str, Mapping[str, Kind]]:
     """Parameters of the plugins of a kind of object; those of lights follow from the table of lights."""
     if kind != "Emitter":
@@ -289,9 +330,20 @@ def _strength(light: LightKind) -> Kind:
     return RADIANCE if light.strength in ("radiance", "irradiance") else colour(*ANY_VALUE)
 
 
-def shown(value: Any) -> str:
+def refusal(value: Any, kind: Kind) -> str:
+    """Why a property's value is not of a kind, in one short line."""
+    waves = [float(wave) for wave in getattr(value, "wavelengths", ())]
+    if kind.values and not _within(waves, *_WAVES):
+        return f"{_shown(waves)} are not wavelengths from {_WAVES[0]:g} to {_WAVES[1]:g} nm"
+    return f"{_shown(value)} is not {kind.words}"
+
+
+def _shown(value: Any) -> str:
     """A property's value for a message: one short line."""
-    value = getattr(value, "matrix", value)
-    values = getattr(value, "values", None)
-    line = " ".join(str(value if values is None else list(values)).split())
+    value = list(value.values) if hasattr(value, "values") else value
+    # Colours and vectors answer to `matrix`, too, with something else.
+    rows = [value] if _is_triple(value) or isinstance(value, list) else getattr(value, "matrix", None)
+    line = " ".join(str(value).split())
+    if rows is not None:
+        line = "; ".join(", ".join(f"{float(number):g}" for number in row) for row in rows)
     return line if len(line) <= LONGEST_SHOWN else f"{line[:LONGEST_SHOWN]}..."

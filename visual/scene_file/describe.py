@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from relief.ground.errors import InputError
 from relief.ground.limits import PATCH_SIDE_MM
 from visual.backend.mitsuba import mi
+from visual.backend.variants import SPECTRA
 from visual.lights.kind import RGB, EmitterShape, Light
 from visual.lights.quadrature import KINDS, kind_of
 from visual.scene_file.parsed_scene import WEIGHT, Camera, CheckedScene, Description, ParsedPlate, children
 
 _COLOURED = {
-    *("regular", "irregular", "blackbody"),
+    *SPECTRA,
     *(name for name, kind in KINDS.items() if kind.strength is None),
 }
 """Plugins that count as coloured whatever their values: spectra, and lights whose strength is a picture."""
@@ -46,7 +47,11 @@ def describe(checked: CheckedScene) -> Description:
     """The description of a checked scene; loads nothing of the scene."""
     nodes = checked.state.nodes
     reader = _SceneReader(nodes)
-    lights = tuple(reader.light(index) for index in reader.of_type("Emitter"))
+    every = (reader.light(index) for index in reader.of_type("Emitter"))
+    # Mitsuba leaves out a light on no shape, too.
+    lights = tuple(light for light in every if light.shape is not None or not kind_of(light).on_shape)
+    if not lights:
+        raise InputError(f"{checked.path}: area: no shape refers to it, and the scene has no other emitter")
     around = [light.strength for light in lights if kind_of(light).ambient and light.strength]
     integrator, max_depth = reader.integrator()
     return Description(
@@ -58,6 +63,7 @@ def describe(checked: CheckedScene) -> Description:
         grey=all(reader.is_grey(index) for index in range(len(nodes))),
         integrator=integrator,
         max_depth=max_depth,
+        spectral=any(reader.has_spectrum(index) for index in range(len(nodes))),
     )
 
 
@@ -170,6 +176,7 @@ class _SceneReader:
         samplers = self.children_of_type(index, "Sampler")
         rows, cols = _DEFAULT_FILM
         border, name, radius = False, *_DEFAULT_FILTER
+        own = self.nodes[index].props
         if films:
             props = self.nodes[films[0]].props
             rows, cols = int(props.get("height", rows)), int(props.get("width", cols))
@@ -193,6 +200,7 @@ class _SceneReader:
             filter=name,
             filter_radius=radius,
             sample_border=border,
+            clips=(float(own.get("near_clip", 1e-2)), float(own.get("far_clip", 1e4))),
         )
 
     def plate(self, index: int) -> ParsedPlate:
@@ -239,6 +247,12 @@ class _SceneReader:
             return kind, _DEFAULT_DEPTH[kind]
         depth = int(self.nodes[integrators[0]].props.get("max_depth", _DEFAULT_DEPTH.get(kind, -1)))
         return kind, depth if depth >= 0 else None
+
+    def has_spectrum(self, index: int) -> bool:
+        """Whether a node is, or has as a parameter, a spectrum that takes wavelengths."""
+        textures = self.children_of_type(index, "Texture")
+        # The scene itself has textures that others refer to, or nobody.
+        return self.nodes[index].type.name != "Scene" and any(self.kind(each) in SPECTRA for each in textures)
 
     def is_grey(self, index: int) -> bool:
         """Whether a node on its own, without the nodes it refers to, has no colour."""

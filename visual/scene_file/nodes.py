@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Collection
+from functools import cache
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -13,7 +14,7 @@ from visual.backend.bitmap import SMALLEST_MAP, read_bitmap
 from visual.backend.mitsuba import mi
 from visual.backend.ply_check import check_ply
 from visual.lights.quadrature import KINDS
-from visual.scene_file.bounds import ANY_VALUE, FILE, LARGEST_FILM, OF_TEXTURE, Range, colour, plugins, shown
+from visual.scene_file import bounds
 from visual.scene_file.parsed_scene import children
 from visual.scene_file.text import file_of_scene, file_of_user, nearest
 
@@ -22,11 +23,11 @@ MOST_OBJECTS = {"Emitter": 64, "Sensor": 64, "Shape": 256, "BSDF": 256, "Texture
 MOST_PARTS = 32
 """Largest number of parts of an object's material, each counted as often as it is reached. The time to
 compile a material doubles with each blend of a material with itself, and so does it inside `twosided`."""
-MOST_PIXELS = LARGEST_FILM**2
+MOST_PIXELS = bounds.LARGEST_FILM**2
 """Largest number of pixels of all pictures together; four batches in double precision then take 2 GB."""
 
 NESTED = {
-    "Scene": {"Shape", "Emitter", "Sensor", "BSDF", "Texture", "Integrator"},
+    "Scene": {*MOST_OBJECTS, "Integrator", "Film", "Sampler", "ReconstructionFilter"},
     "Shape": {"BSDF", "Emitter"},
     "Sensor": {"Film", "Sampler"},
     "Film": {"ReconstructionFilter"},
@@ -34,6 +35,14 @@ NESTED = {
 }
 """Kinds of object that an object of a kind may hold by any name; a texture is the value of a parameter."""
 _DEFAULT_FILM = {"width": 768, "height": 576}
+
+
+@cache
+def _plugins_of_mitsuba() -> frozenset[str]:
+    """Names of all plugins that Mitsuba brings, whether a scene may use them or not."""
+    folder = Path(str(mi.__file__)).parent
+    files = (*folder.glob("plugins/*"), *folder.glob("python/ad/integrators/*.py"))
+    return frozenset(file.stem for file in files)
 
 
 class NodeCheck:
@@ -47,7 +56,7 @@ class NodeCheck:
 
     def __init__(self, path: Path, nodes: Any, users_own: Collection[str]) -> None:
         self.path, self.nodes, self.users_own = path, nodes, users_own
-        self._seen: set[tuple[Path, str, Range | None]] = set()
+        self._seen: set[tuple[Path, str, bounds.Range | None]] = set()
         self._files: dict[int, Path] = {}
 
     def check(self) -> None:
@@ -64,11 +73,11 @@ class NodeCheck:
                 )
         for index in range(len(self.nodes)):
             kind, plugin = self._kind(index), self._plugin(index)
-            allowed = plugins(kind)
+            allowed = bounds.plugins(kind)
             if plugin not in allowed:
-                self._refuse(
-                    index, f'{kind.lower()} plugin "{plugin}" is not allowed{nearest(plugin, allowed)}'
-                )
+                # Mitsuba's own plugins are no slips of the pen.
+                meant = "" if plugin in _plugins_of_mitsuba() else nearest(plugin, allowed)
+                self._refuse(index, f'{kind.lower()} plugin "{plugin}" is not allowed{meant}')
         for index in range(len(self.nodes)):
             if self._kind(index) != "Scene":
                 self._count_parts(index)
@@ -105,7 +114,7 @@ class NodeCheck:
             )
             reached += [(child, times * sides) for child in nested]
 
-    def _check_node(self, index: int, of_value: Range | None) -> None:
+    def _check_node(self, index: int, of_value: bounds.Range | None) -> None:
         """Check one node, and the textures in it.
 
         Args:
@@ -113,7 +122,7 @@ class NodeCheck:
             of_value: of a texture, the range of the parameter whose value it is.
         """
         plugin, props = self._plugin(index), self.nodes[index].props
-        parameters = plugins(self._kind(index))[plugin]
+        parameters = bounds.plugins(self._kind(index))[plugin]
         if "filename" in parameters and "filename" not in props:
             self._refuse(index, "filename: missing")
         for key, value in props.items():
@@ -122,28 +131,37 @@ class NodeCheck:
                 self._check_nesting(index, value.index())
                 continue
             if key not in parameters:
-                self._refuse(index, f"{key}: no such parameter{nearest(key, parameters)}")
+                unknown = f"no such parameter{nearest(key, parameters)}"
+                self._refuse(index, f"{key}: {bounds.untaken(plugin, key) or unknown}")
             kind = parameters[key]
-            if of_value and key in OF_TEXTURE.get(plugin, ()):
-                kind = colour(*of_value)
+            if of_value and key in bounds.OF_TEXTURE.get(plugin, ()):
+                kind = (bounds.numbers if key == "values" else bounds.colour)(*of_value)
             if is_object and kind.values:
                 self._check_node(value.index(), kind.values)
             elif is_object or not kind.holds(value):
-                said = "a texture" if is_object else shown(value)
-                self._refuse(index, f"{key}: {said} is not {kind.words}")
-            elif kind is FILE:
+                said = f"a texture is not {kind.words}" if is_object else bounds.refusal(value, kind)
+                self._refuse(index, f"{key}: {said}")
+            elif kind is bounds.FILE:
                 props[key] = str(self._file(index, value, of_value))
 
     def _check_nesting(self, index: int, child: int) -> None:
         outer, inner = self._kind(index), self._kind(child)
         on_shape = inner == "Emitter" and KINDS[self._plugin(child)].on_shape
-        if inner not in NESTED.get(outer, ()) or (inner == "Emitter" and on_shape != (outer == "Shape")):
+        # A light on a shape may stand in the scene, where shapes refer to it.
+        if inner not in NESTED.get(outer, ()) or (inner, outer, on_shape) == ("Emitter", "Shape", False):
             where = "the scene" if outer == "Scene" else f"a {outer.lower()}"
             self._refuse(child, f"{inner.lower()} {self._plugin(child)} does not belong in {where}")
+        if on_shape and self._shapes_of(child) > 1:
+            self._refuse(child, "more than one shape refers to it; each takes an emitter of its own")
         if inner == "Texture":
             self._check_node(child, None)
 
-    def _file(self, index: int, name: str, of_value: Range | None) -> Path:
+    def _shapes_of(self, emitter: int) -> int:
+        """Number of references from shapes to an emitter."""
+        shapes = (index for index in range(len(self.nodes)) if self._kind(index) == "Shape")
+        return sum(list(children(self.nodes, index)).count(emitter) for index in shapes)
+
+    def _file(self, index: int, name: str, of_value: bounds.Range | None) -> Path:
         """The file that a node names, after a look into a picture or mesh."""
         plugin, where, folder = self._plugin(index), self._where(index), self.path.resolve().parent
         if index not in self._files:
@@ -157,7 +175,7 @@ class NodeCheck:
         if plugin == "bitmap" or plugin in KINDS:
             smallest = SMALLEST_MAP if plugin in KINDS else (1, 1)
             values = np.asarray(read_bitmap(file, f"{file}: {plugin}", smallest))
-            (low, high), floats = of_value or ANY_VALUE, values.dtype.kind == "f"
+            (low, high), floats = of_value or bounds.ANY_VALUE, values.dtype.kind == "f"
             least, most = float(values.min()), float(values.max())
             if floats and not low <= least <= most <= high:
                 said = f"values from {least:g} to {most:g} are outside [{low:g}, {high:g}]"
@@ -170,7 +188,9 @@ class NodeCheck:
         """Refuse more pixels than memory holds; each light that is not ambient has a picture of its own."""
         of_lights = [node.props.plugin_name() for node in self.nodes if node.type.name == "Emitter"]
         lights = sum(not KINDS[name].ambient for name in of_lights)
-        films = [node.props for node in self.nodes if node.type.name == "Film"]
+        sensors = [index for index in range(len(self.nodes)) if self._kind(index) == "Sensor"]
+        objects = (child for sensor in sensors for child in children(self.nodes, sensor))
+        films = [self.nodes[child].props for child in objects if self._kind(child) == "Film"]
         pixels = max(1, lights) * sum(
             math.prod(int(film.get(key, default)) for key, default in _DEFAULT_FILM.items()) for film in films
         )

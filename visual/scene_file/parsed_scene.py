@@ -46,6 +46,7 @@ class Camera:
         filter: Mitsuba's name of the film's reconstruction filter.
         filter_radius: of this filter, pixels; half a pixel is a box, whatever its name.
         sample_border: whether samples beyond the picture count in its outermost pixels.
+        clips: distances of the near and the far clip plane, in units of `to_world` from its origin.
     """
 
     kind: str
@@ -58,6 +59,7 @@ class Camera:
     filter: str
     filter_radius: float
     sample_border: bool
+    clips: tuple[float, float] = (1e-2, 1e4)
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,7 @@ class Description:
         grey: whether no material and no light has colour.
         integrator: Mitsuba's name of the integrator; None if the file has none.
         max_depth: longest path of light; None if paths have no limit.
+        spectral: whether a material or a light has one of `visual.backend.variants.SPECTRA`.
     """
 
     plate: ParsedPlate
@@ -104,6 +107,7 @@ class Description:
     grey: bool
     integrator: str | None
     max_depth: int | None
+    spectral: bool = False
 
     @property
     def plate_alone(self) -> bool:

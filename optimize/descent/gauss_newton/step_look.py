@@ -72,7 +72,7 @@ class StepLook:
         resolution = refinement * max(scene.resolution)
         strata = affordable(strata, math.prod(scene.size_of(resolution)))
         samples = FixedSamples(
-            resolution, problem.seed, strata, EDGE_SAMPLES, DIRECTIONS, AMBIENT_STRATA, BLUR
+            resolution, problem.seed, strata, EDGE_SAMPLES, DIRECTIONS, AMBIENT_STRATA, STEP_BLUR
         )
         self._views = scene.look(problem.look).views(samples)
         overhead = all(view.overhead for view in self._views)

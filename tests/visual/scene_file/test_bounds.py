@@ -120,7 +120,6 @@ def test_a_reflectance_is_from_0_to_1(folder: Path, written: str, value: str) ->
         ('<emitter type="constant"><rgb name="radience" value="1"/></emitter>', "did you mean radiance"),
         ('<emitter type="constant"><rgb name="to_world" value="1"/></emitter>', "to_world"),
         ('<emitter type="constant"><float name="to_world" value="1"/></emitter>', "to_world"),
-        ('<emitter type="area"/>', "does not belong in the scene"),
         ('<shape type="disk"><emitter type="point"/></shape>', "does not belong in a shape"),
         ('<shape type="disk"><shape type="disk"/></shape>', "does not belong in a shape"),
         ('<shape type="sphere"><float name="radius" value="0"/></shape>', "radius"),
