@@ -37,7 +37,6 @@ from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName, check_model
 from tactile.pair_variation import check_patch
 from tactile.quantities import FLAT_SHARE, ROUGHNESS, GoalKey, Quantity, Values
-from visual.backend import variants
 from visual.looks import AUTO, EXACT, FAST
 from visual.scene import Scene, load_scene, plate_size_mm
 
@@ -277,8 +276,6 @@ def check_look(settings: Run, scene: Scene) -> None:
         return
     # What the fast look can show, exact pictures can.
     if look in (AUTO, EXACT):
-        variants.use(scene.variant)
-        variants.require_gradients()
         scene.check_model("exact")
     else:
         scene.look(look).check()
