@@ -27,7 +27,10 @@ def biased(scene: Scene, share: float, seed: int) -> Array:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("share", [0.0, 0.03, 0.05])
-def test_a_known_bias_is_found_whatever_the_noise(scene_of: Callable[..., Scene], share: float) -> None:
+def test_a_known_bias_is_found_whatever_the_noise(
+    scene_of: Callable[..., Scene], monkeypatch: pytest.MonkeyPatch, share: float
+) -> None:
+    monkeypatch.setattr("visual.step_bias.SAMPLES", 2)
     scene = scene_of(
         sun(20), sun(60, 150), sky(), heights=hills(2.5, 0.7), material=PLASTIC, rows=24, cols=24
     )
@@ -42,6 +45,7 @@ def test_a_known_bias_is_found_whatever_the_noise(scene_of: Callable[..., Scene]
     assert [line is not None for line in lines] == [share == 0.05] * 4
 
 
+@pytest.mark.slow
 def test_light_from_face_to_face_is_no_bias(scene_of: Callable[..., Scene]) -> None:
     bright = MATTE.replace('"0.5"', '"0.95"')
     bias = step_bias(scene_of(sun(35), sky(), material=bright, max_depth=8), "exact")
@@ -59,6 +63,7 @@ def test_a_highlight_narrower_than_the_lights_is_named(scene_of: Callable[..., S
     assert "far" not in line and len(line.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_the_fast_look_is_compared_too(scene_of: Callable[..., Scene]) -> None:
     scene = scene_of(sun(15, name="low"), sun(60, 150, name="high"), material=PLASTIC)
     assert step_bias(scene, "fast").max() < 0.1

@@ -215,6 +215,7 @@ def test_what_steps_saw_stands_beside_what_was_verified(
     assert "steps saw" not in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_large_bias_is_said_before_the_original_is_pressed(
     out: Path, run_file: RunFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: Any
 ) -> None:
@@ -758,6 +759,7 @@ def test_an_interrupt_after_the_descent_leaves_something_to_print(
     np.testing.assert_allclose(resumed.heights, best, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", ["preparation.measure_touch", "job.clear"])
 def test_an_interrupt_before_anything_is_written_does_not_go_on_with_the_earlier_run(
     copy: Path, run_file: RunFile, monkeypatch: pytest.MonkeyPatch, capfd: Any, place: str
