@@ -2,21 +2,16 @@
 
 from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
 
 from relief.ground.formats import RUN_CHECKPOINT
 
-
-class CheckpointStamp(NamedTuple):
-    """Which checkpoint a folder holds: every new one is another file."""
-
-    file: int
-    written_ns: int
+CheckpointStamp = tuple[int, int]
+"""Number of a file and ns when it was written: every new checkpoint is another file."""
 
 
 def checkpoint_stamp(run_dir: Path) -> CheckpointStamp | None:
     """The stamp of the checkpoint in a folder; None if there is none."""
     with suppress(OSError):
         stat = (run_dir / RUN_CHECKPOINT).stat()
-        return CheckpointStamp(stat.st_ino, stat.st_mtime_ns)
+        return stat.st_ino, stat.st_mtime_ns
     return None

@@ -95,7 +95,6 @@ class Outcome:
         baseline_pictures: (conditions, rows, cols) radiance, converged; None where linear scaling cannot
             reach the target.
         steps_seen: of the original; None as in `Original`.
-        step_change_percent: change of the pictures as steps see it; None where `steps_seen` is.
     """
 
     descent: DescentResult
@@ -114,7 +113,6 @@ class Outcome:
     printed: AsPrinted | None = None
     colours: tuple[Array, Array] | None = None
     steps_seen: StepsSeen | None = None
-    step_change_percent: float | None = None
 
 
 @stage("rendering the final pictures")
@@ -132,7 +130,7 @@ def measure(
         verified: touch of its best relief by the verifying model; pressed here by the layer if there is none.
         iterations: the outer iterations.
     """
-    settings, problem, seen = original.settings, original.problem, original.steps_seen
+    settings, problem = original.settings, original.problem
     best = descent.best.heights
     # The same random numbers before and after: what differs between the pictures is the relief, not noise.
     samples, seed = settings.verify.samples, settings.seed + 1
@@ -159,8 +157,7 @@ def measure(
         feel_of=original.feel_of,
         printed=as_printed(settings, problem, best, (before.mean, after.mean)),
         colours=colour_pictures(problem.scene, problem.heights, best, seed) if problem.scene.colour else None,
-        steps_seen=seen,
-        step_change_percent=None if seen is None else seen.change_percent(best),
+        steps_seen=original.steps_seen,
     )
 
 

@@ -55,10 +55,9 @@ class StepsSeen:
             InputError: the look has no pictures of the scene with gradients, or a camera does not see the
                 plate.
         """
-        model, rendered = look_model(look), settings.look.samples is not None
-        if "look.model" not in METHODS[settings.descent.method].takes or not model.radiance:
-            return None
-        if model.sampled and rendered:
+        takes, model = METHODS[settings.descent.method].takes, look_model(look)
+        rendered = model.sampled and settings.look.samples is not None
+        if "look.model" not in takes or rendered or not model.radiance:
             return None
         if scene.passes_from_sides == 0:
             # Refuses a film of so many pixels that the finer samples of steps from above do not fit.

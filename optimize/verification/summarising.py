@@ -139,9 +139,9 @@ def _look(settings: Run, problem: Problem, outcome: Outcome) -> PictureChange:
 
 def _steps(outcome: Outcome, verified: PictureChange) -> dict[str, object]:
     """What the steps saw, by the keys of a `PictureChange`, beside the verified change."""
-    seen, percent = outcome.steps_seen, outcome.step_change_percent
-    if seen is None or percent is None:
+    if (seen := outcome.steps_seen) is None:
         return {}
+    percent = seen.change_percent(outcome.relief.heights)
     return {
         "step_bias_percent": tuple((100.0 * seen.bias).tolist()),
         "step_change_percent": percent,
