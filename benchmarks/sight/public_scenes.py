@@ -1,13 +1,13 @@
 """Public scenes of Mitsuba 3 that are given a plate: what Retouch says, and whether it renders as Mitsuba does.
 
-python -m benchmarks.sight.public_scenes FOLDER              # what is not in the results yet, some minutes
+python -m benchmarks.sight.public_scenes FOLDER              # what is not in the results yet, a minute a scene
 python -m benchmarks.sight.public_scenes FOLDER --again
 
-FOLDER holds the repositories of `EXAMPLES` at the commits of `COMMITS`, as FOLDER/owner/name; nothing of them is
-committed here. Each scene is tried as it is, then with the plate in place of one of its shapes, then with one edit
-more at a time, so that every refusal is seen. In all of them includes are written out and the longer side of the
-film has `PIXELS` pixels. The first and the last scene that Retouch accepts are rendered by Retouch, light by light,
-and by `mi.load_file` with the height field's plugin, all lights at once.
+FOLDER holds the repositories of `EXAMPLES` at the commits of `COMMITS`, as FOLDER/owner/name; nothing of them
+is committed here. Each scene is tried as it is, then with the plate in place of one of its shapes, then with
+one edit more at a time, so that every refusal is seen. In all of them includes are written out and the longer
+side of the film has `PIXELS` pixels. The first and the last scene that Retouch accepts are rendered by Retouch,
+light by light, and by `mi.load_file` with the height field's plugin, all lights at once.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import shutil
 import tempfile
 import xml.etree.ElementTree as ElementTree
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ import numpy as np
 
 from benchmarks.shared.common import DOCS, kept, load, parser_of, publish, table
 from benchmarks.sight.public_examples import COMMITS, EXAMPLES, RELIEF, Example
-from benchmarks.sight.step_bias import bias_percent, of_steps, rendered, waves
+from benchmarks.sight.step_bias import bias_percent, digits, of_steps, rendered, waves
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from visual.backend import heightfield, variants
@@ -33,9 +34,9 @@ from visual.explain import GRADIENTS, explain_scene
 from visual.scene import Scene, load_scene
 
 NAME, COMMAND = "public_scenes", "benchmarks.sight.public_scenes"
-PIXELS, SAMPLES, SEEDS, STRIDE = 96, 64, (1, 2, 3, 4), 3
-"""Longer side of the films; samples a pixel; seeds; pixels between those that are compared, because a filter makes
-the noise of neighbours alike."""
+PIXELS, SAMPLES, SEEDS, STRIDE = 64, 64, (1, 2, 3, 4), 3
+"""Longer side of the films; samples a pixel; seeds; pixels from one that is compared to the
+next where a filter makes the noise of neighbours alike."""
 SIGMAS = 4.0
 """Standard errors of the mean product of differences within which two sets of pictures are called equal."""
 STEEPNESS = 0.1
@@ -45,7 +46,7 @@ HIGHEST_MM = 20.0
 
 
 def measure(example: Example, downloads: Path) -> dict[str, Any]:
-    """What Retouch says of one example, edit by edit, and how it renders the first and the last that it accepts."""
+    """What Retouch says of an example, edit by edit, and how it renders what it accepts."""
     steps: list[dict[str, Any]] = []
     source = downloads / example.repository / example.path
     root = read(source)
@@ -140,7 +141,8 @@ def against_mitsuba(path: Path, example: Example) -> dict[str, Any]:
     mi.file_resolver().prepend(str(path.parent))
     plain = mi.load_file(str(path), **defines)
     theirs = np.stack([_channels(np.array(mi.render(plain, spp=SAMPLES, seed=100 + seed))) for seed in SEEDS])
-    some = slice(None, None, STRIDE)
+    filtered = any(camera.filter is not None for camera in scene.light_scenes()[0].cameras)
+    some = slice(None, None, STRIDE if filtered else 1)
     bias, noise = bias_percent(ours[..., some, some], theirs[..., some, some])
     return {
         "variant": scene.variant,
@@ -180,10 +182,10 @@ def bias_of_steps(path: Path, example: Example) -> dict[str, Any]:
         pictures = np.stack([rendered(scene, seed) for seed in SEEDS])
     except InputError as refusal:
         return {"steps refused": str(refusal).replace(f"{path.parent}/", "")}
-    bias, noise = bias_percent(steps, pictures)
+    values, noise = bias_percent(steps, pictures)
     names = scene.conditions
     return {
-        "bias_percent": {name: float(f"{value:.3g}") for name, value in zip(names, bias, strict=True)},
+        "bias_percent": {name: float(f"{value:.3g}") for name, value in zip(names, values, strict=True)},
         "bias_noise_percent": {name: float(f"{value:.3g}") for name, value in zip(names, noise, strict=True)},
     }
 
@@ -195,6 +197,56 @@ def main() -> None:
     arguments = parser.parse_args()
     for example in EXAMPLES:
         kept(NAME, "scenes", example.name, partial(measure, example, arguments.folder), arguments.again)
+    publish(DOCS / "evidence" / "scenes.md", NAME, COMMAND, as_table(load(NAME)["scenes"]))
+
+
+def as_table(scenes: dict[str, Any]) -> str:
+    """A row for each scene as Markdown."""
+    rows = []
+    for example in EXAMPLES:
+        steps = scenes[example.name]["steps"]
+        accepted = next(number for number, step in enumerate(steps) if "refused" not in step)
+        measured = [step for step in steps if "differs_percent" in step]
+        rows.append(
+            [
+                f"`{example.path}`",
+                "; ".join(changes(steps[: accepted + 1], "refused", f"{Path(example.path).name}: ")),
+                "; ".join(dict.fromkeys(map(equality, measured))),
+                "; ".join(changes(steps[accepted:], "gradients")) or "at once",
+                "; ".join(dict.fromkeys(filter(None, map(bias, measured)))) or "-",
+            ]
+        )
+    head = ("scene", "refused, and changed for it", "beside Mitsuba", "no gradients, and changed for it")
+    return table((*head, "bias of steps, %"), rows)
+
+
+def changes(steps: list[dict[str, Any]], key: str, before: str = "") -> list[str]:
+    """Each refusal of some steps with the edits after which it is gone."""
+    found, edits = [], []
+    for step, following in pairwise(steps):
+        edits.append(following["changed"])
+        if step.get(key) != following.get(key) and step.get(key) != "there":
+            reason = str(step[key]).removeprefix(before).replace("|", "\\|")
+            found.append(f"*{reason}*: {', '.join(edits)}")
+            edits = []
+    return found
+
+
+def equality(step: dict[str, Any]) -> str:
+    """Whether pictures are those of Mitsuba, within their noise."""
+    ratio = step["mean_ratio"]
+    if step["sigmas"] > SIGMAS:
+        return f"**{ratio:.3g} times as bright**, {step['sigmas']:.0f} standard errors"
+    return f"equal: {step['sigmas']:+.1f} standard errors, mean {100.0 * (ratio - 1.0):+.2f} %"
+
+
+def bias(step: dict[str, Any]) -> str:
+    """The largest bias of the conditions of a step."""
+    if "steps refused" in step or "bias_percent" not in step:
+        return str(step.get("steps refused", ""))
+    pairs = zip(step["bias_percent"].values(), step["bias_noise_percent"].values(), strict=True)
+    value, noise = max(pairs)
+    return f"below {digits(2.0 * noise)}" if value <= 1.4 * noise else digits(value)
 
 
 if __name__ == "__main__":

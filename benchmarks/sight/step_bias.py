@@ -4,10 +4,10 @@ python -m benchmarks.sight.step_bias                  # what is not in the resul
 python -m benchmarks.sight.step_bias --again
 python -m benchmarks.sight.step_bias --column before  # of a checkout that is kept to compare with
 
-The bias of a condition is the root of the mean product of two differences between the pictures of a step and
-rendered ones, over the mean of the rendered ones. Each difference has samples of its own, so that the noise of
-neither counts; the product is a mean over all pairs of four seeds. The scenes have direct light alone, because
-steps leave out light from face to face.
+The bias of a condition is the root of the mean product of two differences between the pictures of a step
+and rendered ones, over the mean of the rendered ones. Each difference has samples of its own, so that the
+noise of neither counts; the product is a mean over all pairs of four seeds. The scenes have direct light
+alone, because steps leave out light from face to face.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from visual.scene import Scene, load_scene
 
 NAME, COMMAND = "step_bias", "benchmarks.sight.step_bias"
 SIDE, SAMPLES, SEEDS = 64, 256, (3, 4, 5, 6)
-"""Pixels of the film and samples of the waves along a side; samples a pixel; seeds of the differences."""
+"""Samples of the waves along a side; samples a pixel; seeds of the differences."""
 NO_LINE, LINE = 3.0, 5.0
 """Bias, %, below which a run says nothing, and from which it says a line."""
 
@@ -44,7 +44,8 @@ MATERIALS = {
     "roughconductor 0.05": '<bsdf type="roughconductor"><float name="alpha" value="0.05"/></bsdf>',
 }
 """Materials: matte, a mirror-smooth coat, a broad highlight, a mirror, a narrow lobe without a matte part."""
-RELIEFS = ("waves", "gravel-tile")
+RELIEFS, COLUMNS = {"waves": SIDE, "gravel-tile": 128}, ("before", "after")
+"""Height samples along a side of each relief, and pixels of the film; columns of the table."""
 SKY = '<emitter type="envmap"><string name="filename" value="{}"/>'
 SKY += '<transform name="to_world"><rotate x="1" angle="90"/></transform></emitter>'
 
@@ -99,7 +100,8 @@ def scene_of(material: str, shining: str, relief: str, folder: Path) -> Scene:
                 <scale x="5" y="5"/><lookat origin="0, 0, 20" target="0, 0, 0" up="0, 1, 0"/>
             </transform>
             <sampler type="independent"><integer name="sample_count" value="64"/></sampler>
-            <film type="hdrfilm"><integer name="width" value="{SIDE}"/><integer name="height" value="{SIDE}"/>
+            <film type="hdrfilm"><integer name="width" value="{RELIEFS[relief]}"/>
+                <integer name="height" value="{RELIEFS[relief]}"/>
                 <rfilter type="box"/></film>
         </sensor>
         {lights()[shining](folder)}
@@ -107,7 +109,7 @@ def scene_of(material: str, shining: str, relief: str, folder: Path) -> Scene:
         </scene>""",
         encoding="utf-8",
     )
-    return load_scene(path, texture=None if relief == RELIEFS[0] else find_texture(relief))
+    return load_scene(path, texture=None if relief == "waves" else find_texture(relief))
 
 
 Value = TypeVar("Value")
@@ -195,26 +197,51 @@ def cases() -> Iterator[tuple[str, str, str]]:
 def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("--again", action="store_true")
-    parser.add_argument("--column", choices=("before", "after"), default="after")
+    parser.add_argument("--column", choices=COLUMNS, default="after")
     arguments = parser.parse_args()
     for case in cases():
         kept(NAME, arguments.column, ", ".join(case), partial(measure, *case), arguments.again)
-    publish(DOCS / "evidence" / "eye.md", NAME, COMMAND, as_table(load(NAME)))
+    publish(DOCS / "evidence" / "scenes.md", NAME, COMMAND, as_table(load(NAME)))
 
 
 def as_table(results: dict[str, Any]) -> str:
-    """Rows as Markdown."""
+    """A row for each material and light as Markdown, the reliefs side by side."""
+    head = [f"{relief} {column}, %" for column in COLUMNS for relief in RELIEFS]
     rows = []
-    for case in cases():
-        before, after = (results.get(column, {}).get(", ".join(case)) for column in ("before", "after"))
-        rows.append([*case, *shown(before), *shown(after)])
-    head = ("material", "light", "relief", "before, %", "CPU s", "after, %", "line", "CPU s")
-    return table(head, rows)
+    for material, shining in product(MATERIALS, lights()):
+        found = [
+            [results.get(column, {}).get(f"{material}, {shining}, {relief}") for relief in RELIEFS]
+            for column in COLUMNS
+        ]
+        line = " / ".join(
+            "-" if row is None else "refused" if "refused" in row else "line" if row["line"] else "none"
+            for row in found[-1]
+        )
+        cpu_s = " / ".join(
+            "-" if row is None or "check" not in row else f"{row['check']['cpu_s']:.1f}" for row in found[-1]
+        )
+        rows.append([material, shining, *(shown(row) for column in found for row in column), line, cpu_s])
+    return table(("material", "light", *head, "said", "CPU s"), rows)
 
 
-def shown(row: dict[str, Any] | None) -> list[Any]:
-    """Cells of a row."""
-    return [row]
+def shown(row: dict[str, Any] | None) -> str:
+    """The largest bias of a scene's conditions with its standard error, or what noise alone would show."""
+    if row is None or "refused" in row:
+        return "-" if row is None else "refused"
+    conditions = row["bias_percent"]
+    if not any(row["mean_of_pictures"].values()):
+        return "black"
+    name = max(conditions, key=lambda each: conditions[each])
+    bias, noise = conditions[name], row["noise_percent"][name]
+    # Of the square, the noise is one standard error.
+    if bias <= 1.4 * noise:
+        return f"below {digits(2.0 * noise)}"
+    return f"{digits(bias)} ± {digits(0.5 * noise**2 / bias)}"
+
+
+def digits(value: float) -> str:
+    """A number with two digits, or as many as it has before the point."""
+    return f"{value:.0f}" if value >= 10.0 else f"{value:.2g}"
 
 
 if __name__ == "__main__":
