@@ -1,13 +1,13 @@
-"""Public scenes of Mitsuba 3 that are given a plate: what Retouch says, and whether it renders as Mitsuba does.
+"""Public scenes of Mitsuba 3 with a plate: what Retouch says of them, and whether it renders as Mitsuba does.
 
-python -m benchmarks.sight.public_scenes FOLDER              # what is not in the results yet, a minute a scene
+python -m benchmarks.sight.public_scenes FOLDER           # what is not in the results yet, a minute a scene
 python -m benchmarks.sight.public_scenes FOLDER --again
 
 FOLDER holds the repositories of `EXAMPLES` at the commits of `COMMITS`, as FOLDER/owner/name; nothing of them
 is committed here. Each scene is tried as it is, then with the plate in place of one of its shapes, then with
-one edit more at a time, so that every refusal is seen. In all of them includes are written out and the longer
-side of the film has `PIXELS` pixels. The first and the last scene that Retouch accepts are rendered by Retouch,
-light by light, and by `mi.load_file` with the height field's plugin, all lights at once.
+one edit more at a time, so that every refusal is seen. In all of them includes are written out, and the
+longer side of the film has `PIXELS` pixels. The first and the last scene that Retouch accepts are rendered by
+Retouch, light by light, and by `mi.load_file` with the height field's plugin, all lights at once.
 """
 
 from __future__ import annotations
@@ -149,8 +149,15 @@ def against_mitsuba(path: Path, example: Example) -> dict[str, Any]:
         "differs_percent": [float(f"{b:.3g}") for b in bias],
         "noise_percent": [float(f"{n:.3g}") for n in noise],
         "sigmas": float(f"{np.max(np.sign(bias) * (bias / np.where(noise > 0.0, noise, 1.0)) ** 2):.3g}"),
-        "mean_ratio": float(f"{ours.mean() / theirs.mean():.5g}") if theirs.any() else None,
+        "mean_ratio": float(f"{ours.mean() / theirs.mean():.5g}"),
+        "mean_noise_percent": float(f"{100.0 * mean_error(ours, theirs):.3g}"),
     }
+
+
+def mean_error(ours: Array, theirs: Array) -> float:
+    """Standard error of the ratio of two mean pictures of several seeds."""
+    means = [of.mean((1, 2, 3)) / of.mean() for of in (ours, theirs)]
+    return float(np.sqrt(sum(of.var(ddof=1) / len(of) for of in means)))
 
 
 def everything(scene: Scene, seed: int) -> Array:
@@ -237,7 +244,8 @@ def equality(step: dict[str, Any]) -> str:
     ratio = step["mean_ratio"]
     if step["sigmas"] > SIGMAS:
         return f"**{ratio:.3g} times as bright**, {step['sigmas']:.0f} standard errors"
-    return f"equal: {step['sigmas']:+.1f} standard errors, mean {100.0 * (ratio - 1.0):+.2f} %"
+    mean = f"{100.0 * (ratio - 1.0):+.2f} ± {digits(step['mean_noise_percent'])} %"
+    return f"equal: {step['sigmas']:+.1f} standard errors, mean {mean}"
 
 
 def bias(step: dict[str, Any]) -> str:
