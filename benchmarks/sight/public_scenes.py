@@ -30,11 +30,11 @@ from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from visual.backend import heightfield, variants
 from visual.exact.render import RenderSettings, light_pictures
-from visual.explain import GRADIENTS, explain_scene
+from visual.explain import GRADIENTS, NO_GRADIENTS, explain_scene
 from visual.scene import Scene, load_scene
 
 NAME, COMMAND = "public_scenes", "benchmarks.sight.public_scenes"
-PIXELS, SAMPLES, SEEDS, STRIDE = 64, 64, (1, 2, 3, 4), 3
+PIXELS, SAMPLES, SEEDS, STRIDE = 64, 128, (1, 2, 3, 4), 3
 """Longer side of the films; samples a pixel; seeds; pixels from one that is compared to the
 next where a filter makes the noise of neighbours alike."""
 SIGMAS = 4.0
@@ -121,8 +121,7 @@ def said(scene: Path, example: Example) -> dict[str, Any]:
         return {"refused": f"internal error: {type(error).__name__}: {error}"}
     gradients = lines["gradients"]
     return {
-        "gradients": "there" if gradients.startswith(GRADIENTS[:5]) else gradients.partition(": ")[2],
-        "explained": lines,
+        "gradients": "there" if gradients == GRADIENTS else gradients.removeprefix(NO_GRADIENTS),
     }
 
 
@@ -186,6 +185,7 @@ def bias_of_steps(path: Path, example: Example) -> dict[str, Any]:
     try:
         scene = load_scene(beside, example.defines if "$alpha" in text else None)
         steps = np.stack([of_steps(scene, seed) for seed in SEEDS])
+        jacobians = [j for view in scene.views() for j in view.evaluate(scene.heights).jacobians]
         pictures = np.stack([rendered(scene, seed) for seed in SEEDS])
     except InputError as refusal:
         return {"steps refused": str(refusal).replace(f"{path.parent}/", "")}
@@ -193,6 +193,8 @@ def bias_of_steps(path: Path, example: Example) -> dict[str, Any]:
     names = scene.conditions
     return {
         "bias_percent": {name: float(f"{value:.3g}") for name, value in zip(names, values, strict=True)},
+        "jacobians are finite": all(bool(np.isfinite(jacobian.data).all()) for jacobian in jacobians),
+        "jacobians of zeros": sum(not jacobian.nnz or not jacobian.data.any() for jacobian in jacobians),
         "bias_noise_percent": {name: float(f"{value:.3g}") for name, value in zip(names, noise, strict=True)},
     }
 
