@@ -112,6 +112,7 @@ class LookModel:
         side_s: seconds of a step for each height sample and each picture from the side.
         sampled: whether its pictures are sampled, so that `look.samples` applies and they have noise.
         shadows: whether its pictures have shadows, so that `descent.shadow_edges` applies.
+        radiance: whether its pictures are those of a camera.
     """
 
     implementation: str
@@ -119,13 +120,14 @@ class LookModel:
     side_s: float = 0.0
     sampled: bool = False
     shadows: bool = False
+    radiance: bool = True
 
 
 LOOKS: Mapping[str, LookModel] = {
     "exact": LookModel("visual.scene_looks:ExactLook", 8e-5, 1.5e-5, sampled=True, shadows=True),
     "fast": LookModel("visual.scene_looks:FastLook", 3e-5, 0.8e-5, shadows=True),
     "shading": LookModel("visual.scene_looks:ShadingLook", 3e-5, 0.8e-5),
-    "heights": LookModel("visual.scene_looks:HeightsLook", 3e-5),
+    "heights": LookModel("visual.scene_looks:HeightsLook", 3e-5, radiance=False),
 }
 """Looks by their names. "shading", the fast look without shadows and ambient occlusion, and "heights", height
 differences in place of pictures, exist to compare with."""

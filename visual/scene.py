@@ -310,8 +310,11 @@ class Scene:
         for obstacle in obstacles(model, self.description, self.needs, self.heights.shape):
             remedy = '; use look.model = "exact"' if model == "fast" else ""
             raise InputError(f"{self.file}: {obstacle}{remedy}")
-        if model != "fast" and self._hidden:
-            raise InputError(f"{self.file}: {HIDDEN}")
+        if model != "fast":
+            variants.use(self.variant)
+            variants.require_gradients()
+            if self._hidden:
+                raise InputError(f"{self.file}: {HIDDEN}")
 
     def _field(self, heights: Tensor | ArrayLike | None) -> Tensor:
         """Checked heights (..., rows, cols), mm, in floating point."""

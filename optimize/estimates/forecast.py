@@ -18,6 +18,7 @@ from optimize.runs.memory import WINDOW, machine_gib, needed_gib
 from optimize.runs.preparation import checked_scene, known_in_reach, press_original
 from optimize.settings.run_file import Run
 from optimize.verification.felt_places import MOST_BETWEEN
+from optimize.verification.steps_seen import StepsSeen
 from relief.ground.errors import InputError
 from relief.ground.formatting import duration, number
 from relief.patches import Patches
@@ -25,7 +26,7 @@ from relief.places import places
 from tactile.elements import finite_elements, round_pad
 from tactile.layer import elastic_layer
 from tactile.touch_limits import FEM_MESH, model_name
-from visual.looks import AUTO, FAST, FixedSamples, look_model
+from visual.looks import AUTO, FAST, look_model
 
 START_S = 6.0
 """Seconds to import, load and compile, to press on the original, and for the baseline and the report."""
@@ -140,7 +141,7 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
     patches = Patches(
         surface, places(surface, settings.touch.spacing_mm), side_mm=settings.touch.finger.patch_mm
     )
-    scene.look(look).views(FixedSamples())
+    StepsSeen.of(settings, scene, look)  # For what it refuses, and its warning.
     if not known_in_reach(settings, maps):
         press_original(settings, scene.relief, maps, other)
     heights, pixels = scene.heights.size, scene.resolution[0] * scene.resolution[1]

@@ -2,13 +2,11 @@
 
 from collections.abc import Hashable, Mapping
 
-from optimize.descent.methods import METHODS
-from optimize.runs.preparation import checked_goals, scene_of
+from optimize.runs.preparation import check_look, checked_goals, scene_of
 from optimize.settings.run_file import Run
 from relief.ground.errors import InputError
 from relief.ground.lengths import Lengths
 from relief.ground.progress import stage
-from visual.looks import AUTO, EXACT
 from visual.scene import Scene
 
 
@@ -47,11 +45,5 @@ def _check(settings: Run, scene: Scene | InputError) -> None:
     """Raise InputError if a run cannot begin."""
     if isinstance(scene, InputError):
         raise scene
-    if "look.model" in METHODS[settings.descent.method].takes:
-        look = settings.look.model
-        # What the fast look can show, exact pictures can.
-        if look in (AUTO, EXACT):
-            scene.check_model("exact")
-        else:
-            scene.look(look).check()
+    check_look(settings, scene)
     checked_goals(settings, scene)

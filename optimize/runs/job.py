@@ -4,6 +4,7 @@ texture -> Problem (touch + sight) -> descend -> verification -> run directory
 """
 
 import logging
+import shlex
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -20,6 +21,7 @@ from optimize.run_directory.checkpoint import FILE as CHECKPOINT
 from optimize.run_directory.checkpoint import Checkpoint, check_key, load_checkpoint
 from optimize.run_directory.clock import Moment, now
 from optimize.run_directory.directory import beginning_in, check_vacant, clear
+from optimize.run_directory.earlier import CheckpointStamp, checkpoint_stamp
 from optimize.run_directory.finished_run import holds_run
 from optimize.run_directory.history import History
 from optimize.run_directory.key import SETTINGS, run_key
@@ -115,13 +117,13 @@ def run(
     settings = run if isinstance(run, Run) else load_run(run)
     run_dir = Path("runs") / name if out is None else Path(out)
     check_vacant(run_dir, force)
-    began = now()
+    began, earlier = now(), checkpoint_stamp(run_dir)
     prepared = prepare(settings, variant)
     state = CorrectionState(prepared.surrogate_targets)
     method = prepared.plan.method_for(state.surrogate_targets, prepared.plan.steps)
     start = method.begin(0, prepared.problem.heights, {"pressure": prepared.steering.pressure})
     segment = Segment(method, start)
-    with _telling_how_to_go_on(run_dir), beginning_in(run_dir, force):
+    with _telling_how_to_go_on(run_dir, earlier), beginning_in(run_dir, force):
         # First, so that a folder with anything of a run in it is known by its run.toml.
         results.write_settings(run_dir, settings)
         clear(run_dir)
@@ -206,7 +208,7 @@ def _descend_and_write(
     recorder = Recorder(run_dir, history, key, state, segment, problem.relief, earlier_seconds)
     segment = replace(segment, trace=history.trace())
     descent_began = now()
-    with interruptible(lambda: say(INTERRUPTED.format(run_dir=run_dir))):
+    with interruptible(lambda: say(INTERRUPTED.format(run_dir=shlex.quote(str(run_dir))))):
         descent, verified, state = descend_with_correction(plan, state, segment, recorder)
         descent_seconds = recorder.seconds
         _log.info("the descent has ended at step %d: %s", descent.last.step, descent.reason.value)
@@ -233,8 +235,13 @@ def _descend_and_write(
 
 
 @contextmanager
-def _telling_how_to_go_on(run_dir: Path) -> Iterator[None]:
-    """Add to an error of a file, such as a full disk, which command goes on once the error is mended."""
+def _telling_how_to_go_on(run_dir: Path, earlier: CheckpointStamp | None = None) -> Iterator[None]:
+    """Add to an error of a file, such as a full disk, which command goes on once the error is mended.
+
+    Args:
+        run_dir: of the run.
+        earlier: stamp of a checkpoint in it that is another run's.
+    """
     try:
         yield
     except OSError as error:
@@ -243,7 +250,7 @@ def _telling_how_to_go_on(run_dir: Path) -> Iterator[None]:
         command = "the same command goes on"
         if holds_run(run_dir):
             command = "the same with force=True (--force) begins anew"
-        if (run_dir / CHECKPOINT).is_file():
-            command = f"retouch resume {run_dir} goes on"
+        if checkpoint_stamp(run_dir) not in (None, earlier):
+            command = f"retouch resume {shlex.quote(str(run_dir))} goes on"
         message = f"{error.strerror}; when that is mended, {command}"
         raise OSError(error.errno, message, error.filename or str(run_dir)) from error

@@ -23,6 +23,7 @@ from optimize.settings.touch import too_large
 from optimize.verification.converged import MOST_SAMPLES
 from optimize.verification.jod import jod_obstacle
 from optimize.verification.measuring import Original
+from optimize.verification.steps_seen import StepsSeen
 from optimize.verification.tilt import warn_of_tilt
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError, naming
@@ -147,6 +148,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
     touch, descent = settings.touch, settings.descent
     method = METHODS[descent.method]
     scene, look, maps, other = checked_scene(settings, variant)
+    seen = StepsSeen.of(settings, scene, look)
     with naming(settings.texture):
         untargeted = Problem(
             scene.relief,
@@ -203,6 +205,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         press=press,
         surrogate_targets=first_surrogate_targets(targets, steering.values, original.values),
         feel_of=None if felt is None else felt.described(),
+        steps_seen=seen,
     )
 
 
@@ -266,17 +269,29 @@ def _start(problem: Problem, touch: TouchMeasures) -> Array | None:
     return touch.pressure if touch.pressure.shape == (problem.patches.count, side, side) else None
 
 
+def check_look(settings: Run, scene: Scene) -> None:
+    """Raise InputError if the look that is asked for cannot show the scene, or has no gradients of it."""
+    look = settings.look.model
+    if "look.model" not in METHODS[settings.descent.method].takes:
+        return
+    # What the fast look can show, exact pictures can.
+    if look in (AUTO, EXACT):
+        scene.check_model("exact")
+    else:
+        scene.look(look).check()
+
+
 def steering_look(settings: Run, scene: Scene) -> str:
     """The name of the look that steers, checked before anything is pressed.
 
     A warning is logged where "auto" becomes "exact".
 
     Raises:
-        InputError: the look that is asked for cannot show the scene.
+        InputError: as `check_look`.
     """
+    check_look(settings, scene)
     look = settings.look.model
     if look != AUTO:
-        scene.look(look).check()
         return look
     try:
         scene.look(FAST).check()

@@ -10,6 +10,7 @@ from scipy import ndimage
 
 from optimize.descent.problem import Problem
 from optimize.settings.run_file import Run
+from optimize.verification.picture_change import percent_of
 from optimize.verification.picture_metrics import pixel_weights, pixels_per_degree
 from optimize.verification.verification import DesignNumbers, Faults, PrintNumbers
 from relief.ground.arrays import Array
@@ -66,7 +67,8 @@ def as_printed(
 
     def seen(one: Array, other: Array) -> float:
         blurred = [_blurred(each, eye) for each in (one, other)]
-        return 100.0 * float((weights * np.abs(blurred[1] - blurred[0])).mean() / (weights * before).mean())
+        difference = float((weights * np.abs(blurred[1] - blurred[0])).mean())
+        return percent_of(difference, float((weights * before).mean()))
 
     def beyond_limits(relief: Array) -> Faults:
         return Faults(**faults(relief, surface.pitch_mm, printer, surface.repeats))

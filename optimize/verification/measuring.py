@@ -19,6 +19,7 @@ from optimize.verification.felt_places import FeltPlaces, sampled
 from optimize.verification.other_fingers import felt_by_fingers, felt_by_measured
 from optimize.verification.picture_metrics import known
 from optimize.verification.skin_surface import skin_bands
+from optimize.verification.steps_seen import StepsSeen
 from optimize.verification.verification import FeelOf, Fingers, Measured, SurfaceBand
 from relief.ground.arrays import Array, Index
 from relief.ground.progress import stage
@@ -59,6 +60,7 @@ class Original:
         press: measures heights (rows, cols) by a model of touch at places (k, 2).
         surrogate_targets: of the first descent.
         feel_of: the feel of another relief that is the target, if one is.
+        steps_seen: the original as steps see it; None if they look at no pictures of their own.
     """
 
     settings: Run
@@ -69,6 +71,7 @@ class Original:
     press: Callable[[Array, ModelName, Index], TouchMeasures]
     surrogate_targets: Targets
     feel_of: FeelOf | None = None
+    steps_seen: StepsSeen | None = None
 
 
 @dataclass(frozen=True)
@@ -91,6 +94,8 @@ class Outcome:
         feel_of: the feel of another relief that is the target; None if none is.
         baseline_pictures: (conditions, rows, cols) radiance, converged; None where linear scaling cannot
             reach the target.
+        steps_seen: of the original; None as in `Original`.
+        step_change_percent: change of the pictures as steps see it; None where `steps_seen` is.
     """
 
     descent: DescentResult
@@ -108,6 +113,8 @@ class Outcome:
     feel_of: FeelOf | None = None
     printed: AsPrinted | None = None
     colours: tuple[Array, Array] | None = None
+    steps_seen: StepsSeen | None = None
+    step_change_percent: float | None = None
 
 
 @stage("rendering the final pictures")
@@ -125,7 +132,7 @@ def measure(
         verified: touch of its best relief by the verifying model; pressed here by the layer if there is none.
         iterations: the outer iterations.
     """
-    settings, problem = original.settings, original.problem
+    settings, problem, seen = original.settings, original.problem, original.steps_seen
     best = descent.best.heights
     # The same random numbers before and after: what differs between the pictures is the relief, not noise.
     samples, seed = settings.verify.samples, settings.seed + 1
@@ -152,6 +159,8 @@ def measure(
         feel_of=original.feel_of,
         printed=as_printed(settings, problem, best, (before.mean, after.mean)),
         colours=colour_pictures(problem.scene, problem.heights, best, seed) if problem.scene.colour else None,
+        steps_seen=seen,
+        step_change_percent=None if seen is None else seen.change_percent(best),
     )
 
 

@@ -80,7 +80,12 @@ class Change:
     def percent_of(self, level: float) -> ChangePercent:
         """All attributes but the squares, in percent of a radiance."""
         names = ChangePercent.model_fields
-        return ChangePercent(**{name: 100.0 * getattr(self, name) / float(level) for name in names})
+        return ChangePercent(**{name: percent_of(getattr(self, name), level) for name in names})
+
+
+def percent_of(value: float, level: float) -> float:
+    """A value in percent of a radiance; 0 of a black picture, which has no level."""
+    return 100.0 * float(value) / float(level) if level > 0.0 else 0.0
 
 
 def change(before: Batches, after: Batches, *, weights: Array | float = 1.0) -> Change:
@@ -98,12 +103,11 @@ def change(before: Batches, after: Batches, *, weights: Array | float = 1.0) -> 
     whole = rooted.mean(axis=0)
     square, error = crossed_square(rooted), jackknife_error(crossed_square, rooted)
     root = float(np.sqrt(max(square, 0.0)))
-    most, least = _mean_magnitude(differences), crossed_magnitude(differences)
     return Change(
-        estimate=max(0.0, 0.5 * (most + least)),
-        mean=most,
+        estimate=magnitude(differences),
+        mean=_mean_magnitude(differences),
         mean_error=jackknife_error(_mean_magnitude, differences),
-        mean_at_least=least,
+        mean_at_least=crossed_magnitude(differences),
         noise_floor=noise_floor(differences),
         rms=float(np.sqrt(np.square(whole).mean())),
         rms_less_noise=root,
@@ -125,6 +129,15 @@ def crossed_square(differences: Array) -> float:
     count = len(differences)
     products = np.square(differences.sum(axis=0)) - np.square(differences).sum(axis=0)
     return float(products.mean()) / (count * (count - 1))
+
+
+def magnitude(differences: Array) -> float:
+    """Mean absolute value of a picture: the middle of its bounds, `Change.estimate`.
+
+    Args:
+        differences: (batches, ...) independent, unbiased estimates of the picture.
+    """
+    return max(0.0, 0.5 * (_mean_magnitude(differences) + crossed_magnitude(differences)))
 
 
 def crossed_magnitude(differences: Array) -> float:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from optimize.verification.converged import Known
 from optimize.verification.jod import jod
-from optimize.verification.picture_change import change
+from optimize.verification.picture_change import change, percent_of
 from optimize.verification.verification import PictureChange, PictureNoise
 from relief.ground.arrays import FloatArray
 from relief.ground.limits import EYE_DISTANCE_CM
@@ -104,8 +104,7 @@ def look(
     film = change(before, after)
     films = [change(before.condition(n), after.condition(n)) for n in range(len(pairs))]
     film_mean = float(before.mean.mean())
-    # A black picture has no level, and its change counts as 0 % of it.
-    levels = [float((plate[n] * picture).mean()) or np.inf for n, picture in enumerate(before.mean)]
+    levels = [float((plate[n] * picture).mean()) for n, picture in enumerate(before.mean)]
     return PictureChange(
         change_percent=of_mean.estimate,
         change_rms_percent=of_mean.rms_less_noise,
@@ -114,8 +113,8 @@ def look(
         plate_share=tuple(float(np.mean(one > 0.0)) for one in plate),
         pixel_change_percent=tuple(100.0 * one.estimate / white for one in films),
         rms_change_percent=tuple(100.0 * one.rms_less_noise / white for one in films),
-        mean_change_percent_of_mean=100.0 * film.estimate / film_mean,
-        rms_change_percent_of_mean=100.0 * film.rms_less_noise / film_mean,
+        mean_change_percent_of_mean=percent_of(film.estimate, film_mean),
+        rms_change_percent_of_mean=percent_of(film.rms_less_noise, film_mean),
         dssim=tuple(less_noise(partial(dssim, white=white), b, a) for b, a in pairs),
         flip=tuple(
             less_noise(partial(flip, white=white, pixels_per_degree=one), b, a)

@@ -133,7 +133,20 @@ def _look(settings: Run, problem: Problem, outcome: Outcome) -> PictureChange:
         settings.verify.distance_cm,
         settings.verify.jod,
     )
-    return change.model_copy(update={"conditions": tuple(scene.conditions), "model": problem.look})
+    own = {"conditions": tuple(scene.conditions), "model": problem.look}
+    return change.model_copy(update=own | _steps(outcome, change))
+
+
+def _steps(outcome: Outcome, verified: PictureChange) -> dict[str, object]:
+    """What the steps saw, by the keys of a `PictureChange`, beside the verified change."""
+    seen, percent = outcome.steps_seen, outcome.step_change_percent
+    if seen is None or percent is None:
+        return {}
+    return {
+        "step_bias_percent": tuple((100.0 * seen.bias).tolist()),
+        "step_change_percent": percent,
+        "step_note": seen.note(percent, verified),
+    }
 
 
 def _heights(problem: Problem, heights: Array) -> Heights:

@@ -292,10 +292,17 @@ class PictureChange(Section):
     Attributes:
         conditions: their names.
         model: of pictures, by which a descent was steered.
+        step_bias_percent: of each condition, by which the pictures of steps differed from rendered ones at
+            the start, % of their mean; None where steps look at no such pictures, as the other two.
+        step_change_percent: as `change_percent`, by the pictures of steps.
+        step_note: a sentence, if the verified change is much larger than that.
     """
 
     conditions: tuple[str, ...] = ()
     model: str | None = None
+    step_bias_percent: tuple[float, ...] | None = None
+    step_change_percent: float | None = None
+    step_note: str | None = None
     change_percent: float
     change_rms_percent: float
     change_percent_of_white: float

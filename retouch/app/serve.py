@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import logging
+import shlex
 import signal
 import socket
 import sys
@@ -19,6 +20,7 @@ from retouch.app.guard import Guard, new_token
 from retouch.app.page import AppPage
 from retouch.app.routes import add_routes
 from retouch.app.state.addresses import Addresses
+from retouch.app.state.runs import State
 from retouch.app.state.session import FIRST_TEXTURE, Session
 
 HOST = "127.0.0.1"
@@ -143,4 +145,6 @@ def _stop_runs(session: Session) -> None:
         return
     print("the run under way is asked to stop; its best relief is being written", file=sys.stderr)
     for job in session.running.queue.stop_all(PATIENCE_S):
-        print(f"{job.folder}: {job.state.value}; retouch resume {job.folder} goes on", file=sys.stderr)
+        state, command = job.state, f"; retouch resume {shlex.quote(str(job.folder))} goes on"
+        advice = command if state in (State.STOPPED, State.SHORT) else ""
+        print(f"{job.folder}: {state.value}{advice}", file=sys.stderr)

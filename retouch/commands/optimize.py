@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 import retouch
 from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from optimize.descent.stop_reason import StopReason
+from optimize.run_directory.earlier import checkpoint_stamp
 from optimize.runs.interrupts import INTERRUPTED
 from optimize.settings.fast_models import FAST_MODELS
 from optimize.settings.run_options import run_options, run_overrides, states_a_target
 from relief.ground.errors import InputError
-from relief.ground.formats import HEIGHT_MAPS, HEIGHTS, RUN_CHECKPOINT
+from relief.ground.formats import HEIGHT_MAPS, HEIGHTS
 from relief.ground.options import add_options, declared, given, literal
 from retouch.commands.options import (
     TEXTURE,
@@ -101,13 +102,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def after_interrupt(arguments: argparse.Namespace) -> str:
-    """End of the line that an interrupt prints."""
-    return how_to_go_on(arguments.out)
+    """End of the line that an interrupt prints; before `run`, any checkpoint is of an earlier run."""
+    out: Path | None = arguments.out
+    now = None if out is None else checkpoint_stamp(out)
+    if now is not None and now == getattr(arguments, "earlier", now):
+        return f"; no step of this run is written, and {out} still holds the earlier run"
+    return how_to_go_on(out)
 
 
 def how_to_go_on(run_dir: Path | None) -> str:
     """How to go on with a run, as the end of a line; empty if there is nothing to go on from."""
-    if run_dir is None or not (run_dir / RUN_CHECKPOINT).is_file():
+    if run_dir is None or checkpoint_stamp(run_dir) is None:
         return ""
     return f"; retouch resume {shlex.quote(str(run_dir))} goes on"
 
@@ -117,6 +122,7 @@ def run(arguments: argparse.Namespace) -> int:
     settings.check_texture()
     name = arguments.source if _is_run_file(arguments.source) else settings.texture
     out = arguments.out = arguments.out or Path("runs") / name.stem
+    arguments.earlier = checkpoint_stamp(out)
     _refuse_inputs_in(out, (arguments.source, *settings.files().values()))
     with contact_errors_name(settings.texture):
         if arguments.dry_run:

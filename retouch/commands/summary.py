@@ -132,18 +132,22 @@ def _pictures(look: "PictureChange", verbose: bool) -> Iterator[tuple[str, str]]
     if noise.certainty == "same":
         yield "pictures", noise.message
         return
+    seen = look.step_change_percent
+    by_steps = "" if seen is None else f"; steps saw {percent(seen)}"
     of_mean, of_white = noise.change_percent_of_mean, noise.change_percent_of_white
     if noise.certainty == "within_noise":
         yield "pictures", f"{noise.message} It is at most"
         white = f", {percent(of_white.mean)} of white" if verbose else ""
-        yield "", f"{percent(of_mean.mean)} of the mean picture{white}"
+        yield "", f"{percent(of_mean.mean)} of the mean picture{white}{by_steps}"
     else:
         about = "about " if noise.certainty == "coarse" else ""
-        yield "pictures", f"changed by {about}{percent(of_mean.estimate)} of the mean picture"
+        yield "pictures", f"changed by {about}{percent(of_mean.estimate)} of the mean picture{by_steps}"
         if verbose:
             yield "", "(mean over the pixels that show the plate)"
             yield "", f"bounds {_bounds(of_mean)}"
             yield "", f"of white {percent(of_white.estimate)}; bounds {_bounds(of_white)}"
+    if look.step_note:
+        yield "", look.step_note
     if noise.certainty == "coarse":
         yield "", noise.message
     if noise.certainty != "known":

@@ -19,6 +19,8 @@ MEANINGS = {
     "the eye at its distance do not count.",
     "jod": "Just-objectionable differences, by ColorVideoVDP: 10 for equal pictures; one less where 75 of "
     "100 people find the second picture worse than the first.",
+    "step_bias": "Root mean square difference of the pictures by which steps steer from rendered ones, "
+    "without light from face to face, before the first step and free of noise.",
     "time": "From the start of the command to its last file, on the machine of the run.",
 }
 """Sentences by the name of the number."""

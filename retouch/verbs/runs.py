@@ -35,8 +35,8 @@ def optimize(
 
     Raises:
         InputError: what is wrong with the input, in one line; nothing is written then.
-        KeyboardInterrupt: before there was a result; heights and plates of the best relief are written, and
-            `resume` goes on.
+        KeyboardInterrupt: before there was a result. Heights and plates of the best relief are written, and
+            `resume` goes on; before the descent begins nothing is, and `out` is as it was.
     """
     with followed(progress, quiet):
         return job.run(run, out, variant=variant, force=force, publish=publish)

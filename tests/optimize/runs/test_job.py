@@ -524,7 +524,8 @@ def test_a_full_disk_leaves_an_earlier_run_whole(
 ) -> None:
     before = {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
     monkeypatch.setattr("optimize.run_directory.results.write_atomically", full)
-    with pytest.raises(OSError, match="retouch resume"):
+    # `retouch resume` would go on with the earlier run.
+    with pytest.raises(OSError, match="when that is mended, the same with force=True"):
         runs.optimize(run_file("jnd = 2", SHORT), copy, force=True)
     assert before == {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
 

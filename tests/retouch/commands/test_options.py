@@ -174,6 +174,17 @@ def test_an_interrupt_says_how_to_go_on_only_where_a_run_can(
     checkpoint = run_dir / RUN_CHECKPOINT
     checkpoint.parent.mkdir()
     checkpoint.touch()
-    for command in commands:
+    goes_on = "retouch: interrupted; retouch resume 'my runs/gravel' goes on\n"
+    earlier = "no step of this run is written, and my runs/gravel still holds the earlier run"
+    for command, line in zip(commands, (goes_on, f"retouch: interrupted; {earlier}\n"), strict=True):
         assert main(command) == 130
-        assert capsys.readouterr().err == "retouch: interrupted; retouch resume 'my runs/gravel' goes on\n"
+        assert capsys.readouterr().err == line
+
+    def interrupted_later(*_: object, **__: object) -> None:
+        checkpoint.unlink()
+        checkpoint.write_text("of this run")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(retouch, "optimize", interrupted_later)
+    assert main(commands[1]) == 130
+    assert capsys.readouterr().err == goes_on
