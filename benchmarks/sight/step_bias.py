@@ -29,6 +29,7 @@ from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from visual.looks import EXACT, FixedSamples
 from visual.scene import Scene, load_scene
+from visual.step_bias import bias_line, step_bias
 
 NAME, COMMAND = "step_bias", "benchmarks.sight.step_bias"
 SIDE, SAMPLES, SEEDS = 64, 256, (3, 4, 5, 6)
@@ -184,8 +185,9 @@ def by_condition(scene: Scene, values: Array) -> dict[str, float]:
 
 
 def said(scene: Scene) -> str | None:
-    """The line on the bias that a run of this scene begins with; None if there is none."""
-    return None
+    """The line on the bias with which a run of this scene begins; None if there is none."""
+    line = bias_line(scene, EXACT, step_bias(scene, EXACT))
+    return None if line is None else line.replace(f"{scene.file.parent}/", "")
 
 
 def cases() -> Iterator[tuple[str, str, str]]:
