@@ -21,7 +21,9 @@ from visual.geometry.film_filter import film_filter
 from visual.geometry.projection import Projection, from_above, projection_of
 from visual.geometry.topology import PlateTopology
 from visual.lights.kind import Light
+from visual.lights.near import LightSet
 from visual.lights.quadrature import Quadrature, kind_of, prepare
+from visual.lights.seen import SeenLight, seen_light
 from visual.needs import Needs
 from visual.scene_file.check import instantiate, light_id
 from visual.scene_file.parsed_scene import CheckedScene
@@ -88,12 +90,11 @@ class SceneLoader:
         """
         variants.use(self._variant)
         variants.require_gradients()
-        return [
-            Illumination(
-                self.quadrature(lights, directions).lights(), self.light_scene(lights, resolution).background
-            )
-            for lights in self.groups
-        ]
+        illuminations = []
+        for lights in self.groups:
+            fixed, loaded = self.quadrature(lights, directions).lights(), self.light_scene(lights, resolution)
+            illuminations.append(Illumination(fixed, loaded.background, _seen(lights, loaded, fixed)))
+        return illuminations
 
     def light_scene(self, lights: Lights, resolution: tuple[int, int]) -> LightScene:
         """The plate under some of the lights of a scene.
@@ -164,6 +165,21 @@ class SceneLoader:
 
 def _numbers(lights: Lights) -> frozenset[int]:
     return frozenset(light.node for light in lights)
+
+
+def _seen(lights: Lights, loaded: LightScene, fixed: LightSet) -> SeenLight | None:
+    """Lights as rays see them; None for those that no ray meets. Of all that shine together, one is met."""
+    for light in lights:
+        kind = kind_of(light)
+        if kind.seen is not None:
+            along = kind.seen(light, loaded.scene)
+
+            def lit(points: Any, toward: Any) -> tuple[Any, Any]:
+                loaded.lit.shine(loaded.shining)
+                return along(points, toward)
+
+            return seen_light(lit, fixed, kind.surrounds)
+    return None
 
 
 def _background_lit(lit: LitScene, shining: frozenset[int]) -> Background:

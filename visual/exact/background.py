@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from relief.ground.arrays import Array
-from visual.backend.mitsuba import dr, mi
+from visual.backend.mitsuba import mi
+from visual.lights.seen import environment_radiance, luminance
 
 Background = Callable[[Array], Array]
 """Radiance (rays,) along unit directions (rays, 3) from the camera in which no plate is seen."""
@@ -19,17 +20,14 @@ def black_background(directions: Array) -> Array:
 
 def scene_background(scene: Any) -> Background:
     """The background of a Mitsuba scene: its constant light or environment map, black if it has neither."""
-    environment = scene.environment()
-    if environment is None:
+    if scene.environment() is None:
         return black_background
 
     def radiance(directions: Array) -> Array:
         if len(directions) == 0:
             return np.zeros(0)
-        si = dr.zeros(mi.SurfaceInteraction3f, len(directions))
-        si.wi = mi.Vector3f(*(mi.Float(-c) for c in np.ascontiguousarray(directions.T, dtype=np.float32)))
-        value = environment.eval(si)
-        luminance = np.asarray(value[0] if mi.is_monochromatic else mi.luminance(value), dtype=np.float64)
-        return np.broadcast_to(luminance, len(directions))  # constant light answers with one number
+        toward = mi.Vector3f(*(mi.Float(c) for c in np.ascontiguousarray(directions.T, dtype=np.float32)))
+        value = np.asarray(luminance(environment_radiance(scene, toward)), dtype=np.float64)
+        return np.broadcast_to(value, len(directions))  # constant light answers with one number
 
     return radiance

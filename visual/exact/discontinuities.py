@@ -9,14 +9,14 @@ it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from relief.ground.arrays import Array
 from visual.exact.background import Background
 from visual.exact.face_shading import Shading, unshadowed
-from visual.exact.pair_radiance import at_points, lit_by, places_of
+from visual.exact.pair_radiance import Material, at_points, lit_by, places_of
 from visual.exact.shadow_edges import SHADOW_EDGE_SAMPLES, Entries, ShadowEdges, shadow_entries
 from visual.exact.visibility_edges import VISIBILITY_EDGE_SAMPLES, VisibilityEdges
 from visual.geometry.placed_mesh import PlacedMesh
@@ -87,7 +87,7 @@ def edge_jitter(plate: PlateTopology, generator: np.random.Generator, samples: E
 def discontinuity_entries(
     mesh: PlacedMesh,
     camera: Projection,
-    bsdf: Any,
+    material: Material,
     lights: LightSet,
     shading: Shading | None,
     background: Background,
@@ -99,7 +99,7 @@ def discontinuity_entries(
     Args:
         mesh: the plate.
         camera: takes the picture.
-        bsdf: material of the plate.
+        material: of the plate.
         lights: shine together.
         shading: of the faces under these lights, toward this camera; None if the plate is textured.
         background: of the picture.
@@ -108,12 +108,12 @@ def discontinuity_entries(
     """
     seen = shadows.seen(mesh.scene, camera)
     if shading is None:
-        lost = at_points(bsdf, camera, lights, mesh, seen.light, seen.receiver, seen.point)
+        lost = at_points(material, camera, lights, mesh, seen.light, seen.receiver, seen.point)
     else:
         lost = shading.radiance[seen.light, seen.receiver]
     entries = [shadow_entries(mesh.plate, camera, seen, lost)]
     if edges is not None:
-        sides = _radiance_beside(mesh, camera, bsdf, edges, lights, shading, background)
+        sides = _radiance_beside(mesh, camera, material, edges, lights, shading, background)
         entries.append(edges.entries(mesh.plate, sides))
     return entries
 
@@ -121,7 +121,7 @@ def discontinuity_entries(
 def _radiance_beside(
     mesh: PlacedMesh,
     camera: Projection,
-    bsdf: Any,
+    material: Material,
     edges: VisibilityEdges,
     lights: LightSet,
     shading: Shading | None,
@@ -131,16 +131,21 @@ def _radiance_beside(
     face = edges.face.ravel()
     met, missed = np.flatnonzero(face >= 0), np.flatnonzero(face < 0)
     points = mesh.lifted(face[met], edges.x.ravel()[met], edges.y.ravel()[met])
-    radiance = np.zeros(len(face))
+    places, radiance = places_of(mesh, points), np.zeros(len(face))
     directions = edges.direction.reshape(-1, 3)
     radiance[missed] = background(directions[missed])
     if camera.perspective or shading is None or isinstance(lights, NearLights):
         # Both sides are shaded at one point: at two middles the radiance would differ by the position, too.
         slope_x, slope_y = (slope[face[met]] for slope in mesh.slopes)
-        unlit = unshadowed(bsdf, slope_x, slope_y, lights, -directions[met], places_of(mesh, points))
+        unlit = unshadowed(material.bsdf, slope_x, slope_y, lights, -directions[met], places, material.share)
     else:
         unlit = shading.radiance[:, face[met]]
     for number in range(len(lights)):
         lit = lit_by(mesh, lights, number, face[met], points)
         radiance[met] += np.where(lit, unlit[number], 0.0)
+    reflections = material.reflections(mesh, face[met], -directions[met], places)
+    if reflections is not None:
+        every = reflections.lit(mesh, face[met], points, np.arange(len(met)))
+        for lit, shown in zip(every, reflections.shading.radiance, strict=True):
+            radiance[met] += np.where(lit, shown, 0.0)
     return radiance.reshape(edges.face.shape)

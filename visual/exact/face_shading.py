@@ -26,6 +26,11 @@ class Shading:
     by_slope_y: Array
     by_rise: Array | None = None
 
+    @property
+    def values(self) -> list[Array]:
+        """Radiance and its derivatives, as many as there are."""
+        return [values for values in vars(self).values() if values is not None]
+
 
 class ShadingPoints(NamedTuple):
     """Places on faces where radiance is wanted: near lights and textures differ from place to place.
@@ -46,6 +51,62 @@ class ShadingPoints(NamedTuple):
 
 _ORIGIN = ShadingPoints(np.zeros((1, 3)))
 
+FixedShare = Callable[[Any, Any, Any, Any], Any]
+"""Share of the radiance under fixed lights that counts, of Dr.Jit, by surface interaction, direction of the light
+in its frame, point, and direction in space; the rest is sampled (`visual.exact.lobes`)."""
+
+
+class ShadedFaces:
+    """Faces before a camera for Dr.Jit, so many times one after the other, differentiable by their planes.
+
+    Attributes:
+        count: times.
+        faces: number of faces.
+        variables: slopes dz/dx and dz/dy, and rises, mm, of which `at` is a function; all rises are 0.
+    """
+
+    def __init__(
+        self, slope_x: Array, slope_y: Array, toward_camera: Array, places: ShadingPoints, count: int
+    ) -> None:
+        """Place the faces; arguments as of `shade`."""
+        self.count, self.faces = count, len(slope_x)
+        self._camera = mi.Vector3f(*_tiled(np.atleast_2d(toward_camera), count))
+        self._points = mi.Vector3f(*_tiled(places.points, count))
+        self._slide = None if places.slide is None else mi.Vector3f(*_tiled(places.slide, count))
+        self._uv = None if places.uv is None else mi.Point2f(*_tiled(places.uv, count))
+        self._uv_slide = None if places.uv_slide is None else mi.Vector2f(*_tiled(places.uv_slide, count))
+        slopes = [mi.Float(np.tile(v, count).astype(np.float32)) for v in (slope_x, slope_y)]
+        self.variables = [*slopes, dr.zeros(mi.Float, count * self.faces)]
+
+    def at(self, p: Any, q: Any, rise: Any) -> tuple[Any, Any, Any]:
+        """Surface interactions, shading frames and points of the faces at `variables`."""
+        frame = mi.Frame3f(dr.normalize(mi.Vector3f(-p, -q, 1.0)))
+        si = dr.zeros(mi.SurfaceInteraction3f, self.count * self.faces)
+        if self._uv is not None:
+            si.uv = self._uv if self._uv_slide is None else self._uv + rise * self._uv_slide
+            along_u = dr.normalize(mi.Vector3f(1.0, 0.0, p))
+            frame = mi.Frame3f(along_u, mi.Vector3f(dr.cross(frame.n, along_u)), mi.Vector3f(frame.n))
+        si.n, si.sh_frame, si.wi = frame.n, frame, frame.to_local(self._camera)
+        return si, frame, self._points if self._slide is None else self._points + rise * self._slide
+
+    def shading(self, radiance: Callable[..., Any]) -> Shading:
+        """Radiance as a function of `variables`, and its derivatives by forward mode."""
+        results = []
+        for which in range(2 if self._slide is None else 3):
+            attached = [type(values)(values) for values in self.variables]
+            dr.enable_grad(attached[which])
+            value = radiance(*attached)
+            dr.forward(attached[which])
+            derivative = dr.grad(value)
+            dr.eval(value, derivative)
+            results.append(derivative)
+        return Shading(*map(self.numbers, (dr.detach(value), *results)))
+
+    def numbers(self, values: Any) -> Array:
+        """(count, faces) of values of Dr.Jit."""
+        flat = np.broadcast_to(np.asarray(values, dtype=np.float64), self.count * self.faces)
+        return flat.reshape(self.count, self.faces)
+
 
 def shade(
     bsdf: Any,
@@ -54,6 +115,7 @@ def shade(
     lights: LightSet,
     toward_camera: Array,
     places: ShadingPoints = _ORIGIN,
+    share: FixedShare | None = None,
 ) -> Shading:
     """Evaluate a Mitsuba BSDF on faces of given slopes, with derivatives by Dr.Jit's forward mode.
 
@@ -63,22 +125,13 @@ def shade(
         lights: shine together.
         toward_camera: unit vector (3,), or one for each face (faces, 3).
         places: on the faces; without meaning for parallel lights and no textures.
+        share: of the radiance that counts; None: all.
 
     Returns:
         All (lights, faces).
     """
-    variables, radiance = _radiance(bsdf, slope_x, slope_y, lights, toward_camera, places)
-    results = []
-    for which in range(2 if places.slide is None else 3):
-        attached = [type(values)(values) for values in variables]
-        dr.enable_grad(attached[which])
-        value = radiance(*attached)
-        dr.forward(attached[which])
-        derivative = dr.grad(value)
-        dr.eval(value, derivative)
-        results.append(derivative)
-    shape = (len(lights), len(slope_x))
-    return Shading(*(np.asarray(v, dtype=np.float64).reshape(shape) for v in (dr.detach(value), *results)))
+    faces = ShadedFaces(slope_x, slope_y, toward_camera, places, len(lights))
+    return faces.shading(_radiance(bsdf, faces, lights, share))
 
 
 def unshadowed(
@@ -88,50 +141,37 @@ def unshadowed(
     lights: LightSet,
     toward_camera: Array,
     places: ShadingPoints = _ORIGIN,
+    share: FixedShare | None = None,
 ) -> Array:
     """Radiance (lights, faces) without its derivatives; arguments as of `shade`."""
     if len(slope_x) == 0:
         return np.zeros((len(lights), 0))
-    variables, radiance = _radiance(bsdf, slope_x, slope_y, lights, toward_camera, places)
-    return np.asarray(radiance(*variables), dtype=np.float64).reshape(len(lights), len(slope_x))
+    faces = ShadedFaces(slope_x, slope_y, toward_camera, places, len(lights))
+    return faces.numbers(_radiance(bsdf, faces, lights, share)(*faces.variables))
 
 
 def _radiance(
-    bsdf: Any,
-    slope_x: Array,
-    slope_y: Array,
-    lights: LightSet,
-    toward_camera: Array,
-    places: ShadingPoints,
-) -> tuple[list[Any], Callable[..., Any]]:
-    """Slopes and rises as Dr.Jit arrays, light by light, and the function to radiance."""
-    count, faces = len(lights), len(slope_x)
-    camera = _tiled(np.atleast_2d(toward_camera), count)
-    points = mi.Vector3f(*_tiled(places.points, count))
-    slide = None if places.slide is None else mi.Vector3f(*_tiled(places.slide, count))
-    uv = None if places.uv is None else mi.Point2f(*_tiled(places.uv, count))
-    uv_slide = None if places.uv_slide is None else mi.Vector2f(*_tiled(places.uv_slide, count))
+    bsdf: Any, faces: ShadedFaces, lights: LightSet, share: FixedShare | None
+) -> Callable[..., Any]:
+    """Radiance of faces under each light as a function of `ShadedFaces.variables`."""
+    count = len(lights)
     colours = np.broadcast_to(lights.strength.reshape(count, -1), (count, 3))
     strengths = (colours @ LUMINANCE)[:, None] if mi.is_monochromatic else colours
-    full = [mi.Float(np.repeat(s, faces).astype(np.float32)) for s in strengths.T]
+    full = [mi.Float(np.repeat(s, faces.faces).astype(np.float32)) for s in strengths.T]
 
     def radiance(p: Any, q: Any, rise: Any) -> Any:
-        frame = mi.Frame3f(dr.normalize(mi.Vector3f(-p, -q, 1.0)))
-        si = dr.zeros(mi.SurfaceInteraction3f, count * faces)
-        if uv is not None:
-            si.uv = uv if uv_slide is None else uv + rise * uv_slide
-            along_u = dr.normalize(mi.Vector3f(1.0, 0.0, p))
-            frame = mi.Frame3f(along_u, mi.Vector3f(dr.cross(frame.n, along_u)), mi.Vector3f(frame.n))
-        si.n, si.sh_frame, si.wi = frame.n, frame, frame.to_local(mi.Vector3f(*camera))
-        toward, share = lights.arriving(points if slide is None else points + rise * slide, faces)
-        value = bsdf.eval(mi.BSDFContext(), si, frame.to_local(toward))
-        irradiance = [strength * share for strength in full]
+        si, frame, points = faces.at(p, q, rise)
+        toward, arriving = lights.arriving(points, faces.faces)
+        local = frame.to_local(toward)
+        value = bsdf.eval(mi.BSDFContext(), si, local)
+        if share is not None:
+            arriving = arriving * share(si, local, points, toward)
+        irradiance = [strength * arriving for strength in full]
         return (
             value[0] * irradiance[0] if mi.is_monochromatic else mi.luminance(value * mi.Color3f(irradiance))
         )
 
-    slopes = [mi.Float(np.tile(v, count).astype(np.float32)) for v in (slope_x, slope_y)]
-    return [*slopes, dr.zeros(mi.Float, count * faces)], radiance
+    return radiance
 
 
 def _tiled(vectors: Array, count: int) -> list[Any]:

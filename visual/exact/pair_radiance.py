@@ -8,17 +8,22 @@ the face, a rise dz moves the point by d dz / (n . d).
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, Index
-from visual.exact.face_shading import Shading, ShadingPoints, shade, unshadowed
+from visual.exact.face_shading import FixedShare, Shading, ShadingPoints, shade, unshadowed
+from visual.exact.lobes import Lobes, Reflections
 from visual.geometry.film_samples import PictureSamples
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
 from visual.lights.near import LightSet, NearLights
+from visual.lights.seen import SeenLight
 
 
 class PairRadiance(NamedTuple):
@@ -35,39 +40,125 @@ class PairRadiance(NamedTuple):
     by_height: Array | None = None
 
 
-def face_shading(bsdf: Any, camera: Projection, lights: LightSet, mesh: PlacedMesh) -> Shading:
+@dataclass(frozen=True)
+class Material:
+    """The plate's material under lights that shine together.
+
+    Attributes:
+        bsdf: of Mitsuba.
+        lobes: its parts that are sampled; None if there are none.
+        seen: the light as rays see it; None if rays cannot meet the light.
+    """
+
+    bsdf: Any
+    lobes: Lobes | None = None
+    seen: SeenLight | None = None
+
+    @cached_property
+    def share(self) -> FixedShare | None:
+        """Share of the radiance under fixed lights; None: all."""
+        return None if self.lobes is None or self.seen is None else self.lobes.fixed_share(self.seen)
+
+    def reflections(
+        self, mesh: PlacedMesh, face: Index, view: Array, places: ShadingPoints
+    ) -> Reflections | None:
+        """What points (points,) on faces show by sampled directions; None if none are sampled."""
+        if self.lobes is None or self.seen is None or len(face) == 0:
+            return None
+        slope_x, slope_y = (slope[face] for slope in mesh.slopes)
+        return self.lobes.reflections(slope_x, slope_y, face, self.seen, view, places)
+
+
+def face_shading(material: Material, camera: Projection, lights: LightSet, mesh: PlacedMesh) -> Shading:
     """Shading of the faces of a plate without textures; near lights shine on a face as on its centre."""
-    view, places = camera.toward(mesh.centres), ShadingPoints(mesh.centres)
-    if isinstance(lights, NearLights):
-        slide = mesh.slide(np.arange(len(view)), view)
-        places = ShadingPoints(mesh.centres, slide=slide)
-    return shade(bsdf, *mesh.slopes, lights, view, places)
+    return shade(material.bsdf, *mesh.slopes, lights, *_centres(camera, lights, mesh), material.share)
+
+
+def _centres(camera: Projection, lights: LightSet, mesh: PlacedMesh) -> tuple[Array, ShadingPoints]:
+    """Directions (faces, 3) from the centres of the faces to the camera, and these centres."""
+    view = camera.toward(mesh.centres)
+    slide = mesh.slide(np.arange(len(view)), view) if isinstance(lights, NearLights) else None
+    return view, ShadingPoints(mesh.centres, slide=slide)
 
 
 def of_faces(
-    shading: Shading, lights: LightSet, samples: PictureSamples, points: Array, mesh: PlacedMesh
+    material: Material,
+    camera: Projection,
+    shading: Shading,
+    lights: LightSet,
+    samples: PictureSamples,
+    points: Array,
+    mesh: PlacedMesh,
 ) -> PairRadiance:
     """Pair radiance of faces that have one radiance each.
 
     Args:
+        material: of the plate.
+        camera: takes the picture.
         shading: of the faces under these lights.
         lights: shine together.
         samples: of the picture.
         points: (samples, 3) mm, from which shadow rays start.
         mesh: the plate.
     """
-    shares = np.empty((len(lights), len(samples.pair_pixel)))
+    face = samples.face
+    lit = (lit_by(mesh, lights, number, face, points) for number in range(len(lights)))
+    sums = _face_sums(shading, lit, samples)
+    reflections = material.reflections(mesh, np.arange(len(mesh.centres)), *_centres(camera, lights, mesh))
+    if reflections is not None:
+        sums += _face_sums(reflections.shading, reflections.lit(mesh, face, points, face), samples)
+    if shading.by_rise is not None:
+        _at_first_vertex(sums, mesh, samples.pair_face, mesh.centres[samples.pair_face])
+    return PairRadiance(*sums)
+
+
+def _face_sums(shading: Shading, lit: Iterable[NDArray[np.bool_]], samples: PictureSamples) -> Array:
+    """Radiance and derivatives (3 or 4, pairs) of lit shares, with the samples (samples,) lit light by light."""
+    pairs = (samples.pair[np.flatnonzero(seeing)] for seeing in lit)
+    counts = [np.bincount(lit_pairs, minlength=len(samples.pair_pixel)) for lit_pairs in pairs]
+    shares = np.stack(counts) / samples.per_pixel
+    return np.stack(
+        [np.einsum("lp,lp->p", shares, values[:, samples.pair_face]) for values in shading.values]
+    )
+
+
+def of_samples(
+    material: Material,
+    camera: Projection,
+    lights: LightSet,
+    samples: PictureSamples,
+    points: Array,
+    mesh: PlacedMesh,
+) -> PairRadiance:
+    """Pair radiance of a textured plate, sample by sample; arguments as of `of_faces`."""
+    sums = np.zeros((4, len(samples.pair_pixel)))
+    sliding = isinstance(lights, NearLights) or not camera.overhead
+
+    def placed(which: Index) -> tuple[Array, ShadingPoints]:
+        """Directions of samples to the camera, and their places."""
+        at, view = points[which], camera.toward(points[which])
+        return view, places_of(mesh, at, mesh.slide(samples.face[which], view) if sliding else None)
+
+    def add(which: Index, values: list[Array]) -> None:
+        """Add radiance and derivatives (samples,) of some samples to their pairs."""
+        if sliding:
+            _at_first_vertex(values, mesh, samples.face[which], points[which])
+        for total, value in zip(sums, values, strict=False):
+            total += np.bincount(samples.pair[which], value, minlength=len(total))
+
     for number in range(len(lights)):
         lit = np.flatnonzero(lit_by(mesh, lights, number, samples.face, points))
-        shares[number] = np.bincount(samples.pair[lit], minlength=len(samples.pair_pixel))
-    shares /= samples.per_pixel
-    every = [shading.radiance, shading.by_slope_x, shading.by_slope_y]
-    if shading.by_rise is not None:
-        every.append(shading.by_rise)
-    pairs = [np.einsum("lp,lp->p", shares, values[:, samples.pair_face]) for values in every]
-    if shading.by_rise is not None:
-        _at_first_vertex(pairs, mesh, samples.pair_face, mesh.centres[samples.pair_face])
-    return PairRadiance(*pairs)
+        if len(lit):
+            slopes = (slope[samples.face[lit]] for slope in mesh.slopes)
+            shading = shade(material.bsdf, *slopes, lights.single(number), *placed(lit), material.share)
+            add(lit, [values[0] for values in shading.values])
+    every = np.arange(len(points))
+    reflections = material.reflections(mesh, samples.face, *placed(every))
+    if reflections is not None:
+        for number, seeing in enumerate(reflections.lit(mesh, samples.face, points, every)):
+            lit = np.flatnonzero(seeing)
+            add(lit, [values[number, lit] for values in reflections.shading.values])
+    return PairRadiance(*sums / samples.per_pixel)
 
 
 def lit_by(mesh: PlacedMesh, lights: LightSet, number: int, face: Index, points: Array) -> NDArray[np.bool_]:
@@ -76,49 +167,11 @@ def lit_by(mesh: PlacedMesh, lights: LightSet, number: int, face: Index, points:
     return mesh.sees(lights.toward_from(number, points), face, points, distance)
 
 
-def _at_first_vertex(values: list[Array], mesh: PlacedMesh, face: Index, points: Array) -> None:
+def _at_first_vertex(values: list[Array] | Array, mesh: PlacedMesh, face: Index, points: Array) -> None:
     """Turn derivatives by slopes and by the rise at points into those by slopes and the first vertex."""
     offset = points - mesh.vertices[mesh.plate.faces[face, 0]]
     values[1] += values[3] * offset[:, 0]
     values[2] += values[3] * offset[:, 1]
-
-
-def of_samples(
-    bsdf: Any,
-    camera: Projection,
-    lights: LightSet,
-    samples: PictureSamples,
-    points: Array,
-    mesh: PlacedMesh,
-) -> PairRadiance:
-    """Pair radiance of a textured plate, sample by sample.
-
-    Args:
-        bsdf: material of the plate.
-        camera: takes the picture.
-        lights: shine together.
-        samples: of the picture.
-        points: (samples, 3) mm, from which shadow rays start.
-        mesh: the plate.
-    """
-    sums = np.zeros((4, len(samples.pair_pixel)))
-    sliding = isinstance(lights, NearLights) or not camera.overhead
-    for number in range(len(lights)):
-        lit = np.flatnonzero(lit_by(mesh, lights, number, samples.face, points))
-        if len(lit) == 0:
-            continue
-        at, face = points[lit], samples.face[lit]
-        slope_x, slope_y = (slope[face] for slope in mesh.slopes)
-        view = camera.toward(at)
-        places = places_of(mesh, at, mesh.slide(face, view) if sliding else None)
-        shading = shade(bsdf, slope_x, slope_y, lights.single(number), view, places)
-        values = [shading.radiance[0], shading.by_slope_x[0], shading.by_slope_y[0]]
-        if shading.by_rise is not None:
-            values.append(shading.by_rise[0])
-            _at_first_vertex(values, mesh, face, at)
-        for total, value in zip(sums, values, strict=False):
-            total += np.bincount(samples.pair[lit], value, minlength=len(total))
-    return PairRadiance(*sums / samples.per_pixel)
 
 
 def places_of(mesh: PlacedMesh, points: Array, slide: Array | None = None) -> ShadingPoints:
@@ -130,7 +183,7 @@ def places_of(mesh: PlacedMesh, points: Array, slide: Array | None = None) -> Sh
 
 
 def at_points(
-    bsdf: Any,
+    material: Material,
     camera: Projection,
     lights: LightSet,
     mesh: PlacedMesh,
@@ -141,7 +194,7 @@ def at_points(
     """Unshadowed radiance (points,) of a plate toward the camera, point by point.
 
     Args:
-        bsdf: material of the plate.
+        material: of the plate.
         camera: takes the picture.
         lights: of which one shines on each point.
         mesh: the plate.
@@ -153,5 +206,6 @@ def at_points(
         lit = np.flatnonzero(light == number)
         slope_x, slope_y = (slope[face[lit]] for slope in mesh.slopes)
         view, places = camera.toward(points[lit]), places_of(mesh, points[lit])
-        radiance[lit] = unshadowed(bsdf, slope_x, slope_y, lights.single(number), view, places)[0]
+        one = lights.single(number)
+        radiance[lit] = unshadowed(material.bsdf, slope_x, slope_y, one, view, places, material.share)[0]
     return radiance

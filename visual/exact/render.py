@@ -24,7 +24,7 @@ from visual.backend.mitsuba import dr, mi
 from visual.backend.plate_shape import plate_bsdf
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
 from visual.exact.light_scene import LightScene
-from visual.exact.pair_radiance import face_shading
+from visual.exact.pair_radiance import Material, face_shading
 from visual.exact.shadow_edges import shadow_edges
 from visual.exact.visibility_edges import visibility_edges
 from visual.geometry.placed_mesh import PlacedMesh
@@ -280,11 +280,11 @@ def edge_gradient(
     edges = visibility_edges(mesh, camera, jitter.of_visibility(len(lights) > 1))
     if len(shadows.light) == 0 and edges is None:
         return np.zeros_like(heights)
-    bsdf = plate_bsdf(light.scene)
-    shading = None if mesh.textured else face_shading(bsdf, camera, lights, mesh)
+    material = Material(plate_bsdf(light.scene))
+    shading = None if mesh.textured else face_shading(material, camera, lights, mesh)
     gradient = np.zeros(heights.size)
     for pixels, samples, values in discontinuity_entries(
-        mesh, camera, bsdf, lights, shading, light.background, shadows, edges
+        mesh, camera, material, lights, shading, light.background, shadows, edges
     ):
         weighted = adjoint.ravel()[pixels] * values
         gradient += np.bincount(samples, weighted, minlength=heights.size)

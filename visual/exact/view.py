@@ -19,7 +19,8 @@ from relief.ground.arrays import Array
 from relief.ground.progress import stage
 from visual.exact.background import Background, black_background
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
-from visual.exact.pair_radiance import face_shading, of_faces, of_samples
+from visual.exact.lobes import Lobes, lobes_of
+from visual.exact.pair_radiance import Material, face_shading, of_faces, of_samples
 from visual.exact.shadow_edges import Entries, shadow_edges
 from visual.exact.visibility_edges import VisibilityEdges, visibility_edges
 from visual.geometry.film_samples import PictureSamples, film_points, samples_by_rays, samples_from_above
@@ -27,6 +28,7 @@ from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
 from visual.geometry.topology import PlateTopology
 from visual.lights.near import LightSet
+from visual.lights.seen import SeenLight
 
 
 @dataclass(frozen=True)
@@ -49,10 +51,12 @@ class Illumination:
     Attributes:
         lights: parallel or near ones.
         background: of pictures under these lights.
+        seen: the one light that these stand for, as rays see it; None if rays cannot meet the light.
     """
 
     lights: LightSet
     background: Background = black_background
+    seen: SeenLight | None = None
 
 
 class _ViewSamples(NamedTuple):
@@ -121,6 +125,9 @@ class View:
             self._film = self._film[:1] * 2
             self._weights = reconstruction.of_points(self._film[0] / strata, *self._shape)
         self._jitter = edge_jitter(self._plate, generator, edge_samples or EdgeSamples())
+        self._lobes: Lobes | None = None
+        if any(light.seen is not None for light in (*alone, *filter(None, (ambient,)))):
+            self._lobes = lobes_of(bsdf, len(plate.faces), generator)
         self._from_above: list[PictureSamples] = []
         if camera.overhead:
             self._from_above = [
@@ -168,11 +175,12 @@ class View:
     ) -> tuple[Array, Any]:
         """Picture (pixels,) and Jacobian (pixels, heights) under a set of lights that shine together."""
         plate, camera, lights, (samples, points, visible) = self._plate, self._camera, light.lights, of_view
+        material = Material(self._bsdf, self._lobes, light.seen)
         if mesh.textured:
-            shading, pairs = None, of_samples(self._bsdf, camera, lights, samples, points, mesh)
+            shading, pairs = None, of_samples(material, camera, lights, samples, points, mesh)
         else:
-            shading = face_shading(self._bsdf, camera, lights, mesh)
-            pairs = of_faces(shading, lights, samples, points, mesh)
+            shading = face_shading(material, camera, lights, mesh)
+            pairs = of_faces(material, camera, shading, lights, samples, points, mesh)
         behind = light.background(samples.missed_direction) / samples.per_pixel
         picture: Array = np.zeros(camera.pixels)
         picture += np.bincount(samples.pair_pixel, pairs.radiance, minlength=camera.pixels)
@@ -191,7 +199,7 @@ class View:
         if edges:
             shadows = shadow_edges(mesh, lights, self._jitter.of_shadows(lights), camera.overhead)
             parts += discontinuity_entries(
-                mesh, camera, self._bsdf, lights, shading, light.background, shadows, visible
+                mesh, camera, material, lights, shading, light.background, shadows, visible
             )
         r, c, v = (np.concatenate(p) for p in zip(*parts, strict=True))
         by_heights = sp.csr_matrix((v, (r, c)), shape=(camera.pixels, plate.rows * plate.cols))

@@ -98,7 +98,12 @@ class PlacedMesh:
         return np.divide(view, cosine[:, None], out=np.zeros(view.shape), where=cosine[:, None] > FROM_EDGE)
 
     def sees(
-        self, toward: Array, face: Index, points: Array, distance: Array | float = np.inf
+        self,
+        toward: Array,
+        face: Index,
+        points: Array,
+        distance: Array | float = np.inf,
+        through: bool = False,
     ) -> NDArray[np.bool_]:
         """Whether points see a light; points on faces turned away from the light need no ray.
 
@@ -107,12 +112,16 @@ class PlacedMesh:
             face: (points,) on which each point lies.
             points: (points, 3) mm, of `lifted`.
             distance: (points,) mm, to a near light.
+            through: whether faces turned away see the light through their own plane, as glass does.
         """
         if toward.ndim == 1:
             lit = self.facing(toward)[face]
         else:
             x, y, z = toward.T
             lit = z - self.slopes[0][face] * x - self.slopes[1][face] * y > 0.0
+        if through:
+            points = points - np.outer(~lit, (0.0, 0.0, 2.0 * LIFT_MM))
+            lit = np.ones_like(lit)
         every = np.flatnonzero(lit)
         for first in range(0, len(every), RAYS_AT_ONCE):
             facing = every[first : first + RAYS_AT_ONCE]

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from visual.lights.kind import UNSAMPLED, Draw, Light, LightKind
 from visual.lights.parallel import GOLDEN_ANGLE, LOWEST, ParallelLights, off_horizon
+from visual.lights.seen import along_environment
 
 
 def ambient_lights(
@@ -47,5 +48,6 @@ AMBIENT = LightKind(
     ambient=True,
     surrounds=True,
     met_by_chance=True,
+    seen=lambda light, scene: along_environment(scene),
     switch=(*UNSAMPLED, "radiance.value"),
 )

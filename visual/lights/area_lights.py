@@ -1,14 +1,17 @@
 """Area lights as points of the shining surface: parallel lights toward those far away, else near lights."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from relief.ground.arrays import Array
+from visual.backend.mitsuba import dr, mi
 from visual.lights.kind import Draw, EmitterShape, Light, LightKind
 from visual.lights.near import NearLights, matte, off_plate, too_near
 from visual.lights.parallel import GOLDEN_RATIO, ParallelLights, off_horizon
+from visual.lights.seen import SeenAlong
 
 SHAPES = ("disk", "rectangle", "sphere")
 """Shapes, by Mitsuba's names, whose area lights can be parallel lights."""
@@ -19,6 +22,9 @@ disk of 2 degrees, the picture of a 1.5 mm relief is off by 1.5 % of its mean (l
 distance."""
 LOOKED_AT = 256
 """Points of a shape by which its distance from the plate is found, within a sixteenth of its side."""
+SOFT = 0.1
+"""Width of the edge of a light that a mirror shows, half sides: the picture of the edge moves with the slopes,
+and has no derivative where it is sharp."""
 ROUND = 1e-4
 """Tolerance of the scalar products of a sphere's axes, scaled to length 1."""
 
@@ -184,6 +190,33 @@ def _obstacle(light: Light, size_mm: float) -> str | None:
     return obstacle
 
 
+def _along(light: Light, scene: Any) -> SeenAlong:
+    """An area light as rays see it, with an edge `SOFT` wide, so that mirrors show a light that moves smoothly."""
+    shape = light.shape
+    assert shape is not None
+    inward = np.linalg.inv(shape.to_world)
+    turn, shift = mi.Matrix3f(inward[:3, :3].tolist()), mi.Vector3f(inward[:3, 3].tolist())
+    ball = shape.kind == "sphere"
+    front = 1.0 if shape.flipped else -1.0
+    colour = mi.Color3f(*light.strength)
+    strength = mi.Color1f(mi.luminance(colour)) if mi.is_monochromatic else colour
+
+    def along(points: Any, toward: Any) -> tuple[Any, Any]:
+        start, step = turn @ mi.Vector3f(points) + shift, turn @ toward
+        # Of a sphere, the place nearest to the centre; of a plane, where the ray crosses it.
+        distance = -dr.dot(start, step) / dr.squared_norm(step) if ball else -start.z / step.z
+        place = start + distance * step
+        if shape.kind == "rectangle":
+            off = dr.maximum(dr.abs(place.x), dr.abs(place.y))
+        else:
+            off = dr.norm(place if ball else mi.Vector2f(place.x, place.y))
+        inside = dr.clip(0.5 + (1.0 - off) / SOFT, 0.0, 1.0)
+        faces = not _inside_out(shape) if ball else front * step.z > 0.0
+        return strength * dr.select(faces & (distance > 0.0), inside, 0.0), distance
+
+    return along
+
+
 AREA = LightKind(
     lambda light: "shining surface",
     "radiance",
@@ -192,4 +225,5 @@ AREA = LightKind(
     _is_near,
     on_shape=True,
     met_by_chance=True,
+    seen=_along,
 )

@@ -20,6 +20,7 @@ from relief.ground.arrays import Array, Index
 from visual.lights.environment_picture import environment_picture
 from visual.lights.kind import Draw, Light, LightKind
 from visual.lights.parallel import GOLDEN_RATIO, LOWEST, LUMINANCE, ParallelLights, off_horizon
+from visual.lights.seen import along_environment
 
 FINE = 512
 """Rows, and half the columns, that a coarser map is interpolated to, so that every cell holds some pixels."""
@@ -289,4 +290,5 @@ ENVIRONMENT = LightKind(
     obstacle=_obstacle,
     surrounds=True,
     met_by_chance=True,
+    seen=lambda light, scene: along_environment(scene),
 )

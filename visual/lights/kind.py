@@ -3,11 +3,13 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from relief.ground.arrays import Array
 from visual.lights.near import LightSet
+from visual.lights.seen import SeenAlong
 
 RGB = tuple[float, float, float]
 
@@ -99,6 +101,8 @@ class LightKind:
         surrounds: whether a camera sees the light beside the plate.
         met_by_chance: whether a ray that leaves the plate at random can meet the light.
         casts_shadows: whether the plate, with some relief, can shade itself from a light.
+        seen: gives, for a light and the Mitsuba scene in which it shines, the light as rays see it; None for a
+            kind that no ray meets.
         switch: parameters of Mitsuba that put the light out when they are 0; none if nothing does.
     """
 
@@ -114,4 +118,5 @@ class LightKind:
     surrounds: bool = False
     met_by_chance: bool = False
     casts_shadows: Callable[[Light], bool] = shines
+    seen: Callable[[Light, Any], SeenAlong] | None = None
     switch: tuple[str, ...] = ()

@@ -1,0 +1,179 @@
+"""Lobes: mirror-smooth and narrow parts of a material, sampled along the directions that they reflect.
+
+Fixed lights never stand where a mirror looks, and are too few for a highlight narrower than their distance. A
+narrow lobe is sampled instead: its directions turn with the face, and the light is looked up along each. By
+the balance heuristic (Veach and Guibas 1995), with p the density of a lobe and d that of the fixed lights,
+
+    radiance = sum of f E d / (d + k p) over fixed lights + sum of f L / (d + k p) over k sampled directions,
+
+a sum of smooth functions of the face's slopes. A mirror has one direction and no density.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.ground.arrays import Array, Index
+from visual.backend.mitsuba import dr, mi
+from visual.exact.face_shading import FixedShare, ShadedFaces, Shading, ShadingPoints
+from visual.geometry.placed_mesh import PlacedMesh
+from visual.lights.parallel import GOLDEN_RATIO
+from visual.lights.seen import SeenLight, luminance
+
+SAMPLES = 16
+"""Directions sampled from each narrow lobe on each face."""
+ENOUGH = 4.0
+"""Fixed lights within a lobe by which it is seen as well as by sampled directions."""
+NARROW = 1.0
+"""Least peak density, per steradian, of a lobe that is sampled."""
+TRIED = 16
+"""Places along each side of the plate, and directions at each, by which the peak density is found."""
+
+
+@dataclass(frozen=True)
+class Reflections:
+    """Radiance that faces, or points, show by sampled directions, were nothing in the way.
+
+    Attributes:
+        shading: (directions, faces) each.
+        toward: (directions, faces, 3) unit vectors.
+        light: that is met.
+    """
+
+    shading: Shading
+    toward: Array
+    light: SeenLight
+
+    def lit(self, mesh: PlacedMesh, face: Index, points: Array, column: Index) -> Iterator[NDArray[np.bool_]]:
+        """Whether points see the light, direction by direction; as of a black light if nothing is reflected.
+
+        Args:
+            mesh: the plate.
+            face: (points,) on which each point lies.
+            points: (points, 3) mm, of `PlacedMesh.lifted`.
+            column: (points,) of each point among the faces of `shading`.
+        """
+        for radiance, directions in zip(self.shading.radiance, self.toward, strict=True):
+            lit = radiance[column] != 0.0
+            some = np.flatnonzero(lit)
+            at, toward = points[some], directions[column[some]]
+            lit[some] = mesh.sees(toward, face[some], at, self.light.distance(at, toward), through=True)
+            yield lit
+
+
+@dataclass(frozen=True)
+class Lobes:
+    """The parts of a material that are sampled.
+
+    Attributes:
+        bsdf: the material.
+        mirrors: numbers of its mirror-smooth components.
+        narrow: numbers of its narrow ones.
+        numbers: (faces, 3) random, in [0, 1), fixed, by which the samples of each face are shifted.
+    """
+
+    bsdf: Any
+    mirrors: tuple[int, ...]
+    narrow: tuple[int, ...]
+    numbers: Array
+
+    def fixed_share(self, light: SeenLight) -> FixedShare:
+        """Share of the radiance under the fixed lights of a light."""
+
+        def share(si: Any, local: Any, points: Any, toward: Any) -> Any:
+            density = light.density(light.along(points, toward)[0], toward)
+            return density**2 / (density**2 + (ENOUGH * self._density(si, local)) ** 2)
+
+        return share
+
+    def reflections(
+        self,
+        slope_x: Array,
+        slope_y: Array,
+        face: Index,
+        light: SeenLight,
+        toward_camera: Array,
+        places: ShadingPoints,
+    ) -> Reflections:
+        """What faces of given slopes show of a light; `face` has their numbers, the rest is as of `shade`."""
+        parts = []
+        for component in (*self.mirrors, *self.narrow):
+            mirror = component in self.mirrors
+            count = 1 if mirror else SAMPLES
+            faces = ShadedFaces(slope_x, slope_y, toward_camera, places, count)
+            parts.append(self._of_component(component, mirror, faces, self._random(face, count), light))
+        shadings, directions = zip(*parts, strict=True)
+        values = zip(*(shading.values for shading in shadings), strict=True)
+        return Reflections(Shading(*map(np.concatenate, values)), np.concatenate(directions), light)
+
+    def _of_component(
+        self, component: int, mirror: bool, faces: ShadedFaces, random: list[Any], light: SeenLight
+    ) -> tuple[Shading, Array]:
+        axes: list[Any] = []
+
+        def radiance(p: Any, q: Any, rise: Any) -> Any:
+            si, frame, points = faces.at(p, q, rise)
+            sample, weight = self.bsdf.sample(_context(component), si, random[0], mi.Point2f(random[1:]))
+            toward = frame.to_world(sample.wo)
+            axes[:] = dr.detach(toward)
+            seen, _ = light.along(points, toward)
+            if mirror:
+                return luminance(weight * seen)
+            value = luminance(self.bsdf.eval(mi.BSDFContext(), si, sample.wo) * seen)
+            density = self._density(si, sample.wo)
+            value *= density / SAMPLES / (density**2 + (light.density(seen, toward) / ENOUGH) ** 2)
+            return dr.select(sample.pdf > 0.0, value, 0.0)
+
+        return faces.shading(radiance), np.stack([faces.numbers(axis) for axis in axes], axis=2)
+
+    def _density(self, si: Any, local: Any) -> Any:
+        """Density, per steradian, of all sampled directions but those of mirrors."""
+        density = mi.Float(0.0)
+        for component in self.narrow:
+            density += self.bsdf.pdf(_context(component), si, local)
+        return density
+
+    def _random(self, face: Index, count: int) -> list[Any]:
+        """Three numbers in [0, 1) for each of `count` samples of each face, evenly spread on every face."""
+        k = np.arange(count)[:, None]
+        steps = (GOLDEN_RATIO**2 * k, (k + 0.5) / count, GOLDEN_RATIO * k)
+        values = ((step + self.numbers[face, axis]) % 1.0 for axis, step in enumerate(steps))
+        return [mi.Float(value.astype(np.float32).ravel()) for value in values]
+
+
+def lobes_of(bsdf: Any, faces: int, generator: np.random.Generator) -> Lobes | None:
+    """The lobes of a material that fixed lights would miss; None if there are none.
+
+    Args:
+        bsdf: of a plate.
+        faces: of the plate.
+        generator: draws the numbers of the samples.
+    """
+    flags = [int(bsdf.flags(number)) for number in range(bsdf.component_count())]
+    front = [number for number, flag in enumerate(flags) if flag & int(mi.BSDFFlags.FrontSide)]
+    mirrors = tuple(number for number in front if flags[number] & int(mi.BSDFFlags.Delta))
+    glossy = (number for number in front if flags[number] & int(mi.BSDFFlags.Glossy))
+    narrow = tuple(number for number in glossy if _peak(bsdf, number) > NARROW)
+    return Lobes(bsdf, mirrors, narrow, generator.uniform(size=(faces, 3))) if mirrors or narrow else None
+
+
+def _peak(bsdf: Any, component: int) -> float:
+    """Greatest density, per steradian, among directions of a component of a flat plate seen from above."""
+    place = mi.Float((np.arange(TRIED) + 0.5) / TRIED)
+    x, y, first = dr.meshgrid(place, place, place)
+    si = dr.zeros(mi.SurfaceInteraction3f, dr.width(x))
+    si.wi, si.uv = mi.Vector3f(0.0, 0.0, 1.0), mi.Point2f(x, y)
+    si.n, si.sh_frame = si.wi, mi.Frame3f(si.wi)
+    sample, _ = bsdf.sample(_context(component), si, first, mi.Point2f(first, y))
+    return float(np.max(np.asarray(sample.pdf)))
+
+
+def _context(component: int) -> Any:
+    context = mi.BSDFContext()
+    context.component = component
+    return context
