@@ -206,14 +206,14 @@ def main() -> None:
     arguments = parser.parse_args()
     for example in EXAMPLES:
         kept(NAME, "scenes", example.name, partial(measure, example, arguments.folder), arguments.again)
-    publish(DOCS / "evidence" / "scenes.md", NAME, COMMAND, as_table(load(NAME)["scenes"]))
+    publish(DOCS / "evidence" / "scenes.md", NAME, COMMAND, as_table(load(NAME)))
 
 
-def as_table(scenes: dict[str, Any]) -> str:
+def as_table(results: dict[str, Any]) -> str:
     """A row for each scene as Markdown."""
     rows = []
     for example in EXAMPLES:
-        steps = scenes[example.name]["steps"]
+        steps = results["scenes"][example.name]["steps"]
         accepted = next(number for number, step in enumerate(steps) if "refused" not in step)
         measured = [step for step in steps if "differs_percent" in step]
         rows.append(
@@ -222,11 +222,11 @@ def as_table(scenes: dict[str, Any]) -> str:
                 "; ".join(changes(steps[: accepted + 1], "refused", f"{Path(example.path).name}: ")),
                 "; ".join(dict.fromkeys(map(equality, measured))),
                 "; ".join(changes(steps[accepted:], "gradients")) or "at once",
-                "; ".join(dict.fromkeys(filter(None, map(bias, measured)))) or "-",
+                *(bias(step) for step in (results["before"].get(example.name, {}), measured[-1])),
             ]
         )
     head = ("scene", "refused, and changed for it", "beside Mitsuba", "no gradients, and changed for it")
-    return table((*head, "bias of steps, %"), rows)
+    return table((*head, "bias of steps before, %", "now, %"), rows)
 
 
 def changes(steps: list[dict[str, Any]], key: str, before: str = "") -> list[str]:
@@ -251,9 +251,9 @@ def equality(step: dict[str, Any]) -> str:
 
 
 def bias(step: dict[str, Any]) -> str:
-    """The largest bias of the conditions of a step."""
-    if "steps refused" in step or "bias_percent" not in step:
-        return str(step.get("steps refused", ""))
+    """The largest bias of the conditions of a step, or why there is none."""
+    if "bias_percent" not in step:
+        return str(step.get("steps refused", "-"))
     pairs = zip(step["bias_percent"].values(), step["bias_noise_percent"].values(), strict=True)
     value, noise = max(pairs)
     return f"below {digits(2.0 * noise)}" if value <= 1.4 * noise else digits(value)
