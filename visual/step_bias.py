@@ -18,10 +18,13 @@ from visual.lights.quadrature import kind_of
 from visual.looks import EXACT, FIXED_DIRECTIONS, FixedSamples, look_model
 from visual.scene import Scene
 
-SAMPLES, FEWEST_SAMPLES = 2**11, 4
-"""Samples a pixel times the root of the pixels, and least samples a pixel. The noise of a mean square bias is
-about the variance of a pixel over the root of the pixels. Gravel in the scenes `studio`, `evening` and
-`in-hand` then has squares that are off by up to (2.2 %)², a third of what lies between (3 %)² and (5 %)²."""
+SIDE, SAMPLES, FEWEST_SAMPLES = 128, 16, 4
+"""Root of a number of pixels, samples for each of them, and least samples of a pixel. The noise of a mean
+square bias is about the variance of a pixel over the root of the pixels. By these samples squares of gravel
+in the scenes `studio`, `evening` and `in-hand` are off by up to (2.2 %)², a third of (5 %)² - (3 %)². More
+pixels have fewer samples for the same noise, fewer pixels more samples at the same cost."""
+ROUNDS = 3
+"""Most rounds of rendered pictures: each but the first doubles their samples."""
 LINE = 0.04
 """Bias from which a line says so, a share of the mean radiance: between 3 %, where none may, and 5 %, where
 one must, about the root of the mean of both squares."""
@@ -43,15 +46,18 @@ def pictures_of_steps(scene: Scene, look: str, heights: Array, seed: int = 0) ->
     Raises:
         InputError: the look has no pictures of the scene with gradients.
     """
-    if not look_model(look).sampled:
-        return np.stack([np.asarray(scene.render(heights, model=look))] * 2)
     strata = math.ceil(math.sqrt(_samples(scene)))
 
     def pictures(number: int) -> Array:
         views = scene.look(look).views(FixedSamples(seed=number, strata=strata))
         return np.concatenate([view.evaluate(heights, jacobian=False).pictures for view in views])
 
-    return np.stack([pictures(number) for number in _seeds(seed)])
+    if look_model(look).sampled:
+        return np.stack([pictures(number) for number in _seeds(seed)])
+    if scene.needs.top_view == (True,):
+        # From above the fast look has finer pixels for steps, whose means these pictures are.
+        return np.stack([np.asarray(scene.render(heights, model=look))] * 2)
+    return np.stack([pictures(seed)] * 2)
 
 
 @stage("comparing the pictures of steps")
@@ -78,12 +84,16 @@ def step_bias(
     """
     relief = scene.heights if heights is None else heights
     steps = pictures_of_steps(scene, look, relief, seed) if steps is None else steps
-    weights = scene.plate_weights()
-    rendered = np.stack([_direct_pictures(scene, relief, number) for number in _seeds(seed)])
-    one, other = steps - rendered
-    square = np.maximum((weights * one * other).mean((1, 2)), 0.0)
-    level = (weights * rendered.mean(0)).mean((1, 2))
-    return np.divide(np.sqrt(square), level, out=np.zeros_like(level), where=level > 0.0)
+    weights, rendered, samples = scene.plate_weights(), np.zeros_like(steps), 0
+    for number in range(ROUNDS):
+        added = samples or _samples(scene)
+        pictures = [_direct_pictures(scene, relief, added, one) for one in _seeds(seed, number)]
+        samples += added
+        rendered += added / samples * (np.stack(pictures) - rendered)
+        square, doubtful = _mean_square(steps, rendered, weights)
+        if not doubtful:
+            break
+    return np.sqrt(np.maximum(square, 0.0))
 
 
 def bias_line(scene: Scene, look: str, bias: Array) -> str | None:
@@ -114,20 +124,31 @@ def reason_of(scene: Scene, look: str) -> tuple[str, str]:
     return f"a highlight is narrower than the gaps between {stand}", remedy
 
 
-def _seeds(seed: int) -> list[int]:
-    """Seeds of the two pictures of each kind."""
-    return [int(number) for number in np.random.SeedSequence(seed).generate_state(2)]
+def _mean_square(steps: Array, rendered: Array, weights: Array) -> tuple[Array, bool]:
+    """Squares (conditions,) of the bias, and whether more rendered samples may move one across the line."""
+    level = (weights * rendered.mean(0)).mean((1, 2))
+    unit = np.divide(1.0, level, out=np.zeros_like(level), where=level > 0.0)
+    products = weights * np.prod(steps - rendered, axis=0) * np.square(unit)[:, None, None]
+    square, error = products.mean((1, 2)), products.std((1, 2)) / math.sqrt(products[0].size)
+    noise, of_steps = ((weights * np.square(two[1] - two[0])).mean((1, 2)) for two in (rendered, steps))
+    return square, bool(np.any((np.abs(square - LINE**2) < 2.0 * error) & (noise > 2.0 * of_steps)))
+
+
+def _seeds(seed: int, number: int = 0) -> list[int]:
+    """Seeds of the two pictures of each kind in the round of this number."""
+    return [int(one) for one in np.random.SeedSequence((seed, number)).generate_state(2)]
 
 
 def _samples(scene: Scene) -> int:
-    """Samples a pixel of each picture."""
-    return max(FEWEST_SAMPLES, math.ceil(SAMPLES / math.sqrt(math.prod(scene.resolution))))
+    """Samples a pixel of each picture of steps, and of the first rendered ones."""
+    ratio = SIDE / math.sqrt(math.prod(scene.resolution))
+    return max(FEWEST_SAMPLES, math.ceil(SAMPLES * ratio * max(1.0, ratio)))
 
 
-def _direct_pictures(scene: Scene, heights: Array, seed: int) -> Array:
+def _direct_pictures(scene: Scene, heights: Array, samples: int, seed: int) -> Array:
     """Rendered pictures (conditions, rows, cols) without light from face to face."""
     alone, ambient = scene.lit_scenes()
-    settings = RenderSettings(_samples(scene), seed, shadow_edges=False)
+    settings = RenderSettings(samples, seed, shadow_edges=False)
 
     def shown(light: LightScene, number: int) -> Array:
         return light_pictures(replace(light, integrator=direct), heights, settings, number)

@@ -20,7 +20,7 @@ from retouch.app.guard import Guard, new_token
 from retouch.app.page import AppPage
 from retouch.app.routes import add_routes
 from retouch.app.state.addresses import Addresses
-from retouch.app.state.runs import State
+from retouch.app.state.runs import Queue, State
 from retouch.app.state.session import FIRST_TEXTURE, Session
 
 HOST = "127.0.0.1"
@@ -125,7 +125,7 @@ async def _serving(
     finally:
         looking.cancel()
         session.close()
-        _stop_runs(session)
+        _stop_runs(session.running.queue)
 
 
 async def _look_after(session: Session) -> None:
@@ -139,12 +139,12 @@ async def _look_after(session: Session) -> None:
             logging.getLogger(__name__).exception("the queue could not be looked after")
 
 
-def _stop_runs(session: Session) -> None:
+def _stop_runs(queue: Queue) -> None:
     """Ask the runs under way to stop, and say how they go on."""
-    if not session.running.queue.under_way():
+    if not queue.under_way():
         return
     print("the run under way is asked to stop; its best relief is being written", file=sys.stderr)
-    for job in session.running.queue.stop_all(PATIENCE_S):
+    for job in queue.stop_all(PATIENCE_S):
         state, command = job.state, f"; retouch resume {shlex.quote(str(job.folder))} goes on"
         advice = command if state in (State.STOPPED, State.SHORT) else ""
         print(f"{job.folder}: {state.value}{advice}", file=sys.stderr)

@@ -2,6 +2,7 @@
 
 import errno
 import json
+import logging
 import os
 import re
 import shutil
@@ -14,6 +15,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import OpenEXR
@@ -29,6 +31,7 @@ from optimize.run_directory.checkpoint import load_checkpoint, save_checkpoint
 from optimize.run_directory.directory import clear
 from optimize.run_directory.key import SETTINGS
 from optimize.runs import job
+from optimize.runs.checks import faults_of
 from optimize.runs.job import Result
 from optimize.runs.preparation import prepare
 from optimize.settings.run_file import Run, dump_resolved, load_run
@@ -44,6 +47,9 @@ from retouch.commands.main import main
 from retouch.verbs import runs
 from tests.optimize.conftest import SAMPLES
 from tests.optimize.kills import copied_at_every_step, signalled_after
+from tests.visual.exact.test_view import OBLIQUE
+from tests.visual.scenes import FLOOR, sun, write_scene
+from tests.visual.test_step_bias import ASIDE, GLOSSY
 
 ROOT = Path(__file__).resolve().parents[3]
 CONDITIONS = ("light-10", "light-130", "light-250")
@@ -188,6 +194,45 @@ def test_result_json_has_the_keys_that_others_rely_on(finished: Result) -> None:
     assert result["stop"]["reason"] == "converged"
     assert result["seed"] == 0
     assert {"retouch", "mitsuba", "torch"} <= result["versions"].keys()
+
+
+def test_what_steps_saw_stands_beside_what_was_verified(
+    finished: Result, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    look, report = finished.summary["look"], (finished.run_dir / "report.html").read_text()
+    assert len(look["step_bias_percent"]) == len(CONDITIONS) and max(look["step_bias_percent"]) < 3.0
+    assert look["step_change_percent"] == pytest.approx(look["change_percent"], rel=0.15)
+    assert look["step_note"] is None
+    assert main(["resume", str(finished.run_dir)]) == 0
+    assert "; steps saw " in capsys.readouterr().out
+    assert "steps saw" in report and "bias of steps" in report
+    # A result of an earlier version, without these numbers.
+    copy = Path(shutil.copytree(finished.run_dir, tmp_path / "copy"))
+    content = json.loads((copy / "result.json").read_text())
+    content["look"] = {key: each for key, each in look.items() if not key.startswith("step_")}
+    (copy / "result.json").write_text(json.dumps(content))
+    assert main(["resume", str(copy)]) == 0
+    assert "steps saw" not in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_a_large_bias_is_said_before_the_original_is_pressed(
+    out: Path, run_file: RunFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: Any
+) -> None:
+    class Pressed(Exception):
+        pass
+
+    def pressed(*_: object, **__: object) -> None:
+        raise Pressed
+
+    scene = write_scene(tmp_path, np.zeros((SAMPLES, SAMPLES)), [ASIDE], material=GLOSSY)
+    path = run_file(scene=scene)
+    path.write_text(path.read_text().replace(f"define.resolution = {SAMPLES}\n", ""))
+    monkeypatch.setattr("optimize.runs.preparation.measure_touch", pressed)
+    with pytest.raises(Pressed), caplog.at_level(logging.WARNING):
+        runs.optimize(path, out)
+    (record,) = caplog.records
+    assert record.getMessage().startswith(f"{scene}: panel: the pictures by which steps steer differ")
 
 
 def test_heights_are_written_as_they_were_computed(finished: Result) -> None:
@@ -342,6 +387,21 @@ def test_a_scene_whose_light_comes_from_below_is_black(
     )
     save_heights_exr(out.with_name("own.exr"), np.zeros((SAMPLES, SAMPLES)))
     refused(run_file(descent=method, scene=scene), out, str(scene), "black")
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("settings", ['method = "adam"', 'method = "adam"\n[look]\nsamples = 4', ""])
+def test_a_scene_without_gradients_is_refused_before_anything_is_pressed(
+    out: Path, run_file: RunFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, settings: str
+) -> None:
+    scene = write_scene(tmp_path, np.zeros((SAMPLES, SAMPLES)), [sun(35)], more=FLOOR, camera=OBLIQUE)
+    path = run_file(descent=settings, scene=scene)
+    path.write_text(path.read_text().replace(f"define.resolution = {SAMPLES}\n", ""))
+    monkeypatch.setattr("optimize.runs.preparation.measure_touch", lambda *_, **__: pytest.fail("pressed"))
+    refused(path, out, str(scene), "beside other shapes the plate has gradients only")
+    (fault,) = faults_of({"row": load_run(path)}).values()
+    with pytest.raises(InputError, match=re.escape(str(fault))):
+        runs.forecast(path, out)
     assert not out.exists()
 
 
@@ -697,6 +757,41 @@ def test_an_interrupt_after_the_descent_leaves_something_to_print(
     assert not (out / "result.json").exists()
     resumed = runs.resume(out)
     np.testing.assert_allclose(resumed.heights, best, atol=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", ["preparation.measure_touch", "job.clear"])
+def test_an_interrupt_before_anything_is_written_does_not_go_on_with_the_earlier_run(
+    copy: Path, run_file: RunFile, monkeypatch: pytest.MonkeyPatch, capfd: Any, place: str
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    before = {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
+    monkeypatch.setattr(f"optimize.runs.{place}", interrupted)
+    assert main(["optimize", str(run_file("jnd = -1", SHORT)), "-o", str(copy), "--force", "-q"]) == 130
+    line = f"retouch: interrupted; no step of this run is written, and {copy} still holds the earlier run\n"
+    assert capfd.readouterr().err.endswith(line)
+    after = {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
+    if place == "job.clear":
+        # In this moment run.toml is of the new run, and no run goes on from the checkpoint of the other.
+        not_resumed(copy, "but the run began with", "force=True")
+        del before[copy / SETTINGS], after[copy / SETTINGS]
+    assert before == after
+
+
+@pytest.mark.slow
+def test_an_interrupt_once_a_checkpoint_is_written_goes_on_with_this_run(
+    copy: Path, run_file: RunFile, monkeypatch: pytest.MonkeyPatch, capfd: Any
+) -> None:
+    def interrupted(*_: object) -> None:
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    with monkeypatch.context() as patch:
+        patch.setattr("optimize.descent.gauss_newton.method.GaussNewton.advance", interrupted)
+        assert main(["optimize", str(run_file("jnd = -1", SHORT)), "-o", str(copy), "--force", "-q"]) == 130
+    assert capfd.readouterr().err.endswith(f"retouch: interrupted; retouch resume {copy} goes on\n")
+    assert runs.resume(copy).summary["settings"]["touch"]["jnd"] == -1.0
 
 
 @pytest.mark.slow

@@ -39,6 +39,7 @@ def verified(percent: float, certainty: Certainty = Certainty.KNOWN) -> PictureC
     return of_pictures.model_copy(update={"noise": noise})
 
 
+@pytest.mark.slow
 def test_what_steps_see_of_a_change_is_what_pictures_show(seen: StepsSeen, scene: Scene) -> None:
     assert seen.bias.shape == (len(scene.conditions),) and seen.bias.max() < 0.03
     assert seen.change_percent(scene.heights) == 0.0

@@ -114,6 +114,22 @@ time.sleep(60)
     assert job.lines() == ["ready", "interrupted"] and not job.died
 
 
+@pytest.mark.parametrize("written", [False, True])
+def test_a_closing_app_advises_to_go_on_only_where_a_run_can(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], written: bool
+) -> None:
+    serve = pytest.importorskip("retouch.app.serve")
+    commanded(monkeypatch, "import time; time.sleep(60)")
+    job, queue = QueuedRun(Path("runs/stone-1"), FeelChoice()), Queue()
+    queue.add(job)
+    if written:
+        checkpoint(job.folder)
+    serve._stop_runs(queue)
+    *_, line = capsys.readouterr().err.splitlines()
+    goes_on = "stopped; it can go on; retouch resume runs/stone-1 goes on"
+    assert line == f"runs/stone-1: {goes_on if written else 'failed'}"
+
+
 def test_a_run_that_the_command_refuses_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
     script = "import sys; print('retouch: jnd: too much', file=sys.stderr); sys.exit(2)"
     commanded(monkeypatch, script)
