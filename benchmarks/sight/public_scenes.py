@@ -213,7 +213,7 @@ def as_table(results: dict[str, Any]) -> str:
         measured = [step for step in steps if "differs_percent" in step]
         rows.append(
             [
-                f"`{example.path}`",
+                example.path,
                 "; ".join(changes(steps[: accepted + 1], "refused", f"{Path(example.path).name}: ")),
                 "; ".join(dict.fromkeys(map(equality, measured))),
                 "; ".join(changes(steps[accepted:], "gradients")) or "at once",
