@@ -22,7 +22,7 @@ from visual.geometry.film_filter import film_filter
 from visual.geometry.projection import Projection, from_above, projection_of
 from visual.geometry.topology import PlateTopology
 from visual.lights.kind import Light
-from visual.lights.near import LightSet
+from visual.lights.near import LightSet, NearLights
 from visual.lights.quadrature import Quadrature, kind_of, prepare
 from visual.lights.seen import SeenLight, seen_light
 from visual.needs import Needs
@@ -174,10 +174,12 @@ def _seen(lights: Lights, loaded: LightScene, fixed: LightSet) -> SeenLight | No
     if not every:
         return None
     along, kind = every[0]
+    # Parallel lights stand where the origin sees the light: from other points their directions would miss it.
+    near = isinstance(fixed, NearLights)
 
     def lit(points: Any, toward: Any) -> tuple[Any, Any]:
         loaded.lit.shine(loaded.shining)
-        return along(points, toward)
+        return along(points if near else mi.Vector3f(0.0), toward)
 
     return seen_light(lit, fixed, kind.surrounds)
 
