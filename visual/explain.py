@@ -203,7 +203,8 @@ def _random_rays(needs: Needs) -> str:
 def _highlights(plate: ParsedPlate, needs: Needs) -> str:
     if needs.matte:
         return "none: the material is matte, so none are sampled"
-    return f"computed, as {_material(plate)} has them"
+    sampled = ", mirror images of lights that a ray can meet among them" if plate.mirror else ""
+    return f"computed, as {_material(plate)} has them{sampled}"
 
 
 def _channels(variant: str, needs: Needs) -> str:

@@ -22,9 +22,8 @@ from visual.geometry.film_filter import film_filter
 from visual.geometry.projection import Projection, from_above, projection_of
 from visual.geometry.topology import PlateTopology
 from visual.lights.kind import Light
-from visual.lights.near import LightSet, NearLights
-from visual.lights.quadrature import Quadrature, kind_of, prepare
-from visual.lights.seen import SeenLight, seen_light
+from visual.lights.quadrature import Quadrature, kind_of, light_obstacle, prepare
+from visual.lights.seen import SeenLight, lights_per_flux
 from visual.needs import Needs
 from visual.scene_file.check import instantiate, light_id
 from visual.scene_file.parsed_scene import CheckedScene
@@ -94,7 +93,8 @@ class SceneLoader:
         illuminations = []
         for lights in self.groups:
             fixed, loaded = self.quadrature(lights, directions).lights(), self.light_scene(lights, resolution)
-            illuminations.append(Illumination(fixed, loaded.background, _seen(lights, loaded, fixed)))
+            seen = loaded.seen and replace(loaded.seen, lights_per_flux=lights_per_flux(fixed))
+            illuminations.append(Illumination(fixed, loaded.background, seen))
         return illuminations
 
     def light_scene(self, lights: Lights, resolution: tuple[int, int]) -> LightScene:
@@ -133,8 +133,27 @@ class SceneLoader:
             lambda generator: self.quadrature(lights, DIRECTIONS).lights(generator),
             any(kind.casts_shadows(light) for light, kind in zip(lights, kinds, strict=True)),
             background,
+            self._seen(lights, lit),
+            needs.direct,
             by_light if needs.direct else bounded_paths(by_light),
         )
+
+    def _seen(self, lights: Lights, lit: LitScene) -> SeenLight | None:
+        """What rays see of lights that shine together, of which they meet one; None if they meet none."""
+        side_mm, shining = max(self._plate.size_mm, self._plate.height_mm), _numbers(lights)
+        met = [light for light in lights if kind_of(light).seen and not light_obstacle(light, side_mm)]
+        if not met:
+            return None
+        kind = kind_of(met[0])
+        assert kind.seen is not None
+        along, near = kind.seen(met[0], lit.scene), kind.near(met[0], side_mm)
+
+        def shone(points: Any, toward: Any) -> tuple[Any, Any]:
+            lit.shine(shining)
+            # Parallel lights stand where the origin sees a far light.
+            return along(points if near else mi.Vector3f(0.0), toward)
+
+        return SeenLight(shone, kind.surrounds)
 
     def _lit_scene(self, lights: Lights) -> LitScene:
         """The Mitsuba scene of a group of lights, which others may share."""
@@ -166,22 +185,6 @@ class SceneLoader:
 
 def _numbers(lights: Lights) -> frozenset[int]:
     return frozenset(light.node for light in lights)
-
-
-def _seen(lights: Lights, loaded: LightScene, fixed: LightSet) -> SeenLight | None:
-    """Lights as rays see them; None for those that no ray meets. Of all that shine together, one is met."""
-    every = [(kind.seen(light, loaded.scene), kind) for light in lights if (kind := kind_of(light)).seen]
-    if not every:
-        return None
-    along, kind = every[0]
-    # Parallel lights stand where the origin sees the light: from other points their directions would miss it.
-    near = isinstance(fixed, NearLights)
-
-    def lit(points: Any, toward: Any) -> tuple[Any, Any]:
-        loaded.lit.shine(loaded.shining)
-        return along(points if near else mi.Vector3f(0.0), toward)
-
-    return seen_light(lit, fixed, kind.surrounds)
 
 
 def _background_lit(lit: LitScene, shining: frozenset[int]) -> Background:

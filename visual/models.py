@@ -11,7 +11,7 @@ import numpy as np
 
 from relief.ground.arrays import Array
 from visual.lights.kind import Light
-from visual.lights.quadrature import light_obstacle, parallel_obstacle
+from visual.lights.quadrature import kind_of, light_obstacle, parallel_obstacle
 from visual.needs import DIRECT_DEPTH, Needs
 from visual.scene_file.parsed_scene import Camera, Description
 
@@ -133,6 +133,13 @@ OBSTACLES: Mapping[PictureModel, tuple[Obstacle, ...]] = {
         _unless(
             lambda case: not case.description.plate.textures,
             "heightfield: bsdf: the fast look knows no material that varies over the plate",
+        ),
+        _unless(
+            lambda case: (
+                not case.description.plate.mirror
+                or not any(kind_of(light).seen for light in case.description.lights)
+            ),
+            "heightfield: bsdf: the fast look shows no mirror images, as of plastic, conductor and dielectric",
         ),
         *_FILM,
         lambda case: (

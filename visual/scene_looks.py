@@ -10,6 +10,7 @@ from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from visual.backend import variants
 from visual.backend.plate_shape import plate_bsdf
+from visual.exact.lobes import lobes_of
 from visual.exact.render import RenderSettings, pictures
 from visual.exact.view import View
 from visual.fast.camera_view import CameraView
@@ -78,11 +79,13 @@ class ExactLook(_OfScene):
                 "fewer pixels"
             )
         groups, first = scene.illuminations(resolution, directions)
+        bsdf, met = plate_bsdf(first.scene), any(group.seen is not None for group in groups)
+        lobes = lobes_of(bsdf, len(scene.plate.faces), seed, blur) if met else None
         ambient = groups.pop() if scene.needs.around else None
         return tuple(
             View(
                 first.scene,
-                plate_bsdf(first.scene),
+                bsdf,
                 first.set_heights,
                 scene.plate,
                 camera,
@@ -93,7 +96,7 @@ class ExactLook(_OfScene):
                 # Many directions share a pixel's samples: each needs fewer.
                 ambient_strata or max(1, strata // 2),
                 edge_samples,
-                blur,
+                lobes,
             )
             for camera in first.cameras
         )

@@ -12,6 +12,7 @@ from visual.backend.mitsuba import dr, mi
 from visual.exact.background import Background, black_background
 from visual.geometry.projection import Projection
 from visual.lights.near import LightSet
+from visual.lights.seen import SeenLight
 
 
 class LitScene:
@@ -64,6 +65,8 @@ class LightScene:
         lights: draws the parallel or near lights that represent it where gradients follow moving edges.
         shadows: whether the light casts any, on some relief.
         background: of the pictures.
+        seen: the light as rays see it; None if no ray meets it.
+        direct: whether light goes from lamp to plate to camera only.
         gradient_integrator: gives radiance by slope, if not `integrator`. Its directions must not turn with
             the surface, as those drawn from a material do: the shadows would move along.
     """
@@ -76,6 +79,8 @@ class LightScene:
     lights: Callable[[np.random.Generator], LightSet]
     shadows: bool = True
     background: Background = black_background
+    seen: SeenLight | None = None
+    direct: bool = True
     gradient_integrator: Any = None
 
     @property

@@ -154,23 +154,25 @@ class Lobes:
         ]
 
 
-def lobes_of(bsdf: Any, faces: int, generator: np.random.Generator, blur: float) -> Lobes | None:
+def lobes_of(bsdf: Any, faces: int, seed: int, blur: float = 0.0, narrow: bool = True) -> Lobes | None:
     """The lobes of a material that fixed lights would miss; None if there are none.
 
     Args:
         bsdf: of a plate.
         faces: of the plate.
-        generator: draws the numbers of the samples.
+        seed: of the numbers of the samples.
         blur: see `Lobes`.
+        narrow: whether narrow lobes count, not mirrors alone.
     """
     flags = [int(bsdf.flags(number)) for number in range(bsdf.component_count())]
     front = [number for number, flag in enumerate(flags) if flag & int(mi.BSDFFlags.FrontSide)]
     mirrors = tuple(number for number in front if flags[number] & int(mi.BSDFFlags.Delta))
-    glossy = (number for number in front if flags[number] & int(mi.BSDFFlags.Glossy))
-    narrow = tuple(number for number in glossy if _peak(bsdf, number) > NARROW)
-    if not mirrors and not narrow:
+    glossy = (number for number in front if narrow and flags[number] & int(mi.BSDFFlags.Glossy))
+    narrow_ones = tuple(number for number in glossy if _peak(bsdf, number) > NARROW)
+    if not mirrors and not narrow_ones:
         return None
-    return Lobes(bsdf, mirrors, narrow, generator.uniform(size=(faces, len(STEPS))), blur)
+    numbers = np.random.default_rng(seed).uniform(size=(faces, len(STEPS)))
+    return Lobes(bsdf, mirrors, narrow_ones, numbers, blur)
 
 
 def _peak(bsdf: Any, component: int) -> float:

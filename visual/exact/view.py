@@ -20,7 +20,7 @@ from relief.ground.progress import stage
 from visual.backend.user_settings import user_settings_kept
 from visual.exact.background import Background, black_background
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
-from visual.exact.lobes import Lobes, lobes_of
+from visual.exact.lobes import Lobes
 from visual.exact.pair_radiance import Material, face_shading, of_faces, of_samples
 from visual.exact.shadow_edges import Entries, shadow_edges
 from visual.exact.visibility_edges import VisibilityEdges, visibility_edges
@@ -94,7 +94,7 @@ class View:
         strata: int = 4,
         ambient_strata: int = 2,
         edge_samples: EdgeSamples | None = None,
-        blur: float = 0.0,
+        lobes: Lobes | None = None,
     ) -> None:
         """Fix the samples.
 
@@ -110,10 +110,10 @@ class View:
             strata, ambient_strata: samples along a pixel's side under one light, and under many directions.
                 Where the film's filter is no box, `strata` serve both.
             edge_samples: along edges that move; fewer are used under many directions.
-            blur: of mirrors and narrow highlights; see `FixedSamples`.
+            lobes: of the material, for lights that rays can meet.
         """
         generator = np.random.default_rng(seed)
-        self._scene, self._bsdf, self._set_heights = scene, bsdf, set_heights
+        self._scene, self._bsdf, self._lobes, self._set_heights = scene, bsdf, lobes, set_heights
         self._plate = plate
         self._shape, reconstruction = (camera.rows, camera.cols), camera.filter
         self._alone, self._ambient = alone, ambient
@@ -128,9 +128,6 @@ class View:
             self._film = self._film[:1] * 2
             self._weights = reconstruction.of_points(self._film[0] / strata, *self._shape)
         self._jitter = edge_jitter(self._plate, generator, edge_samples or EdgeSamples())
-        self._lobes: Lobes | None = None
-        if any(light.seen is not None for light in (*alone, *filter(None, (ambient,)))):
-            self._lobes = lobes_of(bsdf, len(plate.faces), generator, blur)
         self._from_above: list[PictureSamples] = []
         if camera.overhead:
             self._from_above = [

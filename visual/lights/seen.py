@@ -28,13 +28,13 @@ class SeenLight:
 
     Attributes:
         along: radiance along rays.
-        lights_per_flux: fixed lights for each unit of their luminous irradiance on a plane that faces them.
         surrounds: whether the light comes from all around, so that fixed lights end at `LOWEST`.
+        lights_per_flux: of the fixed lights; 0 where mirrors alone count, which these do not reach.
     """
 
     along: SeenAlong
-    lights_per_flux: float
     surrounds: bool
+    lights_per_flux: float = 0.0
 
     def distance(self, points: Array, toward: Array) -> Array:
         """Distances (points,), mm, of the light from points (points, 3) in unit directions (points, 3)."""
@@ -54,12 +54,12 @@ class SeenLight:
         return density + LEAST_DENSITY
 
 
-def seen_light(along: SeenAlong, lights: LightSet, surrounds: bool) -> SeenLight | None:
-    """A light that these fixed lights represent; None for a black one."""
+def lights_per_flux(lights: LightSet) -> float:
+    """Number of fixed lights for each unit of luminous irradiance at the origin, on planes that face them."""
     strength = np.broadcast_to(np.reshape(lights.strength, (len(lights), -1)), (len(lights), 3)) @ LUMINANCE
     share = np.asarray(lights.arriving(dr.zeros(mi.Point3f, len(lights)), 1)[1], dtype=np.float64)
     flux = float((strength * share).sum())
-    return SeenLight(along, len(lights) / flux, surrounds) if flux > 0.0 else None
+    return len(lights) / flux if flux > 0.0 else 0.0
 
 
 def luminance(colour: Any) -> Any:

@@ -23,6 +23,8 @@ _COLOURED = {
 """Plugins that count as coloured whatever their values: spectra, and lights whose strength is a picture."""
 _TEXTURES = ("bitmap", "checkerboard")
 """Textures that vary over a surface; the others are colours and spectra."""
+_MIRRORS = ("plastic", "conductor", "dielectric")
+"""Materials with a part as smooth as a mirror."""
 _METALS = ("conductor", "roughconductor")
 _DEFAULT_FILM = (576, 768)
 _DEFAULT_SAMPLES = 4
@@ -206,7 +208,8 @@ class _SceneReader:
     def plate(self, index: int) -> ParsedPlate:
         props = self.nodes[index].props
         material = self.material(index)
-        textures = self.textures(index)
+        below = self.below(index)
+        textures = [node for node in below if self.kind(node) in _TEXTURES]
         return ParsedPlate(
             filename=Path(props["filename"]) if "filename" in props else None,
             size_mm=float(props.get("size_mm", PATCH_SIDE_MM)),
@@ -214,16 +217,17 @@ class _SceneReader:
             material=tuple(self.kind(part) for part in material) or ("diffuse",),
             textures=tuple(sorted({self.kind(texture) for texture in textures})),
             hard_edged=any(self.is_hard_edged(texture) for texture in textures),
+            mirror=any(self.kind(node) in _MIRRORS for node in below),
         )
 
-    def textures(self, index: int) -> list[int]:
-        """Numbers of the textures below a node that vary over a surface."""
-        below, waiting = set(), [index]
+    def below(self, index: int) -> set[int]:
+        """Numbers of the nodes below a node, and its own."""
+        below, waiting = set[int](), [index]
         while waiting:
             if (node := waiting.pop()) not in below:
                 below.add(node)
                 waiting += children(self.nodes, node)
-        return [node for node in below if self.kind(node) in _TEXTURES]
+        return below
 
     def is_hard_edged(self, texture: int) -> bool:
         """Whether a texture jumps from place to place."""

@@ -73,6 +73,7 @@ class ParsedPlate:
         material: Mitsuba's names of the nested materials, from the outside in.
         textures: Mitsuba's names of the textures by which the material varies over the plate.
         hard_edged: whether one of these textures jumps, as a checkerboard does.
+        mirror: whether a part of the material is smooth as a mirror.
     """
 
     filename: Path | None
@@ -81,6 +82,7 @@ class ParsedPlate:
     material: tuple[str, ...]
     textures: tuple[str, ...] = ()
     hard_edged: bool = False
+    mirror: bool = False
 
 
 @dataclass(frozen=True)
