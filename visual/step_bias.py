@@ -2,8 +2,8 @@
 
 Steps see light from lamp to plate to camera, by fixed samples, and few lights in place of an extended one.
 Light from face to face, which no step sees, is left out of the rendered pictures, too. What is measured is
-what the model of pictures lacks: with the `FIXED_DIRECTIONS` lights of `FixedSamples` and sharp mirror images.
-Steps of gauss-newton take 16 lights and average mirror images over `STEP_BLUR`; a bias that original and
+what the model of pictures lacks, with the `FIXED_DIRECTIONS` lights of `FixedSamples` and sharp mirror
+images. Steps of gauss-newton take 16 lights and average mirror images over `STEP_BLUR`; a bias that original and
 result have in common cancels in the change that they see.
 """
 
@@ -126,7 +126,8 @@ def reason_of(scene: Scene, look: str) -> tuple[str, str]:
     if scene.needs.matte:
         return f"shadows of {stand} are sharp", "take a smaller or a directional light"
     remedy = "take a rougher material (alpha), or a directional or point light"
-    return f"a highlight is narrower than the gaps between {stand}", remedy
+    # Narrow highlights are sampled, by few directions; a broad one may be narrower than the lights' gaps.
+    return f"a highlight has few samples, or shadows of {stand} are sharp", remedy
 
 
 def _mean_square(steps: Array, rendered: Array, weights: Array) -> tuple[Array, bool]:

@@ -14,8 +14,8 @@ import uvicorn
 from fastapi import FastAPI
 from nicegui import ui
 
-from relief.ground.errors import InputError
 from optimize.run_directory.earlier import resume_advice
+from relief.ground.errors import InputError
 from retouch.app.guard import Guard, new_token
 from retouch.app.page import AppPage
 from retouch.app.routes import add_routes
