@@ -3,8 +3,8 @@
 Steps see light from lamp to plate to camera, by fixed samples, and few lights in place of an extended one.
 Light from face to face, which no step sees, is left out of the rendered pictures, too. What is measured is
 what the model of pictures lacks, with the `FIXED_DIRECTIONS` lights of `FixedSamples` and sharp mirror
-images. Steps of gauss-newton take 16 lights and average mirror images over `STEP_BLUR`; a bias that original and
-result have in common cancels in the change that they see.
+images. Steps of gauss-newton take 16 lights and average mirror images over `STEP_BLUR`; a bias that original
+and result have in common cancels in the change that they see.
 """
 
 import math
