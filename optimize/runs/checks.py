@@ -7,7 +7,6 @@ from optimize.settings.run_file import Run
 from relief.ground.errors import InputError
 from relief.ground.lengths import Lengths
 from relief.ground.progress import stage
-from visual.scene import Scene
 
 
 def faults_of(runs: Mapping[str, Run]) -> dict[str, InputError]:
@@ -21,14 +20,15 @@ def faults_of(runs: Mapping[str, Run]) -> dict[str, InputError]:
     faults = dict[str, InputError]()
     with stage("checking the runs", len(groups)) as advance:
         for group in groups.values():
-            scene: Scene | InputError
             try:
                 scene = scene_of(next(iter(group.values())))
             except InputError as error:
-                scene = error
+                faults |= dict.fromkeys(group, error)
+                group = {}
             for key, settings in group.items():
                 try:
-                    _check(settings, scene)
+                    check_look(settings, scene)
+                    checked_goals(settings, scene)
                 except InputError as error:
                     faults[key] = error
             advance()
@@ -39,11 +39,3 @@ def _pictured(settings: Run) -> Hashable:
     """What scene and relief of a run depend on."""
     keys = {"scene", "texture", "repeats", "define", "print", *Lengths.__annotations__}
     return settings.model_dump_json(include=keys)
-
-
-def _check(settings: Run, scene: Scene | InputError) -> None:
-    """Raise InputError if a run cannot begin."""
-    if isinstance(scene, InputError):
-        raise scene
-    check_look(settings, scene)
-    checked_goals(settings, scene)

@@ -274,19 +274,8 @@ def _warn_of_mixture(number: int, region: Region, shares: Array, felt: Array) ->
     # however dark. A dab smaller than a finger is not, however bright.
     if most >= FELT_SHARE * greatest:
         return
+    share = f"{100.0 * most:.0f} % of what lies under a finger of {PATCH_SIDE_MM:g} mm"
     if region.graded:
-        _log.warning(
-            "touch.region.%d: at most %.3g %% of the way to its goal under a finger of %g mm, "
-            "where the mask has up to %.3g %%; it feels a mixture",
-            number,
-            100.0 * most,
-            PATCH_SIDE_MM,
-            100.0 * greatest,
-        )
-        return
-    _log.warning(
-        "touch.region.%d: at most %.0f %% of what lies under a finger of %g mm; it feels a mixture",
-        number,
-        100.0 * most,
-        PATCH_SIDE_MM,
-    )
+        share = f"{100.0 * most:.3g} % of the way to its goal under a finger of {PATCH_SIDE_MM:g} mm, "
+        share += f"where the mask has up to {100.0 * greatest:.3g} %"
+    _log.warning("touch.region.%d: at most %s; it feels a mixture", number, share)

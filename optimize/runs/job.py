@@ -21,7 +21,7 @@ from optimize.run_directory.checkpoint import FILE as CHECKPOINT
 from optimize.run_directory.checkpoint import Checkpoint, check_key, load_checkpoint
 from optimize.run_directory.clock import Moment, now
 from optimize.run_directory.directory import beginning_in, check_vacant, clear
-from optimize.run_directory.earlier import CheckpointStamp, checkpoint_stamp
+from optimize.run_directory.earlier import CheckpointStamp, checkpoint_stamp, resume_advice
 from optimize.run_directory.finished_run import holds_run
 from optimize.run_directory.history import History
 from optimize.run_directory.key import SETTINGS, run_key
@@ -121,8 +121,8 @@ def run(
     prepared = prepare(settings, variant)
     state = CorrectionState(prepared.surrogate_targets)
     method = prepared.plan.method_for(state.surrogate_targets, prepared.plan.steps)
-    start = method.begin(0, prepared.problem.heights, {"pressure": prepared.steering.pressure})
-    segment = Segment(method, start)
+    memory = {"pressure": prepared.steering.pressure}
+    segment = Segment(method, method.begin(0, prepared.problem.heights, memory))
     with _telling_how_to_go_on(run_dir, earlier), beginning_in(run_dir, force):
         # First, so that a folder with anything of a run in it is known by its run.toml.
         results.write_settings(run_dir, settings)
@@ -247,10 +247,7 @@ def _telling_how_to_go_on(run_dir: Path, earlier: CheckpointStamp | None = None)
     except OSError as error:
         if error.errno is None:
             raise
-        command = "the same command goes on"
-        if holds_run(run_dir):
-            command = "the same with force=True (--force) begins anew"
-        if checkpoint_stamp(run_dir) not in (None, earlier):
-            command = f"retouch resume {shlex.quote(str(run_dir))} goes on"
-        message = f"{error.strerror}; when that is mended, {command}"
+        again = "with force=True (--force) begins anew" if holds_run(run_dir) else "command goes on"
+        advice = resume_advice(run_dir, earlier) or f"the same {again}"
+        message = f"{error.strerror}; when that is mended, {advice}"
         raise OSError(error.errno, message, error.filename or str(run_dir)) from error

@@ -227,13 +227,8 @@ def press_original(
         original = measure_touch(relief, touch.finger, model, settings.verify.resolution, at=lattice)
     if not holds_run(settings.texture.parent):
         warn_of_tilt(relief, touch.finger, original.means[ROUGHNESS.name])
-    targets = _targets(
-        settings,
-        Patches(relief.surface, lattice, side_mm=touch.finger.patch_mm).size_mm,
-        original.values,
-        maps,
-        lattice,
-    )
+    side_mm = Patches(relief.surface, lattice, side_mm=touch.finger.patch_mm).size_mm
+    targets = _targets(settings, side_mm, original.values, maps, lattice)
     if other is None:
         return original, targets, None
     felt = feel(other, settings, model)

@@ -75,6 +75,15 @@ class StepsSeen:
         weights = pixel_weights(scene.plate_weights(), scene.weights)
         return percent_of(magnitude(weights * (after - self.before)), float((weights * self.before).mean()))
 
+    def numbers(self, heights: Array, verified: PictureChange) -> dict[str, object]:
+        """What the steps saw of a relief (rows, cols) mm, by the keys of a `PictureChange`."""
+        percent = self.change_percent(heights)
+        return {
+            "step_bias_percent": tuple((100.0 * self.bias).tolist()),
+            "step_change_percent": percent,
+            "step_note": self.note(percent, verified),
+        }
+
     def note(self, seen_percent: float, verified: PictureChange) -> str | None:
         """The line about a verified change much larger than the one that steps saw; None if there is none."""
         percent = verified.change_percent

@@ -134,19 +134,9 @@ def _look(settings: Run, problem: Problem, outcome: Outcome) -> PictureChange:
         settings.verify.jod,
     )
     own = {"conditions": tuple(scene.conditions), "model": problem.look}
-    return change.model_copy(update=own | _steps(outcome, change))
-
-
-def _steps(outcome: Outcome, verified: PictureChange) -> dict[str, object]:
-    """What the steps saw, by the keys of a `PictureChange`, beside the verified change."""
-    if (seen := outcome.steps_seen) is None:
-        return {}
-    percent = seen.change_percent(outcome.relief.heights)
-    return {
-        "step_bias_percent": tuple((100.0 * seen.bias).tolist()),
-        "step_change_percent": percent,
-        "step_note": seen.note(percent, verified),
-    }
+    seen = outcome.steps_seen
+    of_steps = {} if seen is None else seen.numbers(outcome.relief.heights, change)
+    return change.model_copy(update=own | of_steps)
 
 
 def _heights(problem: Problem, heights: Array) -> Heights:

@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import logging
-import shlex
 import signal
 import socket
 import sys
@@ -15,6 +14,7 @@ import uvicorn
 from fastapi import FastAPI
 from nicegui import ui
 
+from optimize.run_directory.earlier import resume_advice
 from relief.ground.errors import InputError
 from retouch.app.guard import Guard, new_token
 from retouch.app.page import AppPage
@@ -145,6 +145,5 @@ def _stop_runs(queue: Queue) -> None:
         return
     print("the run under way is asked to stop; its best relief is being written", file=sys.stderr)
     for job in queue.stop_all(PATIENCE_S):
-        state, command = job.state, f"; retouch resume {shlex.quote(str(job.folder))} goes on"
-        advice = command if state in (State.STOPPED, State.SHORT) else ""
-        print(f"{job.folder}: {state.value}{advice}", file=sys.stderr)
+        advice = resume_advice(job.folder) if job.state in (State.STOPPED, State.SHORT) else ""
+        print("; ".join(filter(None, (f"{job.folder}: {job.state.value}", advice))), file=sys.stderr)

@@ -2,7 +2,6 @@
 
 import argparse
 import os
-import shlex
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING
 import retouch
 from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from optimize.descent.stop_reason import StopReason
-from optimize.run_directory.earlier import checkpoint_stamp
+from optimize.run_directory.earlier import checkpoint_stamp, resume_advice
 from optimize.runs.interrupts import INTERRUPTED
 from optimize.settings.fast_models import FAST_MODELS
 from optimize.settings.run_options import run_options, run_overrides, states_a_target
@@ -112,9 +111,8 @@ def after_interrupt(arguments: argparse.Namespace) -> str:
 
 def how_to_go_on(run_dir: Path | None) -> str:
     """How to go on with a run, as the end of a line; empty if there is nothing to go on from."""
-    if run_dir is None or checkpoint_stamp(run_dir) is None:
-        return ""
-    return f"; retouch resume {shlex.quote(str(run_dir))} goes on"
+    advice = "" if run_dir is None else resume_advice(run_dir)
+    return f"; {advice}" if advice else ""
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -69,9 +69,18 @@ class Material:
         return self.lobes.reflections(slope_x, slope_y, face, self.seen, view, places)
 
 
-def face_shading(material: Material, camera: Projection, lights: LightSet, mesh: PlacedMesh) -> Shading:
-    """Shading of the faces of a plate without textures; near lights shine on a face as on its centre."""
-    return shade(material.bsdf, *mesh.slopes, lights, *_centres(camera, lights, mesh), material.share)
+def face_shading(
+    material: Material, camera: Projection, lights: LightSet, mesh: PlacedMesh, derivatives: bool = True
+) -> Shading:
+    """Shading of the faces of a plate without textures; near lights shine on a face as on its centre.
+
+    Derivatives that are not wanted are 0.
+    """
+    view, places = _centres(camera, lights, mesh)
+    if derivatives:
+        return shade(material.bsdf, *mesh.slopes, lights, view, places, material.share)
+    radiance = unshadowed(material.bsdf, *mesh.slopes, lights, view, places, material.share)
+    return Shading(radiance, *np.zeros((2 if places.slide is None else 3, *radiance.shape)))
 
 
 def _centres(camera: Projection, lights: LightSet, mesh: PlacedMesh) -> tuple[Array, ShadingPoints]:

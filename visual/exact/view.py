@@ -180,7 +180,7 @@ class View:
         if mesh.textured:
             shading, pairs = None, of_samples(material, camera, lights, samples, points, mesh)
         else:
-            shading = face_shading(material, camera, lights, mesh)
+            shading = face_shading(material, camera, lights, mesh, jacobian)
             pairs = of_faces(material, camera, shading, lights, samples, points, mesh)
         behind = light.background(samples.missed_direction) / samples.per_pixel
         picture: Array = np.zeros(camera.pixels)
