@@ -183,7 +183,7 @@ def _bounces(needs: Needs) -> str:
         "gradients follow them but for the shadows they move; Gauss-Newton steps see direct light alone"
     )
     if needs.max_depth is None:
-        return f"without limit (no max_depth): whole paths of light are traced; {followed}"
+        return f"without limit (max_depth -1): whole paths of light are traced; {followed}"
     count = f"at most {max(0, needs.max_depth - 1)} (max_depth {needs.max_depth})"
     return f"{count}: paths of light are traced; {followed}"
 

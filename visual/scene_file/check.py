@@ -21,7 +21,7 @@ from visual.backend.messages import last_line
 from visual.backend.mitsuba import mi
 from visual.backend.variants import WITHOUT_LLVM
 from visual.scene_file.nodes import NodeCheck
-from visual.scene_file.parsed_scene import WEIGHT, CheckedScene, children
+from visual.scene_file.parsed_scene import WEIGHT, CheckedScene
 from visual.scene_file.text import TextCheck, nearest
 
 FAULTS = (RuntimeError, TypeError, ValueError, OverflowError, IndexError)
@@ -158,14 +158,8 @@ def _trust_only(*folders: Path) -> None:
 
 
 def _drop_lights(state: Any, keep: Collection[int]) -> None:
-    dropped = {
-        index
-        for index, node in enumerate(state.nodes)
-        if node.type == mi.ObjectType.Emitter and index not in keep
-    }
-    for index, node in enumerate(state.nodes):
-        if dropped.isdisjoint(children(state.nodes, index)):
-            continue
+    emitters = {i for i, node in enumerate(state.nodes) if node.type == mi.ObjectType.Emitter}
+    for node in state.nodes:
         for key, value in node.props.items():
-            if isinstance(value, mi.Properties.ResolvedReference) and value.index() in dropped:
+            if isinstance(value, mi.Properties.ResolvedReference) and value.index() in emitters - set(keep):
                 del node.props[key]
