@@ -178,7 +178,8 @@ def _pictures(description: Description, needs: Needs) -> str:
 
 def _bounces(needs: Needs) -> str:
     if needs.direct:
-        return "one (max_depth 2): light goes from lamp to plate to camera, no longer paths are traced"
+        paths = "light goes from lamp to plate to camera, no longer paths are traced"
+        return f"one (max_depth 2): {paths}; each sample meets each light once, whatever emitter_samples says"
     followed = (
         "gradients follow them but for the shadows they move; Gauss-Newton steps see direct light alone"
     )

@@ -172,7 +172,6 @@ def _each(names: str, kind: Kind) -> dict[str, Kind]:
 
 _SHAPE = {"to_world": PLACEMENT, "flip_normals": FLAG, "silhouette_sampling_weight": CHANCE}
 _MESH = {**_SHAPE, "filename": FILE, "face_normals": FLAG, "flip_tex_coords": FLAG}
-_EMITTER = {"to_world": PLACEMENT, "sampling_weight": CHANCE, "direction": DIRECTION, "position": POINT}
 _CONE = {"cutoff_angle": _number(0.1, 90.0), "beam_width": _number(0.0, 90.0)}
 _PICTURE = {"filename": FILE, "scale": _number(0.0, BRIGHTEST), "mis_compensation": FLAG}
 _SENSOR = {
@@ -302,13 +301,18 @@ def plugins(kind: str) -> Mapping[str, Mapping[str, Kind]]:
     """Parameters of the plugins of a kind of object; those of lights follow from the table of lights."""
     if kind != "Emitter":
         return PARAMETERS.get(kind, {})
-    return {name: {**_EMITTER, **_of_kind(light)} for name, light in KINDS.items()}
+    return {name: _of_kind(light) for name, light in KINDS.items()}
 
 
 def _of_kind(light: LightKind) -> Mapping[str, Kind]:
-    """Parameters of lights of one kind alone."""
+    """Parameters of lights of one kind."""
     strength = _PICTURE if light.strength is None else {light.strength: _strength(light)}
-    return {**strength, **_CONE} if light.cone else strength
+    placed = {
+        **({} if light.on_shape else {"to_world": PLACEMENT}),
+        **({"direction": DIRECTION} if light.directed else {}),
+        **(_CONE if light.cone else {"position": POINT} if light.strength == "intensity" else {}),
+    }
+    return {"sampling_weight": CHANCE, **strength, **placed}
 
 
 def _strength(light: LightKind) -> Kind:

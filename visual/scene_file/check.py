@@ -88,15 +88,11 @@ def instantiate(
     heightfield.register()
     state = mi.parser.ParserState(checked.state)
     plate = state.nodes[checked.plate].props
-    if heights is None:
-        relief_mm = float(plate["relief_mm"]) if "relief_mm" in plate else None
-        samples = heightmap.load_height_map(plate["filename"], default_relief_mm=relief_mm).heights
-    else:
+    if heights is not None:
         samples = heightmap.check_heights(heights, f"{checked.path}: heights")
-    for key in ("filename", "relief_mm"):
-        if key in plate:
+        plate["heights"] = mi.TensorXf(samples.astype("float32"))
+        for key in {"filename", "relief_mm"} & set(plate):
             del plate[key]
-    plate["heights"] = mi.TensorXf(samples.astype("float32"))
     plate["halo_rows"], plate["halo_cols"] = halo
     if lights is not None:
         _drop_lights(state, keep=lights)

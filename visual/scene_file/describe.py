@@ -16,10 +16,7 @@ from visual.lights.kind import RGB, EmitterShape, Light
 from visual.lights.quadrature import KINDS, kind_of
 from visual.scene_file.parsed_scene import WEIGHT, Camera, CheckedScene, Description, ParsedPlate, children
 
-_COLOURED = {
-    *SPECTRA,
-    *(name for name, kind in KINDS.items() if kind.strength is None),
-}
+_COLOURED = {*SPECTRA, *(name for name, kind in KINDS.items() if kind.strength is None)}
 """Plugins that count as coloured whatever their values: spectra, and lights whose strength is a picture."""
 _TEXTURES = ("bitmap", "checkerboard")
 """Textures that vary over a surface; the others are colours and spectra."""

@@ -70,8 +70,7 @@ class NodeCheck:
                 self._refuse(
                     index, f'{kind.lower()} plugin "{plugin}" is not allowed{nearest(plugin, allowed)}'
                 )
-        for index in range(len(self.nodes)):
-            if self._kind(index) != "Scene":
+            if kind != "Scene":
                 self._count_parts(index)
         for index in range(len(self.nodes)):
             # A texture is checked where it is used: its range is that of the parameter.
