@@ -23,6 +23,7 @@ from visual.scene_file.describe import describe
 from visual.scene_file.parsed_scene import Camera, CheckedScene, Description, ParsedPlate
 from visual.scene_file.plate_fitting import fitted_scene
 
+SAMPLED_ONCE = "; each sample meets each light once, whatever emitter_samples says"
 NO_EDGES = "not followed: only gradients need them"
 NO_GRADIENTS = "none, so retouch optimize refuses this scene: "
 NO_FAST = "cannot show this scene: "
@@ -84,7 +85,7 @@ def explain(
         *((name, _words(light)) for name, light in zip(needs.lights, needs.alone, strict=False)),
         *_ambient(description, needs),
         ("pictures", _pictures(description, needs)),
-        ("bounces", _bounces(needs)),
+        ("bounces", _bounces(needs) + SAMPLED_ONCE * (description.integrator == "direct")),
         ("random rays", _random_rays(needs)),
         ("highlights", _highlights(description.plate, needs)),
         ("colour", f"{_channels(chosen.name, needs)}; {chosen.name}: {chosen.reason}"),
@@ -178,8 +179,7 @@ def _pictures(description: Description, needs: Needs) -> str:
 
 def _bounces(needs: Needs) -> str:
     if needs.direct:
-        paths = "light goes from lamp to plate to camera, no longer paths are traced"
-        return f"one (max_depth 2): {paths}; each sample meets each light once, whatever emitter_samples says"
+        return "one (max_depth 2): light goes from lamp to plate to camera, no longer paths are traced"
     followed = (
         "gradients follow them but for the shadows they move; Gauss-Newton steps see direct light alone"
     )
