@@ -14,11 +14,12 @@ import torch
 import retouch
 from relief.ground.errors import InputError
 from tests.visual.scenes import ABOVE, MATTE, hills, sky, sun, write_scene
-from visual.backend import heightfield, user_settings, variants
-from visual.backend.mitsuba import dr, mi
+from visual.backend import heightfield, mitsuba, user_settings, variants
+from visual.backend.mitsuba import dr
 from visual.explain import explain_scene
 from visual.scene_file.check import check_scene
 
+mi: Any = mitsuba.mi
 BLACKBODY = '<spectrum type="blackbody" name="{}"><float name="temperature" value="3000"/></spectrum>'
 WARM = f'<emitter type="constant">{BLACKBODY.format("radiance")}</emitter>'
 LAMP = '<emitter type="area" id="lamp"><rgb name="radiance" value="20"/></emitter>'
