@@ -68,7 +68,7 @@ _ALLOWED = {
     ),
     "optimize.runs": (
         "optimize.descent optimize.descent.gauss_newton optimize.run_directory optimize.settings "
-        "optimize.verification relief relief.ground tactile visual"
+        "optimize.verification relief relief.ground tactile visual visual.backend"
     ),
     "optimize.settings": "mitsuba_scenes optimize.descent relief relief.ground tactile visual",
     "optimize.verification": (

@@ -23,6 +23,7 @@ from visual.scene_file.describe import describe
 from visual.scene_file.parsed_scene import Camera, CheckedScene, Description, ParsedPlate
 from visual.scene_file.plate_fitting import fitted_scene
 
+SAMPLED_ONCE = "; each sample meets each light once, whatever emitter_samples says"
 NO_EDGES = "not followed: only gradients need them"
 NO_GRADIENTS = "none, so retouch optimize refuses this scene: "
 NO_FAST = "cannot show this scene: "
@@ -84,7 +85,7 @@ def explain(
         *((name, _words(light)) for name, light in zip(needs.lights, needs.alone, strict=False)),
         *_ambient(description, needs),
         ("pictures", _pictures(description, needs)),
-        ("bounces", _bounces(needs)),
+        ("bounces", _bounces(needs) + SAMPLED_ONCE * (description.integrator == "direct")),
         ("random rays", _random_rays(needs)),
         ("highlights", _highlights(description.plate, needs)),
         ("colour", f"{_channels(chosen.name, needs)}; {chosen.name}: {chosen.reason}"),
@@ -183,7 +184,7 @@ def _bounces(needs: Needs) -> str:
         "gradients follow them but for the shadows they move; Gauss-Newton steps see direct light alone"
     )
     if needs.max_depth is None:
-        return f"without limit (no max_depth): whole paths of light are traced; {followed}"
+        return f"without limit (max_depth -1): whole paths of light are traced; {followed}"
     count = f"at most {max(0, needs.max_depth - 1)} (max_depth {needs.max_depth})"
     return f"{count}: paths of light are traced; {followed}"
 

@@ -62,13 +62,12 @@ def clipped(
     near, far = scale * camera.clips[0], camera.clips[1] + (scale - 1.0) * camera.clips[0]
     depths = _depths(camera, projection, plate, heights)
     said = f"heights from {heights.min():.4g} to {heights.max():.4g} mm"
-    if (depths < near).any():
-        return f"near_clip: {said} reach the camera, which would see through them"
-    if (depths > far).any():
-        return f"far_clip: {said} lie farther away than the picture reaches"
     if not depths.size and _depths(camera, projection, plate, own).size:
         return f"to_world: {said} lie behind the camera or beside its picture"
-    return None
+    if (near <= depths).all() and (depths <= far).all():
+        return None
+    distances = f"{depths.min():.4g} to {depths.max():.4g} mm before the camera"
+    return f"near_clip, far_clip: {said} lie {distances}, which shows {near:.4g} to {far:.4g} mm"
 
 
 def _depths(camera: Camera, projection: Projection, plate: PlateTopology, heights: Array) -> Array:

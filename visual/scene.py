@@ -79,9 +79,7 @@ class Scene:
         heights = relief.heights
         self.file, self.description = checked.path, describe(checked)
         self.needs = needs_of(self.description, (heights.shape[0], heights.shape[1]))
-        mi = variants.load_mitsuba(self.needs.colour, variant, self.needs.spectral)
-        mi.set_log_level(mi.LogLevel.Error)
-        self.variant: str = mi.variant()
+        self.variant: str = variants.load_mitsuba(self.needs.colour, variant, self.needs.spectral).variant()
         self.heights = heights
         self.size_mm = self.description.plate.size_mm
         self.relief = replace(relief, width_mm=self.size_mm)

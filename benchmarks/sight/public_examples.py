@@ -145,7 +145,12 @@ def _move(element: ElementTree.Element, moves: tuple[str, ...]) -> None:
     transform.extend(ElementTree.fromstring(f"<all>{''.join(moves)}</all>"))
 
 
-PATH = "without search paths", lambda root: [root.remove(each) for each in root.findall("path")] and None
+def _drop_paths(root: ElementTree.Element) -> None:
+    for path in root.findall("path"):
+        root.remove(path)
+
+
+PATH = "without search paths", _drop_paths
 INNER = unwrap("integrator", "without the integrator of moments around another")
 OTHERS = without("shape[@id='Interior-mesh_0']", "shape[@id='Plane-mesh_0']")
 UPWARD = '<rotate y="1" angle="90"/>'

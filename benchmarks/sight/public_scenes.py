@@ -127,8 +127,9 @@ def said(scene: Path, example: Example) -> dict[str, Any]:
 
 def against_mitsuba(path: Path, example: Example) -> dict[str, Any]:
     """Pictures of an accepted scene by Retouch and by Mitsuba alone."""
-    import mitsuba as mi
+    import mitsuba
 
+    mi: Any = mitsuba
     defines = example.defines if "$alpha" in path.read_text() else {}
     try:
         scene = load_scene(path, defines)

@@ -36,6 +36,7 @@ from relief.ground.errors import InputError, naming
 from relief.ground.files import only_writer, remove_partial
 from relief.ground.progress import say, stage
 from tactile.quantities import QUANTITIES
+from visual.backend.user_settings import user_settings_kept
 
 _log = logging.getLogger(__name__)
 
@@ -100,6 +101,7 @@ class Result:
         return f"<{self.run_dir}: {self.stop.name.lower()}, {', '.join(changes)}, {pictures}>"
 
 
+@user_settings_kept
 def run(
     run: Run | str | Path,
     out: Path | str | None = None,
@@ -131,6 +133,7 @@ def run(
         return _descend_and_write(prepared, state, segment, run_dir, history, began, 0.0, publish)
 
 
+@user_settings_kept
 def resume(
     run_dir: Path | str,
     *,

@@ -64,11 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="folder to write to (default: renders/<name of the scene>)",
     )
-    parser.add_argument(
-        "--texture",
-        type=Path,
-        help=f"instead of the scene's, {TEXTURE}",
-    )
+    parser.add_argument("--texture", type=Path, help=f"instead of the scene's, {TEXTURE}")
     add_plate(parser, size="the scene's")
     add_repeats(parser)
     parser.add_argument(

@@ -63,7 +63,7 @@ def _picture_size(path: Path, where: str) -> tuple[int, int]:
         if head.startswith(b"#?"):
             size = re.search(rb"\n-Y +(\d{1,9}) +\+X +(\d{1,9})\n", head)
             if size is None:
-                raise InputError(f"{where}: damaged: no size in its header")
+                raise ValueError("no size in its header")
             return int(size[1]), int(size[2])
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -73,8 +73,6 @@ def _picture_size(path: Path, where: str) -> tuple[int, int]:
         raise InputError(f"{where}: is neither an EXR, an HDR, a PNG nor a JPEG") from error
     except Image.DecompressionBombError as error:
         raise InputError(f"{where}: more pixels than are read") from error
-    except InputError:
-        raise
     except (OSError, RuntimeError, ValueError, TypeError, KeyError, IndexError, SyntaxError) as error:
         raise InputError(f"{where}: damaged: {last_line(error)}") from error
 

@@ -32,12 +32,10 @@ def check_ply(path: Path) -> None:
             head = file.read(LONGEST_HEADER)
             # An element takes at least one byte.
             if any(int(count[:20]) > size for count in re.findall(rb"element\s+\w+\s+(\d+)", head)):
-                raise InputError(f"{where}: damaged: shorter than its header says")
+                raise ValueError("shorter than its header says")
             file.seek(0)
             mesh = trimesh.load_mesh(file, file_type="ply", process=False)
         vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
-    except InputError:
-        raise
     except Exception as error:  # trimesh raises of every kind.
         raise InputError(f"{where}: damaged: {last_line(error)}") from error
     if not np.isfinite(vertices).all():

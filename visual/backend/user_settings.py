@@ -25,21 +25,17 @@ class _KeptSettings(ContextDecorator):
     """
 
     def __init__(self) -> None:
-        self._depth = 0
-        self._undo: ExitStack
+        self._depth, self._undo = 0, ExitStack()
 
     def __enter__(self) -> None:
         self._depth += 1
-        if self._depth > 1:
-            return
-        self._undo = ExitStack()
         # What is not loaded yet has no settings of a user.
         mi, dr = sys.modules.get("mitsuba"), sys.modules.get("drjit")
-        if mi and mi.variant():
+        if self._depth == 1 and mi and mi.variant():
             self._undo.callback(mi.set_log_level, mi.logger().log_level())
             self._undo.callback(use, mi.variant())
-        if dr:
-            self._undo.callback(_set_threads, dr, dr.thread_count())
+        if self._depth == 1 and dr:
+            self._undo.callback(dr.set_thread_count, dr.thread_count())
             require_threads(dr)
 
     def __exit__(self, *_: object) -> None:
@@ -54,12 +50,7 @@ user_settings_kept = _KeptSettings()
 
 def require_threads(dr: Any) -> None:
     """Give Dr.Jit at least `FEWEST_THREADS` threads."""
-    _set_threads(dr, max(FEWEST_THREADS, dr.thread_count()))
-
-
-def _set_threads(dr: Any, count: int) -> None:
-    if dr.thread_count() != count:
-        dr.set_thread_count(count)
+    dr.set_thread_count(max(FEWEST_THREADS, dr.thread_count()))
 
 
 def use(name: str) -> None:

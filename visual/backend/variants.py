@@ -94,10 +94,14 @@ def _requested(name: str, missing: str, spectral: bool) -> Variant:
 
 
 def load_mitsuba(colour: bool, variant: str | None = None, spectral: bool = False) -> ModuleType:
-    """The module `mitsuba` with the variant of `choose_variant` set; arguments and errors are the same."""
+    """The module `mitsuba` with the variant of `choose_variant` set; arguments and errors are the same.
+
+    From here on Mitsuba logs errors alone.
+    """
     chosen = choose_variant(colour, variant, spectral)
     require_threads(dr)
     use(chosen.name)
+    mi.set_log_level(mi.LogLevel.Error)
     return sys.modules["mitsuba"]
 
 

@@ -164,37 +164,38 @@ OF_TEXTURE = {
 }
 """Parameters of textures whose range is that of the parameter which the texture is the value of."""
 
+
+def _each(names: str, kind: Kind) -> dict[str, Kind]:
+    """Parameters of one kind, by their names."""
+    return dict.fromkeys(names.split(), kind)
+
+
 _SHAPE = {"to_world": PLACEMENT, "flip_normals": FLAG, "silhouette_sampling_weight": CHANCE}
 _MESH = {**_SHAPE, "filename": FILE, "face_normals": FLAG, "flip_tex_coords": FLAG}
-_EMITTER = {"to_world": PLACEMENT, "sampling_weight": CHANCE, "direction": DIRECTION, "position": POINT}
 _CONE = {"cutoff_angle": _number(0.1, 90.0), "beam_width": _number(0.0, 90.0)}
 _PICTURE = {"filename": FILE, "scale": _number(0.0, BRIGHTEST), "mis_compensation": FLAG}
-_TIME = _number(0.0, FARTHEST)
 _SENSOR = {
-    **{"to_world": PLACEMENT, "near_clip": LENGTH, "far_clip": LENGTH, "focus_distance": LENGTH},
-    **{"shutter_open": _TIME, "shutter_close": _TIME, WEIGHT: _number(0.0, FARTHEST)},
+    **_each("near_clip far_clip focus_distance", LENGTH),
+    **_each(f"shutter_open shutter_close {WEIGHT}", _number(0.0, FARTHEST)),
+    "to_world": PLACEMENT,
 }
-_IORS = {"int_ior": IOR, "ext_ior": IOR}
-_PLASTIC = {
-    **_IORS,
-    **{"diffuse_reflectance": REFLECTANCE, "specular_reflectance": REFLECTANCE, "nonlinear": FLAG},
-}
+_IORS = _each("int_ior ext_ior", IOR)
+_PLASTIC = {**_IORS, **_each("diffuse_reflectance specular_reflectance", REFLECTANCE), "nonlinear": FLAG}
 _MICROFACETS = {
-    **{"alpha": REFLECTANCE, "alpha_u": REFLECTANCE, "alpha_v": REFLECTANCE, "sample_visible": FLAG},
-    "distribution": _choice("beckmann", "ggx"),
+    **_each("alpha alpha_u alpha_v", REFLECTANCE),
+    **{"sample_visible": FLAG, "distribution": _choice("beckmann", "ggx")},
 }
-_GLASS = {**_IORS, "specular_reflectance": REFLECTANCE, "specular_transmittance": REFLECTANCE}
+_GLASS = {**_IORS, **_each("specular_reflectance specular_transmittance", REFLECTANCE)}
 _CONDUCTOR = {
-    **{"eta": METAL, "k": METAL, "specular_reflectance": REFLECTANCE},
-    "material": _text(r"[\w-]+", "a name"),
+    **_each("eta k", METAL),
+    **{"material": _text(r"[\w-]+", "a name"), "specular_reflectance": REFLECTANCE},
 }
-_SPECTRUM = {"wavelength_min": WAVELENGTH, "wavelength_max": WAVELENGTH}
+_SPECTRUM = _each("wavelength_min wavelength_max", WAVELENGTH)
 _INTEGRATOR = {
     **{"max_depth": _whole(-1, 1024), "rr_depth": _whole(1, 1024), "hide_emitters": NEVER},
     **{"samples_per_pass": _whole(1, MOST_SAMPLES), "block_size": _whole(0, 1024)},
     "timeout": _number(-1.0, 1e6),
 }
-_SIDE = _whole(1, LARGEST_FILM)
 _SAMPLER = {"sample_count": _whole(1, MOST_SAMPLES), "seed": _whole(0, 2**32 - 1)}
 _JITTERED = {**_SAMPLER, "jitter": FLAG}
 
@@ -214,8 +215,7 @@ PARAMETERS: Mapping[str, Mapping[str, Mapping[str, Kind]]] = {
             **_SENSOR,
             **{"fov": _number(0.01, 179.0), "fov_axis": _choice("x", "y", "diagonal", "smaller", "larger")},
             "focal_length": _text(r"[1-9]\d{0,3}(\.\d{1,6})?(mm)?", "a length from 1mm to 9999mm"),
-            "principal_point_offset_x": _number(-10.0, 10.0),
-            "principal_point_offset_y": _number(-10.0, 10.0),
+            **_each("principal_point_offset_x principal_point_offset_y", _number(-10.0, 10.0)),
         },
     },
     "BSDF": {
@@ -223,13 +223,10 @@ PARAMETERS: Mapping[str, Mapping[str, Mapping[str, Kind]]] = {
         "plastic": _PLASTIC,
         "roughplastic": {**_PLASTIC, **_MICROFACETS},
         "principled": {
-            **{"base_color": REFLECTANCE, "roughness": REFLECTANCE, "anisotropic": REFLECTANCE},
-            **{"metallic": REFLECTANCE, "spec_trans": REFLECTANCE, "spec_tint": REFLECTANCE},
-            **{"sheen": REFLECTANCE, "sheen_tint": REFLECTANCE, "flatness": REFLECTANCE},
-            **{"clearcoat": REFLECTANCE, "clearcoat_gloss": REFLECTANCE},
-            **{"specular": SHARE, "eta": _number(1.0, 5.0)},
-            **{"diffuse_reflectance_sampling_rate": CHANCE, "main_specular_sampling_rate": CHANCE},
-            "clearcoat_sampling_rate": CHANCE,
+            **_each("base_color roughness anisotropic metallic spec_trans spec_tint", REFLECTANCE),
+            **_each("sheen sheen_tint flatness clearcoat clearcoat_gloss", REFLECTANCE),
+            **_each("diffuse_reflectance_sampling_rate main_specular_sampling_rate", CHANCE),
+            **{"clearcoat_sampling_rate": CHANCE, "specular": SHARE, "eta": _number(1.0, 5.0)},
         },
         "conductor": _CONDUCTOR,
         "roughconductor": {**_CONDUCTOR, **_MICROFACETS},
@@ -255,17 +252,14 @@ PARAMETERS: Mapping[str, Mapping[str, Mapping[str, Kind]]] = {
     },
     "Integrator": {
         "path": _INTEGRATOR,
-        "direct": {
-            **_INTEGRATOR,
-            **dict.fromkeys(("shading_samples", "emitter_samples", "bsdf_samples"), _whole(0, 1024)),
-        },
+        "direct": {**_INTEGRATOR, **_each("shading_samples emitter_samples bsdf_samples", _whole(0, 1024))},
         "prb": _INTEGRATOR,
         "prb_basic": _INTEGRATOR,
     },
     "Film": {
         "hdrfilm": {
-            **{"width": _SIDE, "height": _SIDE},
-            **dict.fromkeys(("sample_border", "compensate", "banner"), FLAG),
+            **_each("width height", _whole(1, LARGEST_FILM)),
+            **_each("sample_border compensate banner", FLAG),
             "file_format": _choice("openexr", "exr", "rgbe", "pfm"),
             # Not xyz, whose luminance is no weighted sum of red, green and blue.
             "pixel_format": _choice("luminance", "luminance_alpha", "rgb", "rgba"),
@@ -289,41 +283,36 @@ PARAMETERS: Mapping[str, Mapping[str, Mapping[str, Kind]]] = {
 """Parameters of the plugins that a scene may use, beside nested objects, by Mitsuba's kinds of object."""
 
 
-UNTAKEN = (
-    ("hdrfilm", "crop_.*", "crops are not taken: a picture has all pixels of its film; leave it out"),
-    (
-        "heightfield",
-        "scale",
-        "is not taken; relief_mm or, of a --texture, height_scale says how high white is",
-    ),
-    ("heightfield", "face_normals|flip_normals", "is not taken: a plate has flat faces that look up"),
-    (".*", "srf", "responses of a sensor are not taken: pictures are radiance; leave it out"),
-    ("spot", "texture", "a picture that a lamp throws is not taken; leave it out"),
-    ("bitmap|envmap", "bitmap|data", "belongs to scenes made in Python; name a file by filename"),
-    ("regular", "range", "is not taken, by Mitsuba neither; wavelength_min and wavelength_max say it"),
-    ("scene", "kd_.*|compact_.*|allow_.*|embree_.*", "is not taken: no picture changes by it; leave it out"),
-)
-"""Parameters that Mitsuba has and a scene may not: patterns of plugin and parameter, and why."""
+UNTAKEN = {
+    r"hdrfilm\.crop_.*": "crops are not taken: a picture has all pixels of its film; leave it out",
+    r"heightfield\.scale": "is not taken; relief_mm or, of a --texture, height_scale says how high white is",
+    r".*\.(srf|texture)|scene\.(kd|compact|allow|embree)_.*": "Mitsuba has it, Retouch does not take it",
+}
+"""Why a scene may not have some parameters that Mitsuba has: patterns of plugin and parameter."""
 
 
 def untaken(plugin: str, parameter: str) -> str | None:
     """Why a parameter of Mitsuba's is not taken, and what then; None for one that Mitsuba lacks, too."""
-    match = re.fullmatch
-    reasons = (why for kinds, names, why in UNTAKEN if match(kinds, plugin) and match(names, parameter))
-    return next(reasons, None)
+    name = f"{plugin}.{parameter}"
+    return next((why for pattern, why in UNTAKEN.items() if re.fullmatch(pattern, name)), None)
 
 
 def plugins(kind: str) -> Mapping[str, Mapping[str, Kind]]:
     """Parameters of the plugins of a kind of object; those of lights follow from the table of lights."""
     if kind != "Emitter":
         return PARAMETERS.get(kind, {})
-    return {name: {**_EMITTER, **_of_kind(light)} for name, light in KINDS.items()}
+    return {name: _of_kind(light) for name, light in KINDS.items()}
 
 
 def _of_kind(light: LightKind) -> Mapping[str, Kind]:
-    """Parameters of lights of one kind alone."""
+    """Parameters of lights of one kind."""
     strength = _PICTURE if light.strength is None else {light.strength: _strength(light)}
-    return {**strength, **_CONE} if light.cone else strength
+    placed = {
+        **({} if light.on_shape else {"to_world": PLACEMENT}),
+        **({"direction": DIRECTION} if light.directed else {}),
+        **(_CONE if light.cone else {"position": POINT} if light.strength == "intensity" else {}),
+    }
+    return {"sampling_weight": CHANCE, **strength, **placed}
 
 
 def _strength(light: LightKind) -> Kind:

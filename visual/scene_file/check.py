@@ -21,7 +21,7 @@ from visual.backend.messages import last_line
 from visual.backend.mitsuba import mi
 from visual.backend.variants import WITHOUT_LLVM
 from visual.scene_file.nodes import NodeCheck
-from visual.scene_file.parsed_scene import WEIGHT, CheckedScene, children
+from visual.scene_file.parsed_scene import WEIGHT, CheckedScene
 from visual.scene_file.text import TextCheck, nearest
 
 FAULTS = (RuntimeError, TypeError, ValueError, OverflowError, IndexError)
@@ -88,15 +88,11 @@ def instantiate(
     heightfield.register()
     state = mi.parser.ParserState(checked.state)
     plate = state.nodes[checked.plate].props
-    if heights is None:
-        relief_mm = float(plate["relief_mm"]) if "relief_mm" in plate else None
-        samples = heightmap.load_height_map(plate["filename"], default_relief_mm=relief_mm).heights
-    else:
+    if heights is not None:
         samples = heightmap.check_heights(heights, f"{checked.path}: heights")
-    for key in ("filename", "relief_mm"):
-        if key in plate:
+        plate["heights"] = mi.TensorXf(samples.astype("float32"))
+        for key in {"filename", "relief_mm"} & set(plate):
             del plate[key]
-    plate["heights"] = mi.TensorXf(samples.astype("float32"))
     plate["halo_rows"], plate["halo_cols"] = halo
     if lights is not None:
         _drop_lights(state, keep=lights)
@@ -158,14 +154,8 @@ def _trust_only(*folders: Path) -> None:
 
 
 def _drop_lights(state: Any, keep: Collection[int]) -> None:
-    dropped = {
-        index
-        for index, node in enumerate(state.nodes)
-        if node.type == mi.ObjectType.Emitter and index not in keep
-    }
-    for index, node in enumerate(state.nodes):
-        if dropped.isdisjoint(children(state.nodes, index)):
-            continue
+    emitters = {i for i, node in enumerate(state.nodes) if node.type == mi.ObjectType.Emitter}
+    for node in state.nodes:
         for key, value in node.props.items():
-            if isinstance(value, mi.Properties.ResolvedReference) and value.index() in dropped:
+            if isinstance(value, mi.Properties.ResolvedReference) and value.index() in emitters - set(keep):
                 del node.props[key]

@@ -16,10 +16,7 @@ from visual.lights.kind import RGB, EmitterShape, Light
 from visual.lights.quadrature import KINDS, kind_of
 from visual.scene_file.parsed_scene import WEIGHT, Camera, CheckedScene, Description, ParsedPlate, children
 
-_COLOURED = {
-    *SPECTRA,
-    *(name for name, kind in KINDS.items() if kind.strength is None),
-}
+_COLOURED = {*SPECTRA, *(name for name, kind in KINDS.items() if kind.strength is None)}
 """Plugins that count as coloured whatever their values: spectra, and lights whose strength is a picture."""
 _TEXTURES = ("bitmap", "checkerboard")
 """Textures that vary over a surface; the others are colours and spectra."""
@@ -166,43 +163,33 @@ class _SceneReader:
 
     def toward(self, index: int) -> tuple[float, float, float]:
         props = self.nodes[index].props
-        shines_along = (
-            np.array(props["direction"], dtype=np.float64)
-            if "direction" in props
-            else self.to_world(index)[:3, 2]
-        )
-        return _triple(-shines_along / np.linalg.norm(shines_along))
+        shines_along = props["direction"] if "direction" in props else self.to_world(index)[:3, 2]
+        toward = -np.array(shines_along, dtype=np.float64)
+        return _triple(toward / np.linalg.norm(toward))
+
+    def nested(self, index: int, name: str) -> Any:
+        """Properties of the first object of a kind in a node; empty if there is none."""
+        return next((self.nodes[child].props for child in self.children_of_type(index, name)), {})
 
     def camera(self, index: int) -> Camera:
-        films = self.children_of_type(index, "Film")
-        samplers = self.children_of_type(index, "Sampler")
-        rows, cols = _DEFAULT_FILM
-        border, name, radius = False, *_DEFAULT_FILTER
-        own = self.nodes[index].props
-        if films:
-            props = self.nodes[films[0]].props
-            rows, cols = int(props.get("height", rows)), int(props.get("width", cols))
-            border = bool(props.get("sample_border", False))
-            for reconstruction in self.children_of_type(films[0], "ReconstructionFilter")[:1]:
-                name = self.kind(reconstruction)
-                radius = _FILTER_RADII[name](self.nodes[reconstruction].props)
-        samples = (
-            self.nodes[samplers[0]].props.get("sample_count", _DEFAULT_SAMPLES)
-            if samplers
-            else _DEFAULT_SAMPLES
-        )
+        props, film = self.nodes[index].props, self.nested(index, "Film")
+        name, radius = _DEFAULT_FILTER
+        for child in self.children_of_type(index, "Film"):
+            if reconstruction := self.nested(child, "ReconstructionFilter"):
+                name = str(reconstruction.plugin_name())
+                radius = _FILTER_RADII[name](reconstruction)
         return Camera(
             kind=self.kind(index),
-            id=str(self.nodes[index].props.id()),
+            id=str(props.id()),
             to_world=self.to_world(index),
-            rows=rows,
-            cols=cols,
-            samples=int(samples),
-            weight=float(self.nodes[index].props.get(WEIGHT, 1.0)),
+            rows=int(film.get("height", _DEFAULT_FILM[0])),
+            cols=int(film.get("width", _DEFAULT_FILM[1])),
+            samples=int(self.nested(index, "Sampler").get("sample_count", _DEFAULT_SAMPLES)),
+            weight=float(props.get(WEIGHT, 1.0)),
             filter=name,
             filter_radius=radius,
-            sample_border=border,
-            clips=(float(own.get("near_clip", 1e-2)), float(own.get("far_clip", 1e4))),
+            sample_border=bool(film.get("sample_border", False)),
+            clips=(float(props.get("near_clip", 1e-2)), float(props.get("far_clip", 1e4))),
         )
 
     def plate(self, index: int) -> ParsedPlate:

@@ -3,7 +3,6 @@
 import math
 from collections import Counter
 from collections.abc import Collection
-from functools import cache
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -37,14 +36,6 @@ NESTED = {
 _DEFAULT_FILM = {"width": 768, "height": 576}
 
 
-@cache
-def _plugins_of_mitsuba() -> frozenset[str]:
-    """Names of all plugins that Mitsuba brings, whether a scene may use them or not."""
-    folder = Path(str(mi.__file__)).parent
-    files = (*folder.glob("plugins/*"), *folder.glob("python/ad/integrators/*.py"))
-    return frozenset(file.stem for file in files)
-
-
 class NodeCheck:
     """Check of all nodes of a parsed scene.
 
@@ -58,6 +49,7 @@ class NodeCheck:
         self.path, self.nodes, self.users_own = path, nodes, users_own
         self._seen: set[tuple[Path, str, bounds.Range | None]] = set()
         self._files: dict[int, Path] = {}
+        self._shining = set[int]()
 
     def check(self) -> None:
         """Check every node.
@@ -75,11 +67,10 @@ class NodeCheck:
             kind, plugin = self._kind(index), self._plugin(index)
             allowed = bounds.plugins(kind)
             if plugin not in allowed:
-                # Mitsuba's own plugins are no slips of the pen.
-                meant = "" if plugin in _plugins_of_mitsuba() else nearest(plugin, allowed)
-                self._refuse(index, f'{kind.lower()} plugin "{plugin}" is not allowed{meant}')
-        for index in range(len(self.nodes)):
-            if self._kind(index) != "Scene":
+                self._refuse(
+                    index, f'{kind.lower()} plugin "{plugin}" is not allowed{nearest(plugin, allowed)}'
+                )
+            if kind != "Scene":
                 self._count_parts(index)
         for index in range(len(self.nodes)):
             # A texture is checked where it is used: its range is that of the parameter.
@@ -151,15 +142,12 @@ class NodeCheck:
         if inner not in NESTED.get(outer, ()) or (inner, outer, on_shape) == ("Emitter", "Shape", False):
             where = "the scene" if outer == "Scene" else f"a {outer.lower()}"
             self._refuse(child, f"{inner.lower()} {self._plugin(child)} does not belong in {where}")
-        if on_shape and self._shapes_of(child) > 1:
+        if child in self._shining:
             self._refuse(child, "more than one shape refers to it; each takes an emitter of its own")
+        if on_shape and outer == "Shape":
+            self._shining.add(child)
         if inner == "Texture":
             self._check_node(child, None)
-
-    def _shapes_of(self, emitter: int) -> int:
-        """Number of references from shapes to an emitter."""
-        shapes = (index for index in range(len(self.nodes)) if self._kind(index) == "Shape")
-        return sum(list(children(self.nodes, index)).count(emitter) for index in shapes)
 
     def _file(self, index: int, name: str, of_value: bounds.Range | None) -> Path:
         """The file that a node names, after a look into a picture or mesh."""

@@ -134,12 +134,11 @@ def parameters(
     pixels = defines.get(RESOLUTION, checked.defaults[RESOLUTION])
     if RESOLUTION not in defines:
         finest = int(pixels)
-        if rows != cols:
-            # A whole number of pixels for each sample, so that the picture has the plate's own proportions.
-            values[RESOLUTION] = str(min(cols * max(1, round(finest / cols)), max(finest, MOST_PIXELS)))
-        elif cols > finest:
-            values[RESOLUTION] = str(min(cols, max(finest, MOST_PIXELS)))
-        pixels = values.get(RESOLUTION, pixels)
+        # A whole number of pixels for each sample, so that the picture has the plate's own proportions.
+        wanted = max(cols, finest) if rows == cols else cols * max(1, round(finest / cols))
+        pixels = str(min(wanted, max(finest, MOST_PIXELS)))
+        if int(pixels) != finest:
+            values[RESOLUTION] = pixels
     if FILM_ROWS in checked.defaults and FILM_ROWS not in defines and rows != cols and pixels.isdecimal():
         values[FILM_ROWS] = str(max(1, round(int(pixels) * rows / cols)))
     return values

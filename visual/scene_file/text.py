@@ -89,28 +89,28 @@ class _Elements:
         self.files: list[tuple[str, str]] = []
 
     def start(self, tag: str, attributes: Mapping[str, str]) -> None:
+        scene, where = self.scene, f"{self.path}: <{tag}>"
         self.depth += 1
-        if self.depth > DEEPEST:
-            raise InputError(f"{self.path}: <{tag}>: nested more than {DEEPEST} levels deep")
-        if tag == "path":
-            raise InputError(f"{self.path}: <path>: search paths are not allowed in a scene")
-        scene = self.scene
         scene.elements += 1
+        if self.depth > DEEPEST:
+            raise InputError(f"{where}: nested more than {DEEPEST} levels deep")
+        if tag == "path":
+            raise InputError(f"{where}: search paths are not allowed; copy the files beside the scene")
         if scene.elements > MOST_ELEMENTS:
-            raise InputError(f"{self.path}: <{tag}>: more than {MOST_ELEMENTS} elements")
+            raise InputError(f"{where}: more than {MOST_ELEMENTS} elements")
         if tag == "default" and "name" in attributes:
             scene.parameters.add(attributes["name"])
             scene.defaults.setdefault(attributes["name"], attributes.get("value", ""))
         for name, value in attributes.items():
             scene.parameters.update(re.findall(r"\$\{?(\w+)", value))
             if name not in ("value", "filename") and len(value) > LONGEST_NAME:
-                raise InputError(f"{self.path}: <{tag}>: {name}: longer than {LONGEST_NAME} characters")
+                raise InputError(f"{where}: {name}: longer than {LONGEST_NAME} characters")
             if "\\$" in value:
-                raise InputError(f"{self.path}: <{tag}>: {name}: \\$ is not allowed in a scene")
+                raise InputError(f"{where}: {name}: \\$ is not allowed in a scene")
             length = len(value) + value.count("$") * scene.longest
             scene.expanded += length
             if scene.expanded > LARGEST_EXPANDED:
-                raise InputError(f"{self.path}: <{tag}>: {name}: longer than {LARGEST_EXPANDED} characters")
+                raise InputError(f"{where}: {name}: longer than {LARGEST_EXPANDED} characters")
             if tag == "default":
                 scene.longest = max(scene.longest, length)
             if name == "filename":
@@ -165,6 +165,6 @@ def file_of_user(folder: Path, name: str, where: str) -> Path:
 
 
 def nearest(word: str, words: Collection[str]) -> str:
-    """The end of a message about an unknown word: a question for the known word most like it, if any is."""
+    """The end of a message about an unknown word: the known word most like it, if any is."""
     alike = difflib.get_close_matches(word, sorted(words), n=1, cutoff=0.5)
-    return f"; did you mean {alike[0]}?" if alike else ""
+    return f"; the nearest is {alike[0]}" if alike else ""

@@ -69,9 +69,9 @@ def test_the_docs_list_the_plugins_that_a_scene_may_use() -> None:
         },
     }
     page = (FOLDER.parent / "docs" / "scenes.md").read_text(encoding="utf-8")
-    table = page.split("The plugins that a scene may use:")[1].split("Every number has a range")[0]
+    table = page.split("The plugins that a scene may use:\n\n")[1].split("\n\n")[0]
     listed = {}
-    for line in table.strip().splitlines()[2:]:
+    for line in table.splitlines()[2:]:
         tag, *names = re.findall(r"`([\w]+)`", line.replace("`texture`, `spectrum`", "`texture`"))
         listed[kinds.pop(tag)] = set(names)
     assert not kinds
@@ -117,7 +117,7 @@ def test_a_reflectance_is_from_0_to_1(folder: Path, written: str, value: str) ->
         ('<emitter type="point"><point name="position" value="0, inf, 0"/></emitter>', "position"),
         ('<emitter type="constant"><rgb name="radiance" value="1e7"/></emitter>', "radiance"),
         ('<emitter type="constant"><float name="sampling_weight" value="0"/></emitter>', "sampling_weight"),
-        ('<emitter type="constant"><rgb name="radience" value="1"/></emitter>', "did you mean radiance"),
+        ('<emitter type="constant"><rgb name="radience" value="1"/></emitter>', "the nearest is radiance"),
         ('<emitter type="constant"><rgb name="to_world" value="1"/></emitter>', "to_world"),
         ('<emitter type="constant"><float name="to_world" value="1"/></emitter>', "to_world"),
         ('<shape type="disk"><emitter type="point"/></shape>', "does not belong in a shape"),

@@ -138,7 +138,7 @@ def test_the_user_may_name_any_file(folder: Path) -> None:
 
 def test_an_unknown_define_is_answered_with_the_nearest(folder: Path) -> None:
     path = write(folder, '<default name="texture" value="plate.exr"/>' + WHOLE)
-    assert "did you mean texture" in fault(path, textrue="x")
+    assert "the nearest is texture" in fault(path, textrue="x")
 
 
 @pytest.mark.parametrize(
@@ -174,7 +174,10 @@ def test_another_encoding_cannot_hide_elements(folder: Path) -> None:
         (WHOLE + PLATE.format(""), "2 shapes"),
         (PLATE.format("") + CAMERA.format(16), "no emitter"),
         (PLATE.format("") + LIGHT, "no sensor"),
-        (PLATE.format('<float name="size" value="10"/>') + CAMERA.format(16) + LIGHT, "did you mean size_mm"),
+        (
+            PLATE.format('<float name="size" value="10"/>') + CAMERA.format(16) + LIGHT,
+            "the nearest is size_mm",
+        ),
         (PLATE.format('<float name="size_mm" value="-1"/>') + CAMERA.format(16) + LIGHT, "size_mm"),
         (PLATE.format('<string name="relief_mm" value="x"/>') + CAMERA.format(16) + LIGHT, "relief_mm"),
         (

@@ -14,11 +14,12 @@ import torch
 import retouch
 from relief.ground.errors import InputError
 from tests.visual.scenes import ABOVE, MATTE, hills, sky, sun, write_scene
-from visual.backend import heightfield, user_settings, variants
-from visual.backend.mitsuba import dr, mi
+from visual.backend import heightfield, mitsuba, user_settings, variants
+from visual.backend.mitsuba import dr
 from visual.explain import explain_scene
 from visual.scene_file.check import check_scene
 
+mi: Any = mitsuba.mi
 BLACKBODY = '<spectrum type="blackbody" name="{}"><float name="temperature" value="3000"/></spectrum>'
 WARM = f'<emitter type="constant">{BLACKBODY.format("radiance")}</emitter>'
 LAMP = '<emitter type="area" id="lamp"><rgb name="radiance" value="20"/></emitter>'
@@ -55,6 +56,10 @@ ROOM = """<scene version="2.0.0">
     </emitter>
 </scene>"""
 """Mitsuba's own Cornell box in its writing (an emitter at the end, by reference), around a plate."""
+
+
+PLACED = '<transform name="to_world"><translate z="1"/></transform>'
+AT = '<point name="position" x="0" y="0" z="9"/>'
 
 
 def panel(light: str = "lamp", x: float = 12.0) -> str:
@@ -271,15 +276,34 @@ def test_functions_of_retouch_can_be_pickled_and_read() -> None:
             '<float name="scale" value="0.5"/>',
             r"scale: is not taken; relief_mm or, of a --texture, height_scale",
         ),
-        ("scene", '<integer name="kd_stop_prims" value="3"/>', "scene: kd_stop_prims: is not taken: no"),
+        (
+            "scene",
+            '<integer name="kd_stop_prims" value="3"/>',
+            "scene: kd_stop_prims: Mitsuba has it, Retouch does not take it$",
+        ),
         (
             "film",
             '<integer name="widht" value="8"/>',
-            "hdrfilm: widht: no such parameter; did you mean width",
+            "hdrfilm: widht: no such parameter; the nearest is width$",
         ),
-        ("scene", '<bsdf type="thindielectric"/>', 'plugin "thindielectric" is not allowed$'),
+        (
+            "scene",
+            '<bsdf type="thindielectric"/>',
+            'plugin "thindielectric" is not allowed; the nearest is dielectric$',
+        ),
+        ("scene", '<path value="textures"/>', "<path>: search paths are not allowed; copy the files beside"),
+        (
+            "scene",
+            panel().replace('<ref id="lamp"/>', f'<emitter type="area">{PLACED}</emitter>'),
+            "area: to_world: no",
+        ),
+        ("scene", f'<emitter type="spot">{AT}</emitter>', "spot: position: no such parameter"),
         ("scene", '<integrator type="prb_projective"/>', 'plugin "prb_projective" is not allowed$'),
-        ("scene", '<bsdf type="dielectrc"/>', 'plugin "dielectrc" is not allowed; did you mean dielectric'),
+        (
+            "scene",
+            '<bsdf type="dielectrc"/>',
+            'plugin "dielectrc" is not allowed; the nearest is dielectric$',
+        ),
         (
             "scene",
             '<emitter type="directional"><vector name="direction" x="1e30" y="0.5" z="-2"/></emitter>',
@@ -332,15 +356,15 @@ BELOW = '<lookat origin="0, 0, -30" target="0, 0, 0" up="0, 1, 0"/>'
 @pytest.mark.parametrize(
     ("kind", "camera", "clips", "lift", "fault"),
     [
-        ("orthographic", ABOVE, "", 1000.0, "near_clip"),
-        ("orthographic", ABOVE, "", 19.5, "near_clip"),
+        ("orthographic", ABOVE, "", 1000.0, "near_clip, far_clip"),
+        ("orthographic", ABOVE, "", 19.5, "near_clip, far_clip"),
         ("orthographic", ABOVE, "", 15.0, None),
-        ("orthographic", ABOVE, '<float name="far_clip" value="15"/>', 0.0, "far_clip"),
+        ("orthographic", ABOVE, '<float name="far_clip" value="15"/>', 0.0, "near_clip, far_clip"),
         ("orthographic", ABOVE, '<float name="far_clip" value="20.5"/>', 0.0, None),
         ("perspective", SLANTED, "", 0.0, None),
         ("perspective", SLANTED, "", 1000.0, "to_world"),
-        ("perspective", SLANTED, '<float name="far_clip" value="33"/>', 0.0, "far_clip"),
-        ("perspective", SLANTED, '<float name="near_clip" value="33"/>', 0.0, "near_clip"),
+        ("perspective", SLANTED, '<float name="far_clip" value="33"/>', 0.0, "near_clip, far_clip"),
+        ("perspective", SLANTED, '<float name="near_clip" value="33"/>', 0.0, "near_clip, far_clip"),
         ("perspective", CLOSE, "", 0.0, None),
         ("perspective", CLOSE, "", 100.0, "to_world"),
         ("perspective", BELOW, "", 0.0, None),
