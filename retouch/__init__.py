@@ -7,7 +7,6 @@ import sys
 from typing import TYPE_CHECKING
 
 from relief.ground.lazy import lazy_names
-from visual.backend.user_settings import function_of_retouch
 
 if TYPE_CHECKING:
     from optimize.estimates.forecast import Forecast as Forecast
@@ -76,4 +75,6 @@ if TYPE_CHECKING:
     from visual.scene import load_scene as load_scene
     from visual.scene_file.plate_fitting import scene_relief as scene_relief
 
-__getattr__, __dir__, __all__ = lazy_names(sys.modules[__name__], function_of_retouch)
+__getattr__, __dir__, __all__ = lazy_names(
+    sys.modules[__name__], "visual.backend.user_settings:function_of_retouch"
+)

@@ -139,7 +139,7 @@ OBSTACLES: Mapping[PictureModel, tuple[Obstacle, ...]] = {
                 not case.description.plate.mirror
                 or not any(kind_of(light).seen for light in case.description.lights)
             ),
-            "heightfield: bsdf: the fast look shows no mirror images, as of plastic, conductor and dielectric",
+            "heightfield: bsdf: the fast look shows no mirror images, as on plastic, metal and glass",
         ),
         *_FILM,
         lambda case: (

@@ -10,6 +10,7 @@ from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from visual.backend import variants
 from visual.backend.plate_shape import plate_bsdf
+from visual.backend.user_settings import keeping_user_settings
 from visual.exact.lobes import lobes_of
 from visual.exact.render import RenderSettings, pictures
 from visual.exact.view import View
@@ -43,6 +44,7 @@ class _OfScene:
         return self._scene.plate_weights(max(pictures.shape[1:]))
 
 
+@keeping_user_settings
 class ExactLook(_OfScene):
     """Pictures by Mitsuba with shadow edges in their gradients; those of steps have fixed samples."""
 
@@ -102,6 +104,7 @@ class ExactLook(_OfScene):
         )
 
 
+@keeping_user_settings
 class FastLook(_OfScene):
     """Pictures by swept shadows: from straight above (`visual.fast.renderer`) or any side
     (`visual.fast.camera_view`)."""

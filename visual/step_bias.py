@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from relief.ground.arrays import Array
+from relief.ground.formatting import number
 from relief.ground.progress import stage
 from visual.backend.mitsuba import mi
 from visual.exact.discontinuities import EdgeSamples
@@ -90,9 +91,9 @@ def step_bias(
     relief = scene.heights if heights is None else heights
     steps = pictures_of_steps(scene, look, relief, seed) if steps is None else steps
     weights, rendered, samples = scene.plate_weights(), np.zeros_like(steps), 0
-    for number in range(ROUNDS):
+    for round_number in range(ROUNDS):
         added = samples or _samples(scene)
-        pictures = [_direct_pictures(scene, relief, added, one) for one in _seeds(seed, number)]
+        pictures = [_direct_pictures(scene, relief, added, one) for one in _seeds(seed, round_number)]
         samples += added
         rendered += added / samples * (np.stack(pictures) - rendered)
         square, doubtful = _mean_square(steps, rendered, weights)
@@ -110,8 +111,8 @@ def bias_line(scene: Scene, look: str, bias: Array) -> str | None:
     others = f", and {count - 1} more of {len(bias)} conditions differ by {100.0 * LINE:g} % or more"
     return (
         f"{scene.file}: {scene.conditions[worst]}: the pictures by which steps steer differ from rendered "
-        f"ones by {100.0 * bias[worst]:.2g} %{others if count > 1 else ''}; likely {reason}; {remedy}, or "
-        "trust the verified change alone"
+        f"ones by {number(100.0 * bias[worst], 2)} %{others if count > 1 else ''}; likely {reason}; {remedy}, "
+        "or trust the verified change alone"
     )
 
 
@@ -123,6 +124,11 @@ def reason_of(scene: Scene, look: str) -> tuple[str, str]:
     if not any(kind_of(light).met_by_chance for light in lights):
         return "material and relief vary more finely than their samples", "take a smoother texture"
     stand = f"the {FIXED_DIRECTIONS} lights that stand for an extended light"
+    if scene.description.plate.blended:
+        return (
+            "Mitsuba's own pictures of a blend of unlike materials are too dark",
+            "take one of its materials",
+        )
     if scene.needs.matte:
         return f"shadows of {stand} are sharp", "take a smaller or a directional light"
     remedy = "take a rougher material (alpha), or a directional or point light"

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from visual.backend.mitsuba import mi
 from visual.lights.kind import Light
 from visual.lights.near import LightSet, flat_irradiance
 from visual.lights.parallel import LUMINANCE
@@ -29,7 +30,9 @@ def white_radiance(
     plate = np.stack((x, y, np.zeros_like(x)), axis=1)
     strengths = [float(LUMINANCE @ np.array(description.ambient))]
     for light in description.lights:
-        if kind_of(light).ambient or light_obstacle(light, size_mm) is not None:
+        # Scalar variants have no arrays, which light from points is computed by.
+        scalar = not kind_of(light).directed and str(mi.variant()).startswith("scalar")
+        if kind_of(light).ambient or scalar or light_obstacle(light, size_mm) is not None:
             continue
         lights = standing_for(light)
         facing = lights.strength if kind_of(light).directed else flat_irradiance(lights, plate)

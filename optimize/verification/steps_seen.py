@@ -13,6 +13,7 @@ from optimize.verification.picture_change import magnitude, percent_of
 from optimize.verification.picture_metrics import pixel_weights
 from optimize.verification.verification import PictureChange
 from relief.ground.arrays import Array
+from relief.ground.errors import InputError
 from relief.ground.formatting import number
 from visual.looks import FixedSamples, look_model
 from visual.scene import Scene
@@ -52,8 +53,8 @@ class StepsSeen:
             pictures that Mitsuba renders for each step.
 
         Raises:
-            InputError: the look has no pictures of the scene with gradients, or a camera does not see the
-                plate.
+            InputError: the look has no pictures of the scene with gradients, or they are black; or a camera
+                does not see the plate.
         """
         takes, model = METHODS[settings.descent.method].takes, look_model(look)
         rendered = model.sampled and settings.look.samples is not None
@@ -63,6 +64,9 @@ class StepsSeen:
             # Refuses a film of so many pixels that the finer samples of steps from above do not fit.
             scene.look(look).views(FixedSamples())
         before = pictures_of_steps(scene, look, scene.heights, settings.seed)
+        if not before.any():
+            remedy = "light the plate from above, by a directional light or a lamp in front of its faces"
+            raise InputError(f"{settings.scene}: the pictures by which steps steer are black; {remedy}")
         bias = step_bias(scene, look, seed=settings.seed, steps=before)
         if line := bias_line(scene, look, bias):
             _log.warning("%s", line)

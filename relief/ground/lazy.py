@@ -30,7 +30,7 @@ def _no_collection() -> Iterator[None]:
 
 
 def lazy_names(
-    package: ModuleType, finish: Callable[[Any], Any] = lambda value: value
+    package: ModuleType, finish: str = ""
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """`__getattr__`, `__dir__` and `__all__` of a package (PEP 562).
 
@@ -40,7 +40,8 @@ def lazy_names(
 
     Args:
         package: to which the names are added as they are used.
-        finish: gives what stands under a name in place of what its source holds.
+        finish: function that gives what stands under a name in place of what its source holds, as `module:name`;
+            loaded when the first name is used.
     """
     statements = ast.walk(ast.parse(Path(str(package.__file__)).read_text(encoding="utf-8")))
     sources = {
@@ -56,7 +57,9 @@ def lazy_names(
         if name not in sources:
             raise AttributeError(f"module {package.__name__!r} has no attribute {name!r}")
         with _no_collection():
-            value = finish(resolve_name(sources[name]))
+            value = resolve_name(sources[name])
+            if finish:
+                value = resolve_name(finish)(value)
         setattr(package, name, value)
         return value
 

@@ -100,10 +100,13 @@ def _plugin_class(variant: str) -> type:
 
 
 def _is_textured(props: Any) -> bool:
-    """Whether an object in the plate, as its material, shows a texture that varies over the plate."""
-    nested = (value for _, value in props.items() if isinstance(value, mi.Object))
+    """Whether an object in the plate, as its material, varies over the plate or with directions along it."""
+    nested = [value for _, value in props.items() if isinstance(value, mi.Object)]
+    along = int(mi.BSDFFlags.Anisotropic)
     # Only textures that depend on the place have a transform of texture coordinates.
-    return any(key.endswith("to_uv") for value in nested for key in mi.traverse(value).keys())  # noqa: SIM118
+    return any(key.endswith("to_uv") for value in nested for key in mi.traverse(value).keys()) or any(  # noqa: SIM118
+        int(value.flags()) & along for value in nested if isinstance(value, mi.BSDF)
+    )
 
 
 def check_placement(props: Any, where: str) -> None:

@@ -75,7 +75,7 @@ class Lobes:
     Attributes:
         bsdf: the material.
         mirrors: numbers of its mirror-smooth components.
-        narrow: numbers of its narrow ones.
+        narrow: numbers of its narrow ones, and of those that light passes.
         numbers: (faces, 5) random, in [0, 1), fixed, by which the samples of each face are shifted.
         blur: change of a face's slopes, up and down, over which what the face shows is averaged.
     """
@@ -90,7 +90,7 @@ class Lobes:
         """Share of the radiance under the fixed lights of a light."""
 
         def share(si: Any, local: Any, points: Any, toward: Any) -> Any:
-            density = light.density(light.along(points, toward)[0], toward)
+            density = light.density(light.along(points, toward)[0], toward, local.z)
             return density**2 / (density**2 + (ENOUGH * self._density(si, local)) ** 2)
 
         return share
@@ -133,7 +133,11 @@ class Lobes:
                 return luminance(weight * seen) / faces.count
             value = luminance(self.bsdf.eval(mi.BSDFContext(), si, sample.wo) * seen)
             density = self._density(si, sample.wo)
-            value *= density / faces.count / (density**2 + (light.density(seen, toward) / ENOUGH) ** 2)
+            value *= (
+                density
+                / faces.count
+                / (density**2 + (light.density(seen, toward, sample.wo.z) / ENOUGH) ** 2)
+            )
             return dr.select(sample.pdf > 0.0, value, 0.0)
 
         return faces.shading(radiance), np.stack([faces.numbers(axis) for axis in axes], axis=2)
@@ -168,7 +172,8 @@ def lobes_of(bsdf: Any, faces: int, seed: int, blur: float = 0.0, narrow: bool =
     front = [number for number, flag in enumerate(flags) if flag & int(mi.BSDFFlags.FrontSide)]
     mirrors = tuple(number for number in front if flags[number] & int(mi.BSDFFlags.Delta))
     glossy = (number for number in front if narrow and flags[number] & int(mi.BSDFFlags.Glossy))
-    narrow_ones = tuple(number for number in glossy if _peak(bsdf, number) > NARROW)
+    through = int(mi.BSDFFlags.Transmission)
+    narrow_ones = tuple(n for n in glossy if flags[n] & through or _peak(bsdf, n) > NARROW)
     if not mirrors and not narrow_ones:
         return None
     numbers = np.random.default_rng(seed).uniform(size=(faces, len(STEPS)))

@@ -25,6 +25,9 @@ from visual.geometry.projection import Projection
 from visual.lights.near import LightSet, NearLights
 from visual.lights.seen import SeenLight
 
+SAMPLES_AT_ONCE = 2**17
+"""Most samples of a textured plate whose reflections are computed at once, which take some 0.3 GB."""
+
 
 class PairRadiance(NamedTuple):
     """Radiance that (pixel, face) pairs add to their pixels, and its derivatives by the plane of the face.
@@ -162,12 +165,15 @@ def of_samples(
             slopes = (slope[samples.face[lit]] for slope in mesh.slopes)
             shading = shade(material.bsdf, *slopes, lights.single(number), *placed(lit), material.share)
             add(lit, [values[0] for values in shading.values])
-    every = np.arange(len(points))
-    reflections = material.reflections(mesh, samples.face, *placed(every))
-    if reflections is not None:
-        for number, seeing in enumerate(reflections.lit(mesh, samples.face, points, every)):
+    for first in range(0, len(points), SAMPLES_AT_ONCE):
+        part = np.arange(first, min(first + SAMPLES_AT_ONCE, len(points)))
+        reflections = material.reflections(mesh, samples.face[part], *placed(part))
+        if reflections is None:
+            break
+        every = reflections.lit(mesh, samples.face[part], points[part], part - first)
+        for number, seeing in enumerate(every):
             lit = np.flatnonzero(seeing)
-            add(lit, [values[number, lit] for values in reflections.shading.values])
+            add(part[lit], [values[number, lit] for values in reflections.shading.values])
     return PairRadiance(*sums / samples.per_pixel)
 
 

@@ -22,7 +22,7 @@ disk of 2 degrees, the picture of a 1.5 mm relief is off by 1.5 % of its mean (l
 distance."""
 LOOKED_AT = 256
 """Points of a shape by which its distance from the plate is found, within a sixteenth of its side."""
-SOFT = 0.1
+SOFT = 0.03
 """Width of the edge of a light that a mirror shows, half sides: the image of a sharp edge has no derivative
 by the slopes of the mirror."""
 ROUND = 1e-4
@@ -196,7 +196,7 @@ def _along(light: Light, scene: Any) -> SeenAlong:
     assert shape is not None
     inward = np.linalg.inv(shape.to_world)
     axes, shift = inward[:3, :3].T.tolist(), inward[:3, 3].tolist()
-    ball = shape.kind == "sphere"
+    ball, inward = shape.kind == "sphere", _inside_out(shape)
     front = 1.0 if shape.flipped else -1.0
     colour = mi.Color3f(*light.strength)
     strength = mi.Color1f(mi.luminance(colour)) if mi.is_monochromatic else colour
@@ -214,9 +214,11 @@ def _along(light: Light, scene: Any) -> SeenAlong:
         else:
             off = dr.norm(place if ball else mi.Vector2f(place.x, place.y))
         inside = dr.clip(0.5 + (1.0 - off) / SOFT, 0.0, 1.0)
-        faces = not _inside_out(shape) if ball else front * step.z > 0.0
+        # A sphere that shines inward is seen from inside alone.
+        faces = (dr.squared_norm(start) < 1.0) == inward if ball else front * step.z > 0.0
         if ball:
-            distance -= dr.safe_sqrt(1.0 - off**2) / dr.norm(step)
+            half = dr.safe_sqrt(1.0 - off**2) / dr.norm(step)
+            distance += half if inward else -half
         return strength * dr.select(faces & (distance > 0.0), inside, 0.0), distance
 
     return along

@@ -46,9 +46,12 @@ class SeenLight:
         )
         return np.broadcast_to(np.asarray(self.along(*rays)[1], dtype=np.float64), len(points))
 
-    def density(self, radiance: Any, toward: Any) -> Any:
-        """Fixed lights for each steradian where the light has this radiance along unit directions."""
-        density = self.lights_per_flux * luminance(radiance)
+    def density(self, radiance: Any, toward: Any, cosine: Any) -> Any:
+        """Fixed lights for each steradian where the light has this radiance along unit directions.
+
+        None of them shine on a face from behind, where the `cosine` to the face's normal is negative.
+        """
+        density = dr.select(cosine > 0.0, self.lights_per_flux * luminance(radiance), 0.0)
         if self.surrounds:
             density = dr.select(toward.z < LOWEST, 0.0, density)
         return density + LEAST_DENSITY

@@ -204,6 +204,7 @@ class _SceneReader:
             material=tuple(self.kind(part) for part in material) or ("diffuse",),
             textures=tuple(sorted({self.kind(texture) for texture in textures})),
             hard_edged=any(self.is_hard_edged(texture) for texture in textures),
+            blended=any(self.kind(node) == "blendbsdf" for node in below),
             mirror=any(self.kind(node) in _MIRRORS for node in below),
         )
 
