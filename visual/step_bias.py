@@ -109,10 +109,10 @@ def bias_line(scene: Scene, look: str, bias: Array) -> str | None:
         return None
     reason, remedy = reason_of(scene, look)
     others = f", and {count - 1} more of {len(bias)} conditions differ by {100.0 * LINE:g} % or more"
+    percent = f"{number(100.0 * bias[worst], 2)} %{others if count > 1 else ''}"
     return (
         f"{scene.file}: {scene.conditions[worst]}: the pictures by which steps steer differ from rendered "
-        f"ones by {number(100.0 * bias[worst], 2)} %{others if count > 1 else ''}; likely {reason}; {remedy}, "
-        "or trust the verified change alone"
+        f"ones by {percent}; likely {reason}; {remedy}, or trust the verified change alone"
     )
 
 

@@ -40,8 +40,8 @@ def lazy_names(
 
     Args:
         package: to which the names are added as they are used.
-        finish: function that gives what stands under a name in place of what its source holds, as `module:name`;
-            loaded when the first name is used.
+        finish: function, as `module:name`, that gives what stands under a name in place of what its source
+            holds; loaded when the first name is used.
     """
     statements = ast.walk(ast.parse(Path(str(package.__file__)).read_text(encoding="utf-8")))
     sources = {
