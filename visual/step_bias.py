@@ -15,7 +15,9 @@ import numpy as np
 from relief.ground.arrays import Array
 from relief.ground.formatting import number
 from relief.ground.progress import stage
+from visual.backend import variants
 from visual.backend.mitsuba import mi
+from visual.backend.user_settings import user_settings_kept
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.light_scene import LightScene
 from visual.exact.render import RenderSettings, condition_pictures, light_pictures
@@ -66,6 +68,7 @@ def pictures_of_steps(scene: Scene, look: str, heights: Array, seed: int = 0) ->
     return np.stack([one, one])
 
 
+@user_settings_kept
 @stage("comparing the pictures of steps")
 def step_bias(
     scene: Scene, look: str, heights: Array | None = None, seed: int = 0, steps: Array | None = None
@@ -165,6 +168,7 @@ def _direct_pictures(scene: Scene, heights: Array, samples: int, seed: int) -> A
     def shown(light: LightScene, number: int) -> Array:
         return light_pictures(replace(light, integrator=direct), heights, settings, number)
 
+    variants.use(scene.variant)
     # Rays by lights and by the material, as either misses what the other samples.
     direct = mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": 1})
     each = [shown(light, number) for number, light in enumerate(alone)]

@@ -7,6 +7,9 @@ import pytest
 
 from relief.ground.arrays import Array
 from tests.visual.scenes import MATTE, PANEL, PLASTIC, SIDE, hills, sky, sun
+from visual.backend import variants
+from visual.backend.mitsuba import mi
+from visual.looks import EXACT
 from visual.scene import Scene
 from visual.step_bias import bias_line, pictures_of_steps, step_bias
 
@@ -87,3 +90,12 @@ def test_the_plate_alone_counts(scene_of: Callable[..., Scene]) -> None:
     steps = pictures_of_steps(scene, "exact", scene.heights)
     assert step_bias(scene, "exact", steps=steps + ~shown).max() < 0.03
     assert len(shown) == SIDE
+
+
+@pytest.mark.gradients
+def test_the_variant_of_the_user_does_not_matter(scene_of: Callable[..., Scene]) -> None:
+    scene = scene_of(sun(40.0, irradiance="3 2 1"))
+    expected = step_bias(scene, EXACT)
+    variants.use("llvm_ad_mono")
+    np.testing.assert_array_equal(step_bias(scene, EXACT), expected)
+    assert mi.variant() == "llvm_ad_mono"
