@@ -186,7 +186,7 @@ def _peak(bsdf: Any, component: int) -> float:
     x, y, first = dr.meshgrid(place, place, place)
     si = dr.zeros(mi.SurfaceInteraction3f, dr.width(x))
     si.wi, si.uv = mi.Vector3f(0.0, 0.0, 1.0), mi.Point2f(x, y)
-    si.n, si.sh_frame = si.wi, mi.Frame3f(si.wi)
+    si.n, si.sh_frame = mi.Normal3f(0.0, 0.0, 1.0), mi.Frame3f(si.wi)
     sample, _ = bsdf.sample(_context(component), si, first, mi.Point2f(first, y))
     return float(np.max(np.asarray(sample.pdf)))
 

@@ -162,8 +162,9 @@ def of_samples(
     for number in range(len(lights)):
         lit = np.flatnonzero(lit_by(mesh, lights, number, samples.face, points))
         if len(lit):
-            slopes = (slope[samples.face[lit]] for slope in mesh.slopes)
-            shading = shade(material.bsdf, *slopes, lights.single(number), *placed(lit), material.share)
+            slope_x, slope_y = (slope[samples.face[lit]] for slope in mesh.slopes)
+            one, (view, places) = lights.single(number), placed(lit)
+            shading = shade(material.bsdf, slope_x, slope_y, one, view, places, material.share)
             add(lit, [values[0] for values in shading.values])
     for first in range(0, len(points), SAMPLES_AT_ONCE):
         part = np.arange(first, min(first + SAMPLES_AT_ONCE, len(points)))

@@ -193,9 +193,9 @@ def _obstacle(light: Light, size_mm: float) -> str | None:
 def _along(light: Light, scene: Any) -> SeenAlong:
     """An area light as rays see it, with an edge that is `SOFT` wide."""
     shape = light.shape
-    assert shape is not None
-    inward = np.linalg.inv(shape.to_world)
-    axes, shift = inward[:3, :3].T.tolist(), inward[:3, 3].tolist()
+    assert shape is not None and light.strength is not None
+    inverse = np.linalg.inv(shape.to_world)
+    axes, shift = inverse[:3, :3].T.tolist(), inverse[:3, 3].tolist()
     ball, inward = shape.kind == "sphere", _inside_out(shape)
     front = 1.0 if shape.flipped else -1.0
     colour = mi.Color3f(*light.strength)
