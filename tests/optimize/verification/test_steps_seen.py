@@ -12,8 +12,10 @@ from optimize.verification.picture_change import Certainty
 from optimize.verification.picture_metrics import look
 from optimize.verification.steps_seen import StepsSeen
 from optimize.verification.verification import PictureChange
+from relief.ground.errors import InputError
+from tests.visual.scenes import hills, sky, write_scene
 from visual.picture_noise import Batches
-from visual.scene import Scene
+from visual.scene import Scene, load_scene
 
 
 @pytest.fixture(scope="module")
@@ -104,3 +106,11 @@ def test_black_pictures_divide_nothing() -> None:
     assert of_pictures.noise.certainty == "same"
     lit = Batches(black.pictures + 0.1, 64)
     assert look(black, lit, 1.0, np.ones((1, 16, 16)), np.ones(1), np.ones(1)).change_percent_of_white > 5.0
+
+
+def test_black_pictures_of_steps_are_refused(run: Callable[..., Run], tmp_path: Path) -> None:
+    matte = '<bsdf type="twosided"><bsdf type="diffuse"/></bsdf>'
+    below = '<scale x="4" y="4"/><lookat origin="0, 0, -20" target="0, 0, 0" up="0, 1, 0"/>'
+    scene = load_scene(write_scene(tmp_path, hills(), [sky()], material=matte, camera=below))
+    with pytest.raises(InputError, match="the pictures by which steps steer are black"):
+        StepsSeen.of(run(), scene, "exact")

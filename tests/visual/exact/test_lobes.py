@@ -12,7 +12,7 @@ from PIL import Image
 
 from relief.ground.errors import InputError
 from tests.visual.differences import DIRECTIONS
-from tests.visual.scenes import SIDE, Array, hills, sky, waves
+from tests.visual.scenes import SIDE, Array, hills, sky, sun, waves
 from visual.backend.plate_shape import plate_bsdf
 from visual.exact.face_shading import Shading, ShadingPoints, shade
 from visual.exact.lobes import lobes_of
@@ -27,7 +27,23 @@ LAMP = """<shape type="{}"><transform name="to_world"><scale x="5" y="5" z="5"/>
 RECTANGLE = LAMP.format("rectangle")
 BALL = LAMP.format("sphere").replace('x="5" y="5" z="5"', 'value="3"')
 FAR = RECTANGLE.replace('"5"', '"150"', 3).replace("12, -5, 9", "150, -100, 450")
-LIGHTS = {"constant": sky(), "window": WINDOW, "rectangle": RECTANGLE, "ball": BALL, "far": FAR}
+DOME = (
+    LAMP.format("sphere")
+    .replace('x="5" y="5" z="5"', 'x="-30" y="30" z="30"')
+    .replace("12, -5, 9", "0, 0, 1")
+)
+DOME = DOME.replace('origin="0, 0, 1"', 'origin="0, 0, 0"').replace('target="0, 0, 0"', 'target="0, 0, 1"')
+BELOW = RECTANGLE.replace("12, -5, 9", "0, 0, -20")
+LIGHTS = {
+    "dome": DOME,
+    "below": BELOW,
+    "sun": sun(60),
+    "constant": sky(),
+    "window": WINDOW,
+    "rectangle": RECTANGLE,
+    "ball": BALL,
+    "far": FAR,
+}
 
 
 def _bsdf(kind: str, more: str = "", **numbers: float) -> str:
@@ -50,6 +66,10 @@ MATERIALS = {
     "spotted": _bsdf("roughconductor", SPOTTED.format("alpha")),
     "half mirror": _bsdf("blendbsdf", SPOTTED.format("weight") + _bsdf("diffuse") + _bsdf("conductor")),
 }
+OTHERS = {
+    "brushed": _bsdf("roughconductor", alpha_u=0.02, alpha_v=0.4),
+    "frosted": _bsdf("roughdielectric", alpha=0.5),
+}
 SEEDS = 3
 """Pictures of each kind."""
 
@@ -67,7 +87,7 @@ def lit(mi: ModuleType, tmp_path: Path, scene_of: Callable[..., Scene]) -> Calla
             wave = np.sin(np.pi * row / 31.0) ** 2 * np.sin(2.0 * np.pi * col / 64.0)
             picture[:] = (1.0 + 0.5 * wave + 0.3 * np.cos(np.pi * row / 31.0))[..., None]
         mi.Bitmap(picture).write(str(tmp_path / "sky.exr"))
-        return scene_of(LIGHTS[light], material=MATERIALS[material], **written)
+        return scene_of(LIGHTS[light], material={**MATERIALS, **OTHERS}[material], **written)
 
     return make
 
@@ -206,3 +226,31 @@ def test_a_level_mirror_under_the_pole_of_a_sky_has_finite_derivatives(lit: Call
 def test_the_fast_look_refuses_mirror_images(lit: Callable[..., Scene]) -> None:
     with pytest.raises(InputError, match="the fast look shows no mirror images"):
         lit("plastic", "window").look("fast").check()
+
+
+@pytest.mark.slow
+@pytest.mark.gradients
+@pytest.mark.parametrize("material", ["matte", "plastic", "conductor", "roughplastic"])
+def test_a_lamp_all_around_is_seen_from_inside(material: str, lit: Callable[..., Scene]) -> None:
+    mean, bias = _bias(lit(material, "dome"))
+    assert abs(mean) < 0.02
+    assert bias < 0.04
+
+
+@pytest.mark.gradients
+def test_anisotropic_materials_lie_along_the_plate(lit: Callable[..., Scene]) -> None:
+    mean, bias = _bias(lit("brushed", "sun", heights=hills(1.2, 2.5)))
+    assert abs(mean) < 0.02
+    assert bias < 0.06  # with directions of no meaning 2.7
+
+
+@pytest.mark.gradients
+@pytest.mark.parametrize("material", ["frosted", "dielectric"])
+def test_light_comes_through_glass_from_below(material: str, lit: Callable[..., Scene]) -> None:
+    mean, bias = _bias(lit(material, "below", heights=hills(0.6, 2.5)))
+    assert abs(mean) < 0.03
+    assert bias < 0.1
+
+
+def test_a_variant_without_arrays_shows_a_near_lamp(lit: Callable[..., Scene]) -> None:
+    assert float(lit("matte", "rectangle", variant="scalar_rgb").render(samples=4).mean()) > 0.05
