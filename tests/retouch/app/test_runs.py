@@ -116,9 +116,15 @@ time.sleep(60)
 
 @pytest.mark.parametrize("written", [False, True])
 def test_a_closing_app_advises_to_go_on_only_where_a_run_can(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], written: bool
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    request: pytest.FixtureRequest,
+    written: bool,
 ) -> None:
     serve = pytest.importorskip("retouch.app.serve")
+    # Tests in the background of a shell ignore the signal, and so would the child.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    request.addfinalizer(lambda: signal.signal(signal.SIGINT, before))
     commanded(monkeypatch, "import time; time.sleep(60)")
     job, queue = QueuedRun(Path("runs/stone-1"), FeelChoice()), Queue()
     queue.add(job)
