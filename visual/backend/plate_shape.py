@@ -14,5 +14,5 @@ def plate_bsdf(scene: Any) -> Any:
 
 
 def is_textured(scene: Any) -> bool:
-    """Whether the material of the height field of a Mitsuba scene varies over the plate."""
+    """Whether the material of the height field varies over the plate or with directions along it."""
     return bool(plate_shape(scene).has_vertex_texcoords())

@@ -64,8 +64,9 @@ def first_hits(scene: Any, origins: Array, directions: Array) -> tuple[NDArray[n
 
 
 def _rays(origins: Array, directions: Array) -> Any:
-    o, d = (
-        mi.Vector3f(*(mi.Float(np.ascontiguousarray(v[..., a], dtype=np.float32)) for a in range(3)))
-        for v in (origins, directions)
-    )
-    return mi.Ray3f(mi.Point3f(o), d)
+    return mi.Ray3f(mi.Point3f(vectors(origins)), vectors(directions))
+
+
+def vectors(values: Array) -> Any:
+    """Vectors (n, 3), or one (3,), as `mi.Vector3f`."""
+    return mi.Vector3f(*(mi.Float(np.ascontiguousarray(values[..., a], dtype=np.float32)) for a in range(3)))

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from relief.ground.arrays import Array
-from visual.backend.mitsuba import mi
+from visual.backend.rays import vectors
 from visual.lights.seen import environment_radiance, luminance
 
 Background = Callable[[Array], Array]
@@ -26,8 +26,8 @@ def scene_background(scene: Any) -> Background:
     def radiance(directions: Array) -> Array:
         if len(directions) == 0:
             return np.zeros(0)
-        toward = mi.Vector3f(*(mi.Float(c) for c in np.ascontiguousarray(directions.T, dtype=np.float32)))
-        value = np.asarray(luminance(environment_radiance(scene, toward)), dtype=np.float64)
+        shown = luminance(environment_radiance(scene, vectors(directions)))
+        value = np.asarray(shown, dtype=np.float64)
         return np.broadcast_to(value, len(directions))  # constant light answers with one number
 
     return radiance

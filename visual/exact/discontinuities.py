@@ -143,7 +143,7 @@ def _radiance_beside(
     for number in range(len(lights)):
         lit = lit_by(mesh, lights, number, face[met], points)
         radiance[met] += np.where(lit, unlit[number], 0.0)
-    reflections = material.reflections(mesh, face[met], -directions[met], places)
+    reflections = material.reflections(mesh, face[met], -directions[met], places, derivatives=False)
     if reflections is not None:
         every = reflections.lit(mesh, face[met], points, np.arange(len(met)))
         for lit, shown in zip(every, reflections.shading.radiance, strict=True):

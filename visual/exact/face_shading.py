@@ -80,24 +80,21 @@ class ShadedFaces:
 
     def at(self, p: Any, q: Any, rise: Any) -> tuple[Any, Any, Any]:
         """Surface interactions, shading frames and points of the faces at `variables`."""
-        frame = mi.Frame3f(dr.normalize(mi.Vector3f(-p, -q, 1.0)))
+        normal, along_u = dr.normalize(mi.Vector3f(-p, -q, 1.0)), dr.normalize(mi.Vector3f(1.0, 0.0, p))
+        frame = mi.Frame3f(along_u, dr.cross(normal, along_u), normal)
         si = dr.zeros(mi.SurfaceInteraction3f, self.count * self.faces)
         if self._uv is not None:
             si.uv = self._uv if self._uv_slide is None else self._uv + rise * self._uv_slide
-            along_u = dr.normalize(mi.Vector3f(1.0, 0.0, p))
-            frame = mi.Frame3f(along_u, mi.Vector3f(dr.cross(frame.n, along_u)), mi.Vector3f(frame.n))
         si.n, si.sh_frame, si.wi = frame.n, frame, frame.to_local(self._camera)
         return si, frame, self._points if self._slide is None else self._points + rise * self._slide
 
-    @property
-    def derivatives(self) -> int:
-        """Number of the variables by which derivatives are wanted."""
-        return 2 if self._slide is None else 3
-
-    def shading(self, radiance: Callable[..., Any]) -> Shading:
-        """Radiance as a function of `variables`, and its derivatives by forward mode."""
-        results = []
-        for which in range(self.derivatives):
+    def shading(self, radiance: Callable[..., Any], derivatives: bool) -> Shading:
+        """Radiance, a function of `variables`, with its derivatives by forward mode; 0 if none are wanted."""
+        count, results = 2 if self._slide is None else 3, []
+        if not derivatives:
+            shown = self.numbers(radiance(*self.variables))
+            return Shading(shown, *np.zeros((count, *shown.shape)))
+        for which in range(count):
             attached = [type(values)(values) for values in self.variables]
             dr.enable_grad(attached[which])
             value = radiance(*attached)
@@ -121,6 +118,7 @@ def shade(
     toward_camera: Array,
     places: ShadingPoints = _ORIGIN,
     share: FixedShare | None = None,
+    derivatives: bool = True,
 ) -> Shading:
     """Evaluate a Mitsuba BSDF on faces of given slopes, with derivatives by Dr.Jit's forward mode.
 
@@ -131,12 +129,13 @@ def shade(
         toward_camera: unit vector (3,), or one for each face (faces, 3).
         places: on the faces; without meaning for parallel lights and no textures.
         share: of the radiance that counts; None: all.
+        derivatives: whether they are wanted; they are 0 if not.
 
     Returns:
         All (lights, faces).
     """
     faces = ShadedFaces(slope_x, slope_y, toward_camera, places, len(lights))
-    return faces.shading(_radiance(bsdf, faces, lights, share))
+    return faces.shading(_radiance(bsdf, faces, lights, share), derivatives)
 
 
 def unshadowed(
@@ -151,8 +150,7 @@ def unshadowed(
     """Radiance (lights, faces) without its derivatives; arguments as of `shade`."""
     if len(slope_x) == 0:
         return np.zeros((len(lights), 0))
-    faces = ShadedFaces(slope_x, slope_y, toward_camera, places, len(lights))
-    return faces.numbers(_radiance(bsdf, faces, lights, share)(*faces.variables))
+    return shade(bsdf, slope_x, slope_y, lights, toward_camera, places, share, derivatives=False).radiance
 
 
 def _radiance(

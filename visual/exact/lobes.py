@@ -1,12 +1,13 @@
 """Lobes: mirror-smooth and narrow parts of a material, sampled along the directions that they reflect.
 
 Fixed lights never stand where a mirror looks, and are too few for a highlight narrower than their distance. A
-narrow lobe is sampled instead: its directions turn with the face, and the light is looked up along each. By
-the balance heuristic (Veach and Guibas 1995), with p the density of a lobe and d that of the fixed lights,
+narrow lobe is sampled instead: its directions turn with the face, and the light is looked up along each. The
+power heuristic (Veach and Guibas 1995) shares the radiance. With p the density of the lobes, d that of the
+fixed lights, c = `ENOUGH` and w = (c p)^2 / ((c p)^2 + d^2),
 
-    radiance = sum of f E d / (d + k p) over fixed lights + sum of f L / (d + k p) over k sampled directions,
+    radiance = sum of f E (1 - w) over fixed lights + mean of f L w / p over sampled directions,
 
-a sum of smooth functions of the face's slopes. A mirror has one direction and no density.
+a sum of smooth functions of the face's slopes. A mirror has one direction, no density and the share 1.
 """
 
 from __future__ import annotations
@@ -103,19 +104,25 @@ class Lobes:
         light: SeenLight,
         toward_camera: Array,
         places: ShadingPoints,
+        derivatives: bool,
     ) -> Reflections:
         """What faces of given slopes show of a light; `face` has their numbers, the rest is as of `shade`."""
         rows = []
         for component in (*self.mirrors, *self.narrow):
             count = 1 if component in self.mirrors and not self.blur else SAMPLES
             faces = ShadedFaces(slope_x, slope_y, toward_camera, places, count)
-            rows.append(self._of_component(component, faces, self._random(face, count), light))
+            rows.append(self._of_component(component, faces, self._random(face, count), light, derivatives))
         shadings, directions = zip(*rows, strict=True)
         values = zip(*(shading.values for shading in shadings), strict=True)
         return Reflections(Shading(*map(np.concatenate, values)), np.concatenate(directions), light)
 
     def _of_component(
-        self, component: int, faces: ShadedFaces, random: list[Any], light: SeenLight
+        self,
+        component: int,
+        faces: ShadedFaces,
+        random: list[Any],
+        light: SeenLight,
+        derivatives: bool,
     ) -> tuple[Shading, Array]:
         """What faces show by one component, and in which directions."""
         axes: list[Any] = []
@@ -132,15 +139,11 @@ class Lobes:
             if component in self.mirrors:
                 return luminance(weight * seen) / faces.count
             value = luminance(self.bsdf.eval(mi.BSDFContext(), si, sample.wo) * seen)
-            density = self._density(si, sample.wo)
-            value *= (
-                density
-                / faces.count
-                / (density**2 + (light.density(seen, toward, sample.wo.z) / ENOUGH) ** 2)
-            )
+            density, fixed = self._density(si, sample.wo), light.density(seen, toward, sample.wo.z)
+            value *= density / (faces.count * (density**2 + (fixed / ENOUGH) ** 2))
             return dr.select(sample.pdf > 0.0, value, 0.0)
 
-        return faces.shading(radiance), np.stack([faces.numbers(axis) for axis in axes], axis=2)
+        return faces.shading(radiance, derivatives), np.stack([faces.numbers(axis) for axis in axes], axis=2)
 
     def _density(self, si: Any, local: Any) -> Any:
         """Density, per steradian, of all sampled directions but those of mirrors."""

@@ -63,27 +63,21 @@ class Material:
         return None if self.lobes is None or self.seen is None else self.lobes.fixed_share(self.seen)
 
     def reflections(
-        self, mesh: PlacedMesh, face: Index, view: Array, places: ShadingPoints
+        self, mesh: PlacedMesh, face: Index, view: Array, places: ShadingPoints, derivatives: bool
     ) -> Reflections | None:
         """What points (points,) on faces show by sampled directions; None if none are sampled."""
         if self.lobes is None or self.seen is None or len(face) == 0:
             return None
         slope_x, slope_y = (slope[face] for slope in mesh.slopes)
-        return self.lobes.reflections(slope_x, slope_y, face, self.seen, view, places)
+        return self.lobes.reflections(slope_x, slope_y, face, self.seen, view, places, derivatives)
 
 
 def face_shading(
-    material: Material, camera: Projection, lights: LightSet, mesh: PlacedMesh, derivatives: bool = True
+    material: Material, camera: Projection, lights: LightSet, mesh: PlacedMesh, derivatives: bool
 ) -> Shading:
-    """Shading of the faces of a plate without textures; near lights shine on a face as on its centre.
-
-    Derivatives that are not wanted are 0.
-    """
+    """Shading of the faces of a plate without textures; near lights shine on a face as on its centre."""
     view, places = _centres(camera, lights, mesh)
-    if derivatives:
-        return shade(material.bsdf, *mesh.slopes, lights, view, places, material.share)
-    radiance = unshadowed(material.bsdf, *mesh.slopes, lights, view, places, material.share)
-    return Shading(radiance, *np.zeros((2 if places.slide is None else 3, *radiance.shape)))
+    return shade(material.bsdf, *mesh.slopes, lights, view, places, material.share, derivatives)
 
 
 def _centres(camera: Projection, lights: LightSet, mesh: PlacedMesh) -> tuple[Array, ShadingPoints]:
@@ -101,6 +95,7 @@ def of_faces(
     samples: PictureSamples,
     points: Array,
     mesh: PlacedMesh,
+    derivatives: bool,
 ) -> PairRadiance:
     """Pair radiance of faces that have one radiance each.
 
@@ -112,12 +107,13 @@ def of_faces(
         samples: of the picture.
         points: (samples, 3) mm, from which shadow rays start.
         mesh: the plate.
+        derivatives: whether they are wanted; they are 0 if not.
     """
     face = samples.face
     lit = (lit_by(mesh, lights, number, face, points) for number in range(len(lights)))
     sums = _face_sums(shading, lit, samples)
     every = np.arange(len(mesh.centres))
-    reflections = material.reflections(mesh, every, *_centres(camera, lights, mesh))
+    reflections = material.reflections(mesh, every, *_centres(camera, lights, mesh), derivatives)
     if reflections is not None:
         sums += _face_sums(reflections.shading, reflections.lit(mesh, face, points, face), samples)
     if shading.by_rise is not None:
@@ -142,6 +138,7 @@ def of_samples(
     samples: PictureSamples,
     points: Array,
     mesh: PlacedMesh,
+    derivatives: bool,
 ) -> PairRadiance:
     """Pair radiance of a textured plate, sample by sample; arguments as of `of_faces`."""
     sums = np.zeros((4, len(samples.pair_pixel)))
@@ -164,11 +161,12 @@ def of_samples(
         if len(lit):
             slope_x, slope_y = (slope[samples.face[lit]] for slope in mesh.slopes)
             one, (view, places) = lights.single(number), placed(lit)
-            shading = shade(material.bsdf, slope_x, slope_y, one, view, places, material.share)
+            share = material.share
+            shading = shade(material.bsdf, slope_x, slope_y, one, view, places, share, derivatives)
             add(lit, [values[0] for values in shading.values])
     for first in range(0, len(points), SAMPLES_AT_ONCE):
         part = np.arange(first, min(first + SAMPLES_AT_ONCE, len(points)))
-        reflections = material.reflections(mesh, samples.face[part], *placed(part))
+        reflections = material.reflections(mesh, samples.face[part], *placed(part), derivatives)
         if reflections is None:
             break
         every = reflections.lit(mesh, samples.face[part], points[part], part - first)

@@ -310,7 +310,7 @@ def edge_gradient(
     bsdf = plate_bsdf(light.scene)
     lobes = lobes_of(bsdf, len(plate.faces), _seed(settings, index, 1), narrow=False)
     material = Material(bsdf, lobes, light.seen)
-    shading = None if mesh.textured else face_shading(material, camera, lights, mesh)
+    shading = None if mesh.textured else face_shading(material, camera, lights, mesh, derivatives=False)
     gradient = np.zeros(heights.size)
     for pixels, samples, values in discontinuity_entries(
         mesh, camera, material, lights, shading, light.background, shadows, edges

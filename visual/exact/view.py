@@ -178,10 +178,10 @@ class View:
         plate, camera, lights, (samples, points, visible) = self._plate, self._camera, light.lights, of_view
         material = Material(self._bsdf, self._lobes, light.seen)
         if mesh.textured:
-            shading, pairs = None, of_samples(material, camera, lights, samples, points, mesh)
+            shading, pairs = None, of_samples(material, camera, lights, samples, points, mesh, jacobian)
         else:
             shading = face_shading(material, camera, lights, mesh, jacobian)
-            pairs = of_faces(material, camera, shading, lights, samples, points, mesh)
+            pairs = of_faces(material, camera, shading, lights, samples, points, mesh, jacobian)
         behind = light.background(samples.missed_direction) / samples.per_pixel
         picture: Array = np.zeros(camera.pixels)
         picture += np.bincount(samples.pair_pixel, pairs.radiance, minlength=camera.pixels)

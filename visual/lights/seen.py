@@ -8,6 +8,7 @@ import numpy as np
 
 from relief.ground.arrays import Array
 from visual.backend.mitsuba import dr, mi
+from visual.backend.rays import vectors
 from visual.lights.near import LightSet
 from visual.lights.parallel import LOWEST, LUMINANCE
 
@@ -40,11 +41,8 @@ class SeenLight:
         """Distances (points,), mm, of the light from points (points, 3) in unit directions (points, 3)."""
         if len(points) == 0:
             return np.zeros(0)
-        rays = (
-            mi.Vector3f(*(mi.Float(np.ascontiguousarray(axis, dtype=np.float32)) for axis in vectors.T))
-            for vectors in (points, toward)
-        )
-        return np.broadcast_to(np.asarray(self.along(*rays)[1], dtype=np.float64), len(points))
+        _, distance = self.along(vectors(points), vectors(toward))
+        return np.broadcast_to(np.asarray(distance, dtype=np.float64), len(points))
 
     def density(self, radiance: Any, toward: Any, cosine: Any) -> Any:
         """Fixed lights for each steradian where the light has this radiance along unit directions.

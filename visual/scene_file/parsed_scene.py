@@ -74,7 +74,7 @@ class ParsedPlate:
         textures: Mitsuba's names of the textures by which the material varies over the plate.
         hard_edged: whether one of these textures jumps, as a checkerboard does.
         mirror: whether a part of the material is smooth as a mirror.
-        blended: whether the material is a blend of materials.
+        blended: whether the material holds a blend of materials.
     """
 
     filename: Path | None

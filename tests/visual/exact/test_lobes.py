@@ -194,7 +194,7 @@ def test_derivatives_of_both_parts_of_the_radiance_are_exact(
         share = None if lobes is None else lobes.fixed_share(seen)
         parts = [shade(bsdf, x, y, group.lights, view, places, share)]
         if lobes is not None:
-            parts.append(lobes.reflections(x, y, faces, seen, view, places).shading)
+            parts.append(lobes.reflections(x, y, faces, seen, view, places, True).shading)
         return parts
 
     step = 1e-3
