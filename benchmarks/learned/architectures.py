@@ -45,6 +45,7 @@ from surrogate.nets.unet import NetShape, UNet
 from tactile.contact import ContactState
 from tactile.net import CHANNELS, inputs, pressure
 from tactile.strain import smallest_eigenvalue
+from visual.backend.user_settings import user_settings_kept
 from visual.exact.face_shading import unshadowed
 from visual.fast import ambient_net
 from visual.fast.bsdf_table import ABOVE
@@ -283,6 +284,7 @@ def examples(data: Fieldset, kind: str) -> dict[Split, Examples]:
     return {split: light_examples(data, split) for split in splits}
 
 
+@user_settings_kept
 def light_examples(data: Fieldset, split: Split) -> Examples:
     """Pictures under each texture's first light, and what they were without shadows."""
     parts: dict[str, list[Tensor]] = {"heights": [], "picture": [], "toward": [], "bare": [], "faces": []}

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from relief.ground.arrays import Array
 from visual.backend.plate_shape import is_textured, plate_bsdf
+from visual.backend.user_settings import keeping_user_settings
 from visual.exact.face_shading import unshadowed
 from visual.geometry.film_samples import film_points, samples_from_above
 from visual.geometry.placed_mesh import PlacedMesh
@@ -32,6 +33,7 @@ AZIMUTHS = 8
 """Azimuths of horizons from one point of each part, drawn anew for each point."""
 
 
+@keeping_user_settings
 class ReferenceRenderer:
     """The plate of a scene before a camera straight above, with a pixel at each height sample."""
 

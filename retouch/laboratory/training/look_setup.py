@@ -14,6 +14,7 @@ from surrogate.data.field_set import Fieldset, first_of
 from surrogate.nets.training import Examples, errors
 from surrogate.nets.unet import UNet
 from surrogate.nets.weights import Sample
+from visual.backend.user_settings import user_settings_kept
 from visual.fast.ambient_net import CHANNELS, KIND, inputs, sky_visibility, validity
 from visual.fast.bsdf_table import BsdfTable, ambient_table
 
@@ -48,6 +49,7 @@ def look_setup(data: Fieldset, tested: int) -> TrainingSetup:
 
 
 @lru_cache(maxsize=1)
+@user_settings_kept
 def studio_sky() -> BsdfTable:
     """Return the table of the studio's material under a sky of radiance 1."""
     return ambient_table(studio_material(), np.ones(3))
