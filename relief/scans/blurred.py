@@ -28,12 +28,14 @@ class Derivatives:
         heights: mm.
         along_x, along_y: slopes, no unit.
         by_variance: derivative by the variance of the blur, mm per mm².
+        seen: mm, heights without waves that a scan does not show.
     """
 
     heights: Array
     along_x: Array
     along_y: Array
     by_variance: Array
+    seen: Array
 
 
 FINER = 8
@@ -119,10 +121,11 @@ class DesignSpectrum:
         high, wide = self.size_mm
         return np.asarray((np.abs(x) <= 0.5 * wide - margin_mm) & (np.abs(y) <= 0.5 * high - margin_mm))
 
-    def at(self, x: Array, y: Array, variance_mm2: float) -> Derivatives:
+    def at(self, x: Array, y: Array, variance_mm2: float, pitch_mm: float = 0.0) -> Derivatives:
         """The blurred design and its derivatives at points, mm from the middle, y upward.
 
-        Negative variances, which noise can cause, are extrapolated linearly from 0.
+        Negative variances, which noise can cause, are extrapolated linearly from 0. Waves shorter than two
+        samples of a pitch, which tell a scan neither blur nor height, are left out of `seen` and `by_variance`.
         """
         positive, negative = max(variance_mm2, 0.0), min(variance_mm2, 0.0)
         spectrum = self._coefficients * np.exp(-0.5 * positive * self._squares)
@@ -130,11 +133,17 @@ class DesignSpectrum:
         heights = idctn(spectrum, norm="ortho") + negative * by_variance
         down, along = np.gradient(heights, *self._steps)
         places = self.places(x, y)
+        read = seen = _read(heights, places, CUBIC)
+        if pitch_mm > 0.0:
+            spectrum = np.where(self._squares < (np.pi / pitch_mm) ** 2, spectrum, 0.0)
+            by_variance = idctn(-0.5 * self._squares * spectrum, norm="ortho")
+            seen = _read(idctn(spectrum, norm="ortho") + negative * by_variance, places, LINEAR)
         return Derivatives(
-            _read(heights, places, CUBIC),
+            read,
             _read(along, places, LINEAR),
             -_read(down, places, LINEAR),
             _read(by_variance, places, LINEAR),
+            seen,
         )
 
     def places(self, x: Array, y: Array) -> Array:

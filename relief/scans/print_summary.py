@@ -13,6 +13,15 @@ LITTLE_COVERED = 50.0
 """Percentage of the plate that is measured, below which a note warns: touch then depends on the design."""
 COARSE_DEGREES = 5.0
 """Tilt from which heights that are taken along the axis of the scanner are off by 0.4 % and more."""
+NUMBERS = {
+    "turn": "turn",
+    "log_scale": "scale",
+    "shift_x_mm": "shift along x",
+    "shift_y_mm": "shift along y",
+    "variance_mm2": "blur",
+    "height_scale": "height scale",
+}
+"""Numbers that a scan may leave open, in words."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +77,15 @@ class PrintScanned:
         if self.covered_percent < LITTLE_COVERED:
             lines.append(
                 f"{self.covered_percent:.0f} % of the plate is measured; elsewhere its design is pressed"
+            )
+        if found.rivals:
+            lines.append(
+                f"the scan fits its design as well {', '.join(found.rivals)}; it cannot tell which is right"
+            )
+        if found.fitted.undetermined:
+            names = ", ".join(NUMBERS[name] for name in found.fitted.undetermined)
+            lines.append(
+                f"the scan does not determine {names}: what it shows has one wavelength, or is alike along a line"
             )
         if found.tilted_degrees > COARSE_DEGREES:
             lines.append(

@@ -1,7 +1,7 @@
 """Registration: the pose of a print in its scan, and measures of the print, with intervals."""
 
-from dataclasses import dataclass, replace
-from math import atan, degrees, hypot, inf, log, pi, sqrt
+from dataclasses import dataclass
+from math import atan, degrees, hypot, log, sqrt
 
 import numpy as np
 from scipy.ndimage import map_coordinates
@@ -11,41 +11,21 @@ from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.relief import Relief
 from relief.scans.blurred import DesignSpectrum, samples_mm, surface_of
+from relief.scans.matching import check_print, find_print
 from relief.scans.pose import Pose
-from relief.scans.pose_fitting import TUKEY, Fit, LostError, fit
+from relief.scans.pose_fitting import TUKEY, Fit, fit
 from relief.scans.scans import Scan
-from relief.scans.searching import Candidate, Search
 
 NORMAL_95 = 1.959964
 """Standard deviations of a normal distribution on either side that hold 95 %."""
 WORKING_SIDE = 600
 """Most samples a side of a scan on which a pose is fitted; finer ones are averaged in blocks."""
-FIRST_SIDE = 100
-"""`WORKING_SIDE` in the first steps of each candidate."""
 DESIGN_SIDE, MOST_SIDE = 512, 1024
 """Samples a side with which the surface of the design is held, and most where the design has more."""
-CANDIDATES, FIRST_STEPS = 4, 8
-"""Most candidates of the search that are fitted, and steps of each before the choice of the best."""
-SAME_DESIGN = 0.6
-"""Least correlation of scan and blurred design, where the mirrored scan fits much worse."""
-SURELY_SAME = 0.85
-"""Least correlation where the mirrored scan fits as well, as of a design that is its own mirror image. Scans
-of other plates reach 0.3 to 0.5, and 0.8 if the design has a few hills alone (docs/evidence/scans.md)."""
-BETTER = 0.15
-"""Correlation by which a scan fits much better than another."""
-OTHER_SCALES = (0.93, 1.075, 0.86, 1.16)
-"""Scales that are tried where nothing is found at the size of the design."""
 UNITS_APART = (1e-3, 0.1, 1.0 / 25.4, 10.0, 25.4, 1000.0)
 """Ratios of lengths in different units: um, cm, inches and metres for mm."""
 UNIT_MARGIN = 1.6
 """Largest factor between a ratio of lengths and one of `UNITS_APART` that still suggests another unit."""
-FARTHEST_SCALE = 0.08
-"""Largest change of the logarithm of the scale in a fit; a fit that changes more has found no print."""
-MOST_BLUR = 0.1
-"""Greatest standard deviation of the blur in sides of the design."""
-LEAST_ON_PLATE = 0.6
-"""Least share of the scan, or of the plate if that is smaller, where one lies over the other. Scans of other
-plates fit best where a corner of one lies over a corner of the other."""
 LEAST_SEEN, MOST_SEEN = 0.2, 4.0
 """Least and greatest side of the scan in sides of the design."""
 LEAST_HEIGHT, MOST_HEIGHT = 0.2, 5.0
@@ -88,6 +68,7 @@ class Registration:
         surface: the design on the samples with which the pose was fitted.
         fitted: the pose, its covariance and the residuals, on the samples of `working`.
         working: the scan on the samples on which the pose was fitted.
+        rivals: other ways in which the scan fits its design as well, such as "mirrored".
     """
 
     scan: Scan
@@ -95,6 +76,7 @@ class Registration:
     surface: DesignSpectrum
     fitted: Fit
     working: Scan
+    rivals: tuple[str, ...] = ()
 
     @property
     def pose(self) -> Pose:
@@ -221,98 +203,12 @@ def register(scan: Scan, design: Relief) -> Registration:
     side = min(MOST_SIDE, max(DESIGN_SIDE, *design.heights.shape))
     surface = DesignSpectrum(surface_of(design, side), design.width_mm, side)
     working = scan.averaged(-(-max(scan.heights.shape) // WORKING_SIDE))
-    found = _found(surface.coarser(FIRST_SIDE), working, scan.name)
+    found = find_print(surface, working)
     with stage("fitting the pose"):
-        fitted = fit(surface, working, found.pose)
+        fitted = fit(surface, working, found.fit.pose)
+    check_print(surface, working, fitted)
     _check_heights(fitted, scan.name)
-    return Registration(scan, design, surface, fitted, working)
-
-
-def _found(design: DesignSpectrum, scan: Scan, name: str) -> Fit:
-    """The best pose of the scan. Raises InputError if it is mirrored, of a mould or of another plate."""
-    search = Search(design)
-    small = scan.averaged(-(-max(scan.heights.shape) // FIRST_SIDE))
-    # A scan upside down or mirrored fits its design in another way.
-    with stage("finding the print in its scan", total=2 * search.angles):
-        direct = _best(search, design, small)
-        mirrored = _best(search, design, small.flipped())
-    if _quality(direct) < SAME_DESIGN and _quality(mirrored) < SAME_DESIGN:
-        with stage("trying other scales", total=len(OTHER_SCALES) * search.angles):
-            tried = [_best(search, design, small, scale) for scale in OTHER_SCALES]
-        direct = max([direct, *tried], key=_quality)
-    if _is_print(mirrored, direct) and _quality(mirrored) > _quality(direct) + BETTER:
-        raise InputError(f"{name}: is mirrored; the scan fits its design with left and right exchanged")
-    if direct is None or not _is_print(direct, mirrored):
-        _refuse_mould(search, design, small, name)
-        best = max(0.0, _quality(direct))
-        raise InputError(
-            f"{name}: shows another plate than this design: the two correlate by {best:.2f} at the best place"
-        )
-    return direct
-
-
-def _refuse_mould(search: Search, design: DesignSpectrum, scan: Scan, name: str) -> None:
-    """Raise InputError for a scan whose heights are upside down, as of a mould, which is mirrored as well."""
-    inverse = replace(scan, heights=-scan.heights)
-    with stage("looking for a mould", total=2 * search.angles):
-        as_it_is, mirrored = (_best(search, design, each) for each in (inverse, inverse.flipped()))
-    if _is_print(as_it_is, mirrored) or _is_print(mirrored, as_it_is):
-        raise InputError(f"{name}: is upside down: ridges of the design are grooves of the scan")
-
-
-def _quality(found: Fit | None) -> float:
-    return -1.0 if found is None else found.quality
-
-
-def _is_print(found: Fit | None, other: Fit | None) -> bool:
-    """Whether a scan fits the design, beside how its mirror image does."""
-    quality, chance = _quality(found), _quality(other)
-    return quality >= SAME_DESIGN and (quality >= SURELY_SAME or quality >= chance + BETTER)
-
-
-def _best(search: Search, design: DesignSpectrum, scan: Scan, scale: float = 1.0) -> Fit | None:
-    """The best fit from the candidates of a search; None if none is a print of this design."""
-    fits = []
-    for candidate in _distinct(sorted(search.candidates(scan, scale), reverse=True), search):
-        start = replace(candidate.pose, variance_mm2=search.variance_mm2)
-        try:
-            fitted = fit(design, scan, _heights_fitted(design, scan, start), steps=FIRST_STEPS)
-        except LostError:
-            continue
-        if _plausible(fitted, start, design):
-            fits.append((fitted, start))
-    if not fits:
-        return None
-    best, start = max(fits, key=lambda each: each[0].quality)
-    fitted = fit(design, scan, best.pose)
-    return fitted if _plausible(fitted, start, design) else best
-
-
-def _plausible(fitted: Fit, start: Pose, design: DesignSpectrum) -> bool:
-    """Whether a fit stayed where it began: one that grows, blurs away or leaves the plate shows no print."""
-    pose = fitted.pose
-    grown = abs(pose.log_scale - start.log_scale) > FARTHEST_SCALE
-    blurred = pose.variance_mm2 > (MOST_BLUR * max(design.size_mm)) ** 2
-    return fitted.overlap >= LEAST_ON_PLATE and not (grown or blurred)
-
-
-def _distinct(candidates: list[Candidate], search: Search) -> list[Candidate]:
-    """The best candidates, one of neighbouring angles each."""
-    kept: list[Candidate] = []
-    for each in candidates:
-        apart = (abs((each.pose.turn - other.pose.turn + pi) % (2.0 * pi) - pi) for other in kept)
-        if min(apart, default=inf) > 4.5 * pi / search.angles:
-            kept.append(each)
-        if len(kept) == CANDIDATES:
-            break
-    return kept
-
-
-def _heights_fitted(design: DesignSpectrum, scan: Scan, start: Pose) -> Pose:
-    """The pose with heights and tilt by least squares, and unchanged other numbers."""
-    plane = ("turn", "log_scale", "shift_x_mm", "shift_y_mm", "variance_mm2")
-    level = float(np.median(scan.heights[scan.measured]))
-    return fit(design, scan, replace(start, level_mm=level), fixed=plane, steps=3).pose
+    return Registration(scan, design, surface, fitted, working, found.rivals)
 
 
 def _check_size(scan: Scan, size_mm: float) -> None:

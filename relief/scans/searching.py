@@ -6,13 +6,12 @@ are masked (D. Padfield, IEEE Transactions on Image Processing 21, 2012, less th
 here).
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft2, next_fast_len, rfft2
-from scipy.ndimage import gaussian_filter, map_coordinates
+from scipy.ndimage import gaussian_filter, map_coordinates, maximum_filter
 
 from relief.ground.arrays import Array
 from relief.ground.progress import this_stage
@@ -32,6 +31,10 @@ CLIPPED = 4.0
 """Robust standard deviations at which heights are clipped, because of spikes and walls around a plate."""
 LEAST_OVERLAP = 0.4
 """Least overlap of plate and scan, as a share of the smaller of both."""
+APART = 3
+"""Samples of the coarse grid between two shifts that are candidates."""
+MOST_SHIFTS = 8
+"""Most candidates of one turn."""
 
 
 @dataclass(frozen=True, order=True)
@@ -65,24 +68,59 @@ class Search:
         self.angles = max(8, round(np.pi * samples / STEP))
         """Number of angles of a full turn."""
 
-    def candidates(self, scan: Scan, scale: float = 1.0) -> Iterator[Candidate]:
-        """The best shift at each angle; the stage counts angles."""
-        advance = this_stage()
-        coarse = _Coarse(scan, self._step_mm, BROAD * max(self._design.size_mm))
+    def turns(self, scan: Scan, scale: float = 1.0) -> tuple[list[Candidate], list[Candidate]]:
+        """The best shift at each turn, of a scan and of the scan upside down; the stage counts turns."""
+        advance, coarse = this_stage(), self._coarse(scan)
+        upright, inverse = [], []
         for number in range(self.angles):
-            turn = 2.0 * np.pi * number / self.angles
-            yield coarse.best(self._turned(turn, scale), turn, scale)
+            pose = Pose(turn=_half_turn(2.0 * np.pi * number / self.angles), log_scale=float(np.log(scale)))
+            scores = coarse.scores(self._turned(pose))
+            for kept, values in ((upright, scores.values), (inverse, -scores.values)):
+                place = int(np.argmax(np.where(scores.overlap >= LEAST_OVERLAP, values, -1.0)))
+                score = float(values.flat[place])
+                kept.append(Candidate(score, coarse.shifted(pose, scores, place)))
             advance()
+        return upright, inverse
 
-    def _turned(self, turn: float, scale: float) -> tuple[Array, Array]:
+    def shifts(self, scan: Scan, pose: Pose) -> list[Candidate]:
+        """The best shifts at the turn and scale of a pose, at most `MOST_SHIFTS`, from the best on."""
+        coarse = self._coarse(scan)
+        scores = coarse.scores(self._turned(pose))
+        peaks = scores.values == maximum_filter(scores.values, 2 * APART + 1)
+        places = np.flatnonzero(peaks & (scores.overlap >= LEAST_OVERLAP))
+        best = places[np.argsort(-scores.values.flat[places])][:MOST_SHIFTS]
+        return [
+            Candidate(float(scores.values.flat[place]), coarse.shifted(pose, scores, int(place)))
+            for place in best
+        ]
+
+    def _coarse(self, scan: Scan) -> "_Coarse":
+        return _Coarse(scan, self._step_mm, BROAD * max(self._design.size_mm))
+
+    def _turned(self, pose: Pose) -> tuple[Array, Array]:
         """The design as a scan of the coarse grid shows it, and where it is; its middle in the middle."""
         size = self._design.size_mm
-        half = int(np.ceil(0.5 * scale * np.hypot(*size) / self._step_mm))
+        half = int(np.ceil(0.5 * pose.scale * np.hypot(*size) / self._step_mm))
         along = np.arange(-half, half + 1) * self._step_mm
-        x, y = Pose(turn=turn, log_scale=float(np.log(scale))).on_design(*np.meshgrid(along, -along))
+        x, y = Pose(turn=pose.turn, log_scale=pose.log_scale).on_design(*np.meshgrid(along, -along))
         there = self._design.inside(x, y)
         values = map_coordinates(self._fine, self._design.places(x, y), order=1, mode="nearest")
         return np.where(there, values, 0.0).astype(np.float32), there.astype(np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class _Scores:
+    """Correlation of a scan and a turned design by shift.
+
+    Attributes:
+        values: correlation, less where the two overlap little.
+        overlap: share of the smaller of both.
+        design: rows and columns of the turned design.
+    """
+
+    values: Array
+    overlap: Array
+    design: tuple[int, ...]
 
 
 class _Coarse:
@@ -109,8 +147,8 @@ class _Coarse:
         self._step_mm, self._middle = step_mm, scan.middle_mm
         self._spectra: dict[tuple[int, ...], tuple[Array, ...]] = {}
 
-    def best(self, turned: tuple[Array, Array], turn: float, scale: float) -> Candidate:
-        """The shift of the best correlation with a turned design."""
+    def scores(self, turned: tuple[Array, Array]) -> _Scores:
+        """Correlation with a turned design at every shift."""
         values, there = turned
         shape = tuple(
             next_fast_len(one + other - 1, real=True)
@@ -127,18 +165,18 @@ class _Coarse:
         share = np.minimum(overlap / smaller, 1.0)
         tiny = 1e-6 * max(float(of_design.max() * of_scan.max()), 1e-30)
         score = product / np.sqrt(np.maximum(of_design * of_scan, tiny)) * np.sqrt(np.maximum(share, 0.0))
-        score = np.where(share >= LEAST_OVERLAP, score, -1.0)
-        row, col = np.unravel_index(int(np.argmax(score)), score.shape)
-        x, y = self._shift((int(row), int(col)), there.shape)
-        pose = Pose(turn=_half_turn(turn), log_scale=float(np.log(scale)), shift_x_mm=x, shift_y_mm=y)
-        return Candidate(float(score[row, col]), pose)
+        return _Scores(score, share, there.shape)
 
-    def _shift(self, place: tuple[int, int], shape: tuple[int, ...]) -> tuple[float, float]:
-        """Where the middle of the design lies, mm, if the correlation is best at this place."""
+    def shifted(self, pose: Pose, scores: _Scores, place: int) -> Pose:
+        """The pose with the middle of the design where it lies at a place among the scores."""
         rows, cols = self._there.shape
-        row, col = (at - (side - 1) + 0.5 * (side - 1) for at, side in zip(place, shape, strict=True))
+        places = np.unravel_index(place, scores.values.shape)
+        row, col = (
+            at - (side - 1) + 0.5 * (side - 1) for at, side in zip(places, scores.design, strict=True)
+        )
         x = (col - 0.5 * (cols - 1)) * self._step_mm + self._middle[0]
-        return x, (0.5 * (rows - 1) - row) * self._step_mm + self._middle[1]
+        y = (0.5 * (rows - 1) - row) * self._step_mm + self._middle[1]
+        return replace(pose, shift_x_mm=float(x), shift_y_mm=float(y))
 
     def _transformed(self, shape: tuple[int, ...]) -> tuple[Array, ...]:
         if shape not in self._spectra:
