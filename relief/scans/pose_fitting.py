@@ -38,9 +38,8 @@ PRIOR = {
     "variance_mm2": 4e-4,
     "height_scale": 1.0,
 }
-"""Standard deviations of what is known before a scan is looked at: turn, scale and shift about the start of
-the fit, no blur, and the height of the design. Shifts are in sides of the design, and the variance in squared
-sides. The prior decides what the scan leaves open, as a shift along ridges, and nothing else."""
+"""Standard deviations of what is known before the fit of all numbers: no blur, and the others about the start
+of the fit. Shifts are in sides of the design, variance in squared sides, and height in its own start. The prior decides what the scan leaves open, as a shift along ridges, and nothing else."""
 OPEN = 0.1
 """Share of its deviation before, from which on a number counts as one that the scan does not determine."""
 MODEL_ERROR, SHARED = 0.01, 20.0
@@ -99,15 +98,16 @@ def fit(
         design: of the print.
         scan: of the print.
         start: a pose near the true one: within about half of the finest detail that both show.
-        fixed: numbers of the pose that stay.
+        fixed: numbers of the pose that stay; with some, nothing is known beforehand of the others, and only
+            residuals beyond six times their root mean square are outliers.
         steps: most steps.
 
     Raises:
         LostError: scan and design do not overlap.
     """
     free = np.array([name not in fixed for name in NAMES])
-    samples = _Samples(design, scan)
-    prior = _Prior.about(start, design)
+    samples = _Samples(design, scan, robust=not fixed)
+    prior = _Prior.about(start, design, anything=not fixed)
     numbers = start.array()
     state = samples.at(Pose.of(numbers))
     for _ in range(steps):
@@ -133,11 +133,11 @@ class _Prior:
     precision: Array
 
     @classmethod
-    def about(cls, start: Pose, design: DesignSpectrum) -> "_Prior":
-        side = max(design.size_mm)
-        units = {"shift_x_mm": side, "shift_y_mm": side, "variance_mm2": side**2}
+    def about(cls, start: Pose, design: DesignSpectrum, anything: bool) -> "_Prior":
+        side, height = max(design.size_mm), max(abs(start.height_scale), 1e-9)
+        units = {"shift_x_mm": side, "shift_y_mm": side, "variance_mm2": side**2, "height_scale": height}
         deviations = [PRIOR.get(name, np.inf) * units.get(name, 1.0) for name in NAMES]
-        return cls(replace(start, variance_mm2=0.0, height_scale=1.0).array(), np.array(deviations) ** -2.0)
+        return cls(replace(start, variance_mm2=0.0).array(), anything * np.array(deviations) ** -2.0)
 
 
 def _solve(hessian: Array, gradient: Array) -> Array:
@@ -210,8 +210,8 @@ class _State:
 class _Samples:
     """The measured samples of a scan, and the model of them at a pose."""
 
-    def __init__(self, design: DesignSpectrum, scan: Scan) -> None:
-        self._design = design
+    def __init__(self, design: DesignSpectrum, scan: Scan, robust: bool) -> None:
+        self._design, self._robust = design, robust
         self.shape, self.size = scan.heights.shape, scan.heights.size
         self._places = np.flatnonzero(scan.measured)
         x, y = (axis.ravel()[self._places] for axis in np.meshgrid(*scan.axes_mm()))
@@ -257,7 +257,9 @@ class _Samples:
         )
         residuals = heights - shape - pose.level_mm - tilt
         centre = np.median(residuals)
+        # Of dots on a floor the median sees the floor alone, and dots of another height are outliers.
         spread = MAD_TO_SIGMA * float(np.median(np.abs(residuals - centre)))
+        spread = spread if self._robust else float(np.sqrt(np.mean(residuals**2)))
         least = 1e-9 * float(np.ptp(heights)) + np.finfo(float).tiny
         return _State(
             pose,
