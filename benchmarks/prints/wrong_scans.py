@@ -192,7 +192,9 @@ def main() -> None:
     arguments = parser.parse_args()
     for case in arguments.cases:
         for name in arguments.textures:
-            of = kept("wrong_scans", case, name, lambda name=name, case=case: row(name, case), arguments.again)
+            of = kept(
+                "wrong_scans", case, name, lambda name=name, case=case: row(name, case), arguments.again
+            )
             print(f"{case}, {name}: {verdict(of)}", of, flush=True)
     put(PAGE, "wrong scans", "benchmarks.prints.wrong_scans", report())
 

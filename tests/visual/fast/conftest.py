@@ -15,9 +15,10 @@ from surrogate.nets.weights import ModelCard, save_net, weights_bytes
 from tests.tactile.reliefs import waves
 from tests.visual.scenes import sun
 from visual.backend.plate_shape import plate_bsdf
+from visual.backend.user_settings import user_settings_kept
 from visual.fast import conversion
 from visual.fast.ambient_net import CHANNELS, trained_ambient_light, validity
-from visual.fast.bsdf_table import ambient_table
+from visual.fast.bsdf_table import BsdfTable, ambient_table
 from visual.fast.renderer import FastRenderer
 from visual.scene import Scene
 from visual.scene_file.check import check_scene
@@ -43,11 +44,17 @@ def mi_module() -> ModuleType:
 
 
 @pytest.fixture(scope="module")
-def neutral_net(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def ambient(scene: Scene) -> BsdfTable:
+    """The studio's material under a sky of radiance 1."""
+    with user_settings_kept:
+        return ambient_table(plate_bsdf(scene.light_scenes()[0].scene), np.ones(3))
+
+
+@pytest.fixture(scope="module")
+def neutral_net(ambient: BsdfTable, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of a net that corrects nothing, for the studio's material."""
     net = UNet(NetShape(CHANNELS, 1, (4, 4), 2))
-    table = ambient_table(plate_bsdf(scene.light_scenes()[0].scene), np.ones(3))
-    valid = validity(table, SIDE)
+    valid = validity(ambient, SIDE)
     digest = hashlib.sha256(weights_bytes(net)).hexdigest()
     path = tmp_path_factory.mktemp("weights")
     save_net(path, net, ModelCard("look", net.shape, digest, valid, {}, {}, {}, {}, ()))

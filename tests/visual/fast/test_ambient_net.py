@@ -2,17 +2,14 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 import torch
 
 from relief.ground.errors import InputError
 from surrogate.nets.unet import NetShape, UNet
 from tests.tactile.reliefs import waves
-from visual.backend.plate_shape import plate_bsdf
 from visual.fast.ambient_net import CHANNELS, inputs, sky_visibility, trained_ambient_light
-from visual.fast.bsdf_table import BsdfTable, ambient_table
-from visual.scene import Scene
+from visual.fast.bsdf_table import BsdfTable
 
 SIDE = 32
 
@@ -34,16 +31,16 @@ def test_the_gradient_of_ambient_light_is_that_of_small_changes() -> None:
     assert (up - down) / 6e-5 == pytest.approx(float((gradient * direction).sum()), rel=2e-2)
 
 
-def test_another_material_is_refused(scene: Scene, neutral_net: Path) -> None:
-    table = ambient_table(plate_bsdf(scene.light_scenes()[0].scene), np.ones(3))
-    assert trained_ambient_light(table, neutral_net).table is table
-    tilt = torch.linspace(-1.0, 1.0, table.values.shape[-1]).abs()
-    shiny = BsdfTable(table.values * (1.0 - 0.5 * torch.maximum(tilt[:, None], tilt)))
+def test_another_material_is_refused(ambient: BsdfTable, neutral_net: Path) -> None:
+    assert trained_ambient_light(ambient, neutral_net).table is ambient
+    tilt = torch.linspace(-1.0, 1.0, ambient.values.shape[-1]).abs()
+    shiny = BsdfTable(ambient.values * (1.0 - 0.5 * torch.maximum(tilt[:, None], tilt)))
     with pytest.raises(InputError, match="a material with sky at"):
         trained_ambient_light(shiny, neutral_net)
 
 
-def test_a_missing_net_is_refused_with_the_command_that_trains_one(scene: Scene, tmp_path: Path) -> None:
-    table = ambient_table(plate_bsdf(scene.light_scenes()[0].scene), np.ones(3))
+def test_a_missing_net_is_refused_with_the_command_that_trains_one(
+    ambient: BsdfTable, tmp_path: Path
+) -> None:
     with pytest.raises(InputError, match="retouch train look"):
-        trained_ambient_light(table, tmp_path)
+        trained_ambient_light(ambient, tmp_path)

@@ -7,12 +7,14 @@ import numpy as np
 import torch
 
 from visual.backend.plate_shape import plate_bsdf
+from visual.backend.user_settings import user_settings_kept
 from visual.exact.face_shading import unshadowed
 from visual.fast.bsdf_table import ABOVE, light_table
 from visual.lights.parallel import ParallelLights
 from visual.scene import Scene
 
 
+@user_settings_kept
 def test_radiance_of_a_table_is_that_of_the_material(scene: Scene) -> None:
     bsdf = plate_bsdf(scene.light_scenes()[0].scene)
     light = ParallelLights(np.array([[0.6, 0.3, math.sqrt(0.55)]]), np.array([np.pi]))
