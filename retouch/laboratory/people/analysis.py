@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from relief.ground.errors import InputError
+from retouch.laboratory.people.columns import ColumnMap
 from retouch.laboratory.people.comparisons import QUANTITIES, PairResults, Question, compared
 from retouch.laboratory.people.own_finger import Proposal
 from retouch.laboratory.people.plan import pairs_of, planned
@@ -89,7 +90,11 @@ def _plain(results: Power | SameResults | SortResults | RatingResults | None) ->
 
 
 def analysed(
-    folder: Path, files: Sequence[Path], partial: bool, without: Sequence[str]
+    folder: Path,
+    files: Sequence[Path],
+    partial: bool,
+    without: Sequence[str],
+    mapped: ColumnMap | None = None,
 ) -> tuple[AnswersResults, Answers | None, dict[str, SetPlate]]:
     """Everything that the answers say, but for the finger of one's own.
 
@@ -98,6 +103,7 @@ def analysed(
         files: of answers; without any, the plan alone is analysed.
         partial: whether people may have left trials of the plan out.
         without: people to leave out.
+        mapped: what stands for the columns and values in the files.
 
     Returns:
         The results, the answers, and the plates of the set.
@@ -112,7 +118,7 @@ def analysed(
         if not any(plan_power.values()):
             raise InputError(f"{folder}: has no plan; retouch stimuli --redraw -o {folder} writes one")
         return AnswersResults(folder, (), plan_power), None, plates
-    answers = read_answers(files, plates, plans, partial, without)
+    answers = read_answers(files, plates, plans, partial, without, mapped)
     pairs = {name: Question.of(name, answers.pairs[name]) for name in QUANTITIES if answers.pairs.get(name)}
     results = AnswersResults(
         folder,
