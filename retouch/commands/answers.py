@@ -2,9 +2,11 @@
 
 import argparse
 import csv
+import itertools
 from pathlib import Path
 
 import retouch
+from relief.ground.options import Option, add_option
 from retouch.commands.options import add_skin, add_talk, print_json
 from retouch.commands.printing import print_lines
 
@@ -56,23 +58,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="PERSON",
         help="leave this person out; may be given several times",
     )
-    parser.add_argument(
-        "--columns",
-        type=_equations,
-        action="extend",
-        default=[],
-        metavar="NAME=COLUMN,...",
-        help="what another program calls these columns; # stands for the number of a trial",
-    )
-    parser.add_argument(
-        "--values",
-        type=_meanings,
-        action="append",
-        default=[],
-        metavar="NAME:CELL=VALUE,...",
-        help="what the cells of a column mean: first or second for a plate of the pair, a label, yes or no; "
-        "may be given for several columns",
-    )
+    text = "what another program calls these columns; # stands for the number of a trial"
+    add_option(parser, "columns", Option(text, "NAME=COLUMN,...", read=_equations, several=True))
+    text = "what the cells of a column mean: first or second plate, a label, yes or no; once for each column"
+    add_option(parser, "values", Option(text, "NAME:CELL=VALUE,...", read=_meanings, several=True))
     own = parser.add_argument_group("a finger of one's own")
     own.add_argument(
         "--skin-out", type=Path, metavar="SKIN", help="write the finger that the answers propose (.toml)"
@@ -97,12 +86,8 @@ def _equations(text: str) -> list[tuple[str, str]]:
 
 def _meanings(text: str) -> tuple[str, dict[str, str]]:
     """Read `column:a=b,c=d`. Raises argparse.ArgumentTypeError."""
-    column, colon, pairs = text.partition(":")
-    if not colon:
-        raise argparse.ArgumentTypeError(
-            f"{text!r}: expected a column, as in rougher:left=first,right=second"
-        )
-    return column.strip(), dict(_equations(pairs))
+    column, _, pairs = text.partition(":")
+    return column, dict(_equations(pairs))
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -112,8 +97,8 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.out,
         partial=arguments.partial,
         without=arguments.without,
-        columns=dict(arguments.columns),
-        values=dict(arguments.values),
+        columns=dict(itertools.chain(*arguments.columns or ())),
+        values=dict(arguments.values or ()),
         skin_out=arguments.skin_out,
         press=arguments.press,
         skin=arguments.skin,

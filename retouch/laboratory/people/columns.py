@@ -13,7 +13,7 @@ has a column for each trial of the plan, such as `rougher 12`.
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from relief.ground.errors import InputError
@@ -41,14 +41,14 @@ READ = dict.fromkeys((*(name for headings in HEADINGS.values() for name in headi
 """Headings that are read."""
 EMPTY = ("", "na", "nan")
 """Cells, in lower case, of rows that are no trials; R and pandas write the words when they join files."""
-MISSED = ("none", "null")
-"""Cells, in lower case, by which PsychoPy and jsPsych say that a trial was shown and not answered."""
+MISSED = ("", "none", "null")
+"""Cells, in lower case, of trials without an answer; PsychoPy and jsPsych write the words."""
 IMPORT_ID = '{"importid"'
 """Begin, in lower case, of a cell of the last of Qualtrics's three rows of headings."""
-LONGEST_SORT = 3000
-"""Most characters of a sort in one cell: 26 labels of 115."""
-Plans = Mapping[str, Mapping[tuple[str, int], CsvRow]]
-"""First row of each trial of a set's plan, by question, person and number."""
+MOST_SORTED = 99
+"""Most labels of a sort in one cell, more than anybody sorts."""
+Plan = Mapping[tuple[str, int], CsvRow]
+"""First row of each trial of a question's plan, by person and number."""
 
 
 @dataclass(frozen=True)
@@ -69,12 +69,10 @@ class ColumnMap:
     values: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in (*self.columns, *self.values):
-            if not _own(name) or (name in self.values and name not in READ):
-                argument = "columns" if name in self.columns else "values"
-                raise InputError(f"{argument}: {name!r} is no column of answers: {', '.join(READ)}")
-            if not self.columns.get(name, "any"):
-                raise InputError(f"columns: {name}: the name of the column is empty")
+        wrong = [("columns", name) for name in self.columns if not _own(name)]
+        wrong += [("values", name) for name in self.values if name not in READ]
+        for argument, name in wrong:
+            raise InputError(f"{argument}: {name!r} is no column of answers: {', '.join(READ)}")
 
     def names(self, headings: Sequence[str]) -> list[str]:
         """Retouch's names of the columns of a file, empty for columns that are not read.
@@ -94,6 +92,10 @@ class ColumnMap:
                 return _own(" ".join((name, *found.groups())))
         return ""
 
+    def meaning(self, name: str, cell: str) -> str:
+        """What a cell means, by Retouch's heading of its column, which may end in the number of a trial."""
+        return self.values.get(name.partition(" ")[0], {}).get(cell, cell)
+
     def check_found(self, tables: Sequence[CsvTable]) -> None:
         """Raise InputError for a column that no table has."""
         for name, column in self.columns.items():
@@ -112,32 +114,31 @@ def _pattern(column: str) -> re.Pattern[str]:
     return re.compile(re.escape(column.lower()).replace(r"\#", "([0-9]{1,9})", 1))
 
 
-def rows_by_question(table: CsvTable, mapped: ColumnMap, plans: Plans) -> tuple[dict[str, list[CsvRow]], int]:
+def rows_by_question(
+    table: CsvTable, mapped: ColumnMap, plans: Mapping[str, Plan]
+) -> dict[str, list[CsvRow]]:
     """The answers in a table, a row each with Retouch's headings and values, by question.
 
     Args:
         table: with Retouch's names of its columns.
         mapped: what stands for them; where columns are mapped, rows without plate or answer are no trials.
-        plans: of the set.
-
-    Returns:
-        The rows, and how many rows of the table are no trials.
+        plans: of the set, by question.
 
     Raises:
         InputError: the columns are those of no question, or of several without a map; no row is a trial.
     """
     rows: dict[str, list[CsvRow]] = {question: [] for question in _questions(table, mapped)}
-    left_out = 0
-    for row in _without_headings(table):
-        found = [(name, one) for name in rows for one in _answers(name, row, bool(mapped.columns), plans)]
-        left_out += not found
-        for question, one in found:
-            rows[question].append(_translated(question, one, mapped))
+    for row in table.rows:
+        translated = replace(
+            row, cells={name: mapped.meaning(name, cell) for name, cell in row.cells.items()}
+        )
+        for question, found in rows.items():
+            found += _answers(question, translated, bool(mapped.columns), plans.get(question, {}))
         if sum(map(len, rows.values())) > MOST_ROWS:
             raise InputError(f"{table.file}: has more than {MOST_ROWS} answers")
-    if left_out and not any(rows.values()):
-        raise InputError(f"{table.file}: has no answers; a plate or the answer is empty in each row")
-    return rows, left_out
+    if table.rows and not any(rows.values()):
+        raise InputError(f"{table.file}: has no answers; each row lacks a plate or the answer")
+    return rows
 
 
 def _questions(table: CsvTable, mapped: ColumnMap) -> list[str]:
@@ -146,10 +147,7 @@ def _questions(table: CsvTable, mapped: ColumnMap) -> list[str]:
     if len(found) > 1 and not mapped.columns:
         raise InputError(f"{table.file}: columns of two questions: {', '.join(found)}; one file each, please")
     if "person" in table.headings:
-        begins = {
-            heading.partition(" ")[0] for heading in table.headings if " " in heading or heading == SORTS
-        }
-        found += [name for name, heading in OF_A_TRIAL.items() if heading in begins and name not in found]
+        found += [name for name in HEADINGS if name not in found and _of_trials(name, table.headings)]
     meant = {name.partition(" ")[0] for name in mapped.columns}
     if chosen := [name for name in found if meant & {ANSWER[name], OF_A_TRIAL[name]}] or found:
         return chosen
@@ -157,61 +155,41 @@ def _questions(table: CsvTable, mapped: ColumnMap) -> list[str]:
     raise InputError(f"{table.file}: its columns are those of no answers: {kinds}")
 
 
-def _without_headings(table: CsvTable) -> Sequence[CsvRow]:
-    """Rows without the texts of questions and the identifiers that Qualtrics writes below the headings."""
+def _of_trials(question: str, headings: Iterable[str]) -> list[str]:
+    """The columns that hold whole answers to a question, with the number of a trial or as a sort."""
+    begin = f"{OF_A_TRIAL[question]} "
+    return [heading for heading in headings if heading.startswith(begin) or heading == question == SORTS]
+
+
+def without_headings(table: CsvTable) -> CsvTable:
+    """A table without the texts of questions and the identifiers that Qualtrics writes below the headings."""
     for count, row in enumerate(table.rows[:2], start=1):
         if any(cell.lower().startswith(IMPORT_ID) for cell in row.cells.values()):
-            return table.rows[count:]
-    return table.rows
+            return replace(table, rows=table.rows[count:])
+    return table
 
 
-def _answers(question: str, row: CsvRow, foreign: bool, plans: Plans) -> Iterator[CsvRow]:
+def _answers(question: str, row: CsvRow, foreign: bool, plan: Plan) -> Iterator[CsvRow]:
     """The answers to a question in a row: none, one, or as many as the row has trials and sorted plates."""
     if set(HEADINGS[question]) <= row.cells.keys():
-        if not foreign or _is_trial(question, row):
+        filled = {name for name in HEADINGS[question] if row.cells[name].lower() not in EMPTY}
+        if not foreign or (ANSWER[question] in filled and filled & {"first", "second", "plate"}):
             yield row
         return
-    for heading, cell in row.cells.items():
+    for heading in _of_trials(question, row.cells):
         name, _, number = heading.partition(" ")
-        if name != OF_A_TRIAL[question] or cell.lower() in EMPTY:
-            continue
         cells = {"sort": str(row.line), **row.cells}
         if number:
-            planned = plans.get(question, {}).get((row.text("person"), int(number)))
-            if planned is None:
-                raise row.fault(f"{heading}: the plan has no trial {number} of {row.cells['person']!r}")
-            cells = planned.cells
-        of_trial = replace(row, cells=cells, column=heading if number else "")
-        if question == SORTS:
-            yield from _sorted(of_trial, cell)
-        else:
-            yield replace(of_trial, cells={**cells, name: cell})
+            person, none = row.cells["person"], dict.fromkeys(HEADINGS[question], "")
+            planned = plan.get((person, int(number)))
+            cells = (planned.cells if planned else none) | {"person": person, TRIAL: number}
+        of_trial = replace(row, cells=cells | {name: row.cells[heading]}, column=heading * bool(number))
+        if row.cells[heading].lower() not in EMPTY:
+            yield from _sorted(of_trial) if question == SORTS else (of_trial,)
 
 
-def _is_trial(question: str, row: CsvRow) -> bool:
-    """Whether a row of another program names an answer and a plate; instructions and pauses lack them."""
-    plates = [row.cells[name] for name in ("first", "second", "plate") if name in HEADINGS[question]]
-    return row.cells[ANSWER[question]].lower() not in EMPTY and any(
-        one.lower() not in EMPTY for one in plates
-    )
-
-
-def _sorted(row: CsvRow, cell: str) -> Iterator[CsvRow]:
+def _sorted(row: CsvRow) -> Iterator[CsvRow]:
     """A row for each plate of a sort whose labels stand in one cell, with commas or semicolons."""
-    if len(cell) > LONGEST_SORT:
-        raise row.fault(f"{SORTS}: a cell is longer than {LONGEST_SORT} characters")
-    for place, label in enumerate(re.split("[,;]", cell.strip("[]")), start=1):
-        yield replace(row, cells={**row.cells, "place": str(place), "plate": label.strip(" '\"")})
-
-
-def _translated(question: str, row: CsvRow, mapped: ColumnMap) -> CsvRow:
-    """A row whose cells have the values that they stand for."""
-    cells, answer = dict(row.cells), ANSWER[question]
-    if mapped.columns and cells[answer].lower() in MISSED:
-        cells[answer] = ""
-    for name, meanings in mapped.values.items():
-        if (cell := cells.get(name)) in meanings:
-            cells[name] = meanings[cell]
-    if answer in mapped.values and cells[answer] in ("first", "second"):
-        cells[answer] = cells[cells[answer]]
-    return replace(row, cells=cells)
+    labels = re.split("[,;]", row.cells[SORTS].strip("[]"), maxsplit=MOST_SORTED)
+    for place, label in enumerate(labels, start=1):
+        yield replace(row, cells=row.cells | {"place": str(place), "plate": label.strip(" '\"")})

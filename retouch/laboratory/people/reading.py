@@ -8,13 +8,16 @@ from relief.ground.errors import InputError
 from retouch.laboratory.people.columns import (
     ANSWER,
     MAGNITUDES,
+    MISSED,
     PAIRED,
     ROUGHER,
     SAME,
     SORTS,
     TRIAL,
     ColumnMap,
+    Plan,
     rows_by_question,
+    without_headings,
 )
 from retouch.laboratory.people.columns import COLDER as COLDER
 from retouch.laboratory.people.columns import HEADINGS as HEADINGS
@@ -81,7 +84,7 @@ class Answers:
 def read_answers(
     files: Sequence[Path],
     plates: Mapping[str, SetPlate],
-    plans: Mapping[str, Mapping[tuple[str, int], CsvRow]],
+    plans: Mapping[str, Plan],
     partial: bool,
     without: Sequence[str] = (),
     mapped: ColumnMap | None = None,
@@ -100,9 +103,16 @@ def read_answers(
         InputError: a table is there twice; a label is none of the set's; a trial is missing, double, or
             another than the plan's; a person always answers the same.
     """
-    answers = Answers()
-    mapped = mapped or ColumnMap()
-    by_question = _rows(_tables(files, mapped), mapped, plans, answers.notes)
+    answers, mapped = Answers(), mapped or ColumnMap()
+    by_question: dict[str, list[CsvRow]] = {}
+    left_out = 0
+    for table in _tables(files, mapped):
+        rows_of = rows_by_question(table, mapped, plans)
+        for question, rows in rows_of.items():
+            by_question.setdefault(question, []).extend(rows)
+        left_out += len(table.rows) - len({row.line for rows in rows_of.values() for row in rows})
+    if left_out:
+        answers.notes.append(f"{left_out} rows of the files are no answers: they lack a plate or the answer")
     known = {row.text("person") for rows in by_question.values() for row in rows}
     for question, each in by_question.items():
         rows = [row for row in each if row.cells["person"] not in without]
@@ -122,30 +132,11 @@ def _tables(files: Sequence[Path], mapped: ColumnMap) -> list[CsvTable]:
     """Tables of files that are all different. Raises InputError."""
     tables: dict[bytes, CsvTable] = {}
     for file in files:
-        table = read_table(file, mapped.names)
+        table = without_headings(read_table(file, mapped.names))
         if (same := tables.setdefault(table.digest, table)) is not table:
             raise InputError(f"{file}: is the same table as {same.file}, whose answers would count twice")
     mapped.check_found(list(tables.values()))
     return list(tables.values())
-
-
-def _rows(
-    tables: Sequence[CsvTable],
-    mapped: ColumnMap,
-    plans: Mapping[str, Mapping[tuple[str, int], CsvRow]],
-    notes: list[str],
-) -> dict[str, list[CsvRow]]:
-    """Rows of all tables by question. Raises InputError."""
-    rows: dict[str, list[CsvRow]] = {}
-    left_out = 0
-    for table in tables:
-        of_table, others = rows_by_question(table, mapped, plans)
-        left_out += others
-        for question, each in of_table.items():
-            rows.setdefault(question, []).extend(each)
-    if left_out:
-        notes.append(f"{left_out} rows of the files are no answers: a plate or the answer is empty")
-    return rows
 
 
 def _check_labels(question: str, rows: Sequence[CsvRow], plates: Mapping[str, SetPlate]) -> None:
@@ -160,48 +151,35 @@ def _check_labels(question: str, rows: Sequence[CsvRow], plates: Mapping[str, Se
 
 
 def _answered(
-    question: str,
-    rows: Sequence[CsvRow],
-    plan: Mapping[tuple[str, int], CsvRow],
-    partial: bool,
-    notes: list[str],
+    question: str, rows: Sequence[CsvRow], plan: Plan, partial: bool, notes: list[str]
 ) -> list[CsvRow]:
     """Rows with an answer, checked against the plan. Raises InputError."""
     answer, planned = ANSWER[question], {person for person, _ in plan}
-    missing = [row for row in rows if not row.cells[answer]]
+    missing = [row for row in rows if row.cells[answer].lower() in MISSED]
     if missing and not partial:
         raise missing[0].fault(f"{answer}: missing; --partial goes without missing trials")
-    answered = [row for row in rows if row.cells[answer]]
+    answered = [row for row in rows if row.cells[answer].lower() not in MISSED]
     trials = _trials(question, answered, plan)
-    if trials:
-        _check_complete(question, trials, plan, partial, notes)
+    _check_complete(question, trials, plan, partial, notes)
     people = {person for person, _ in trials}
     for row in answered:
-        if TRIAL not in row.cells and row.text("person") in people:
-            raise row.fault(
-                f"trial: missing; other answers of {row.cells['person']} name the trials of the plan"
-            )
+        if TRIAL not in row.cells and (person := row.text("person")) in people:
+            raise row.fault(f"trial: missing; other answers of {person} name the trials of the plan")
     if alone := sum(TRIAL not in row.cells or row.cells["person"] not in planned for row in missing):
         notes.append(f"{question}: {alone} trials have no answer")
     if unchecked := {row.cells["person"] for row in answered if plan} - (people & planned):
-        notes.append(
-            f"{question}: answers of {len(unchecked)} people, who are not in the plan or name no trials, are "
-            "not checked against the plan"
-        )
+        text = f"{len(unchecked)} people name no trials of the plan; their answers are not checked against it"
+        notes.append(f"{question}: {text}")
     return answered
 
 
-def _trials(
-    question: str, rows: Sequence[CsvRow], plan: Mapping[tuple[str, int], CsvRow]
-) -> dict[tuple[str, int], list[CsvRow]]:
+def _trials(question: str, rows: Sequence[CsvRow], plan: Plan) -> dict[tuple[str, int], list[CsvRow]]:
     """Rows that name a trial, by person and trial: each as planned, and answered once. Raises InputError."""
     trials: dict[tuple[str, int], list[CsvRow]] = {}
     planned = {person for person, _ in plan}
-    for row in rows:
-        if TRIAL not in row.cells:
-            continue
+    for row in (one for one in rows if TRIAL in one.cells):
         key = (row.text("person"), row.whole(TRIAL))
-        if key[0] in planned:
+        if key[0] in planned or row.column:
             _check_planned(question, row, key, plan)
         before = trials.setdefault(key, [])
         if before and (question != SORTS or any(one.cells["place"] == row.cells["place"] for one in before)):
@@ -213,9 +191,7 @@ def _trials(
     return trials
 
 
-def _check_planned(
-    question: str, row: CsvRow, key: tuple[str, int], plan: Mapping[tuple[str, int], CsvRow]
-) -> None:
+def _check_planned(question: str, row: CsvRow, key: tuple[str, int], plan: Plan) -> None:
     """Raise InputError for a row whose trial the plan does not have, or has with other plates."""
     if (planned := plan.get(key)) is None:
         raise row.fault(f"trial: {key[0]} has no trial {key[1]} in the plan")
@@ -227,11 +203,7 @@ def _check_planned(
 
 
 def _check_complete(
-    question: str,
-    trials: Mapping[tuple[str, int], Sequence[CsvRow]],
-    plan: Mapping[tuple[str, int], CsvRow],
-    partial: bool,
-    notes: list[str],
+    question: str, trials: Mapping[tuple[str, int], list[CsvRow]], plan: Plan, partial: bool, notes: list[str]
 ) -> None:
     """Check that everybody of the plan who has answered any trial has answered all. Raises InputError."""
     come = {person: rows[0].file for (person, _), rows in trials.items()}
@@ -244,7 +216,7 @@ def _check_complete(
         )
     if gaps:
         notes.append(f"{question}: {len(gaps)} trials of the plan are missing")
-    if waiting := len({person for person, _ in plan} - come.keys()):
+    if come and (waiting := len({person for person, _ in plan} - come.keys())):
         notes.append(f"{question}: {waiting} people of the plan have not answered yet")
 
 
@@ -271,8 +243,7 @@ def _check_marks(rows: Sequence[CsvRow]) -> None:
         text = row.cells["magnitude"]
         if row.file in commas and "." in text and THOUSANDS.fullmatch(text.replace(".", ",")):
             raise row.fault(
-                f"magnitude: {text!r} may be {text} or {text.replace('.', '')}, as other numbers of the file "
-                "have commas"
+                f"magnitude: {text!r} may have decimals or thousands, as others have decimal commas"
             )
 
 
@@ -281,6 +252,8 @@ def _pair(question: str, row: CsvRow) -> JudgedPair:
     if first == second:
         raise row.fault(f"second: {second!r} is the first plate as well")
     allowed = (YES, NO) if question == SAME else (first, second)
+    if question != SAME and told not in allowed:
+        told = {"first": first, "second": second}.get(told, told)
     if told not in allowed:
         raise row.fault(f"{question}: {told!r} is neither {allowed[0]!r} nor {allowed[1]!r}")
     return JudgedPair(row.text("person"), first, second, told)
