@@ -90,11 +90,7 @@ def _plain(results: Power | SameResults | SortResults | RatingResults | None) ->
 
 
 def analysed(
-    folder: Path,
-    files: Sequence[Path],
-    partial: bool,
-    without: Sequence[str],
-    mapped: ColumnMap | None = None,
+    folder: Path, files: Sequence[Path], partial: bool, without: Sequence[str], mapped: ColumnMap
 ) -> tuple[AnswersResults, Answers | None, dict[str, SetPlate]]:
     """Everything that the answers say, but for the finger of one's own.
 

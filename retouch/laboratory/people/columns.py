@@ -22,10 +22,7 @@ from retouch.laboratory.people.tables import MOST_ROWS, CsvRow, CsvTable
 ROUGHER, COLDER, SAME, SORTS, MAGNITUDES = "rougher", "colder", "same", "sorts", "magnitudes"
 """Questions of an experiment; the first three are also the headings of the answers."""
 PAIRED = (ROUGHER, COLDER, SAME)
-HEADINGS = {
-    ROUGHER: ("person", "first", "second", "rougher"),
-    COLDER: ("person", "first", "second", "colder"),
-    SAME: ("person", "first", "second", "same"),
+HEADINGS = {question: ("person", "first", "second", question) for question in PAIRED} | {
     SORTS: ("person", "sort", "place", "plate"),
     MAGNITUDES: ("person", "plate", "magnitude"),
 }
@@ -183,7 +180,9 @@ def _answers(question: str, row: CsvRow, foreign: bool, plan: Plan) -> Iterator[
             person, none = row.cells["person"], dict.fromkeys(HEADINGS[question], "")
             planned = plan.get((person, int(number)))
             cells = (planned.cells if planned else none) | {"person": person, TRIAL: number}
-        of_trial = replace(row, cells=cells | {name: row.cells[heading]}, column=heading * bool(number))
+        of_trial = replace(
+            row, cells=cells | {name: row.cells[heading]}, column=f"{heading}: " * bool(number)
+        )
         if row.cells[heading].lower() not in EMPTY:
             yield from _sorted(of_trial) if question == SORTS else (of_trial,)
 

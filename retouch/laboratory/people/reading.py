@@ -130,10 +130,11 @@ def read_answers(
 
 def _tables(files: Sequence[Path], mapped: ColumnMap) -> list[CsvTable]:
     """Tables of files that are all different. Raises InputError."""
-    tables: dict[bytes, CsvTable] = {}
+    tables: dict[object, CsvTable] = {}
     for file in files:
         table = without_headings(read_table(file, mapped.names))
-        if (same := tables.setdefault(table.digest, table)) is not table:
+        answers = table.headings, tuple(tuple(row.cells.values()) for row in table.rows)
+        if (same := tables.setdefault(answers, table)) is not table:
             raise InputError(f"{file}: is the same table as {same.file}, whose answers would count twice")
     mapped.check_found(list(tables.values()))
     return list(tables.values())
@@ -196,10 +197,8 @@ def _check_planned(question: str, row: CsvRow, key: tuple[str, int], plan: Plan)
     if (planned := plan.get(key)) is None:
         raise row.fault(f"trial: {key[0]} has no trial {key[1]} in the plan")
     for name in ("first", "second") if question in PAIRED else ():
-        if row.text(name) != planned.cells[name]:
-            raise row.fault(
-                f"{name}: {row.cells[name]!r} is not the plan's {planned.cells[name]!r} of trial {key[1]}"
-            )
+        if (plate := row.text(name)) != planned.cells[name]:
+            raise row.fault(f"{name}: {plate!r} is not the plan's {planned.cells[name]!r} of trial {key[1]}")
 
 
 def _check_complete(
@@ -240,11 +239,8 @@ def _check_marks(rows: Sequence[CsvRow]) -> None:
     """Raise InputError for a point that may stand between thousands, beside numbers with decimal commas."""
     commas = {row.file for row in rows if "," in row.cells["magnitude"]}
     for row in rows:
-        text = row.cells["magnitude"]
-        if row.file in commas and "." in text and THOUSANDS.fullmatch(text.replace(".", ",")):
-            raise row.fault(
-                f"magnitude: {text!r} may have decimals or thousands, as others have decimal commas"
-            )
+        if row.file in commas and THOUSANDS.fullmatch(row.cells["magnitude"].replace(".", ",")):
+            raise row.fault(f"magnitude: {row.cells['magnitude']!r} may have decimals or thousands")
 
 
 def _pair(question: str, row: CsvRow) -> JudgedPair:

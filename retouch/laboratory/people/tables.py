@@ -2,7 +2,6 @@
 
 import codecs
 import csv
-import hashlib
 import io
 import math
 import re
@@ -33,7 +32,7 @@ class CsvRow:
         file: of the table.
         line: of the file, from 1 on.
         cells: stripped, by lower-case heading.
-        column: that holds the answer, where the row of the file has several; otherwise empty.
+        column: begin of a fault's text that names the column, where the row of the file has several answers.
     """
 
     file: Path
@@ -43,9 +42,7 @@ class CsvRow:
 
     def fault(self, text: str) -> InputError:
         """The error that names file and row."""
-        return InputError(
-            f"{self.file}: row {self.line}: {text}{f' (column {self.column})' * bool(self.column)}"
-        )
+        return InputError(f"{self.file}: row {self.line}: {self.column}{text}")
 
     def text(self, heading: str) -> str:
         """A cell that must not be empty. Raises InputError."""
@@ -59,8 +56,7 @@ class CsvRow:
         """A cell that must be a positive number, with a decimal point or comma. Raises InputError."""
         text = self.text(heading)
         if THOUSANDS.fullmatch(text):
-            either = f"{text.replace(',', '.')} or {text.replace(',', '')}"
-            raise self.fault(f"{heading}: {text!r} may be {either}; write it without a comma")
+            raise self.fault(f"{heading}: {text!r} may have decimals or thousands; write it without a comma")
         value = float(text.replace(",", ".")) if NUMBER.fullmatch(text) else math.nan
         if not 0.0 < value < math.inf:
             raise self.fault(f"{heading}: {text!r} is not a positive number")
@@ -83,14 +79,12 @@ class CsvTable:
         columns: headings of the file, in lower case.
         headings: names of the columns; empty for a column that is not read.
         rows: without empty ones.
-        digest: of all cells, which copies have in common however they are written.
     """
 
     file: Path
     columns: tuple[str, ...]
     headings: tuple[str, ...]
     rows: tuple[CsvRow, ...]
-    digest: bytes
 
 
 def read_table(file: Path, names: Callable[[Sequence[str]], Sequence[str]] = tuple) -> CsvTable:
@@ -112,8 +106,7 @@ def read_table(file: Path, names: Callable[[Sequence[str]], Sequence[str]] = tup
     if "\0" in text:
         raise InputError(f"{file}: is no CSV table: has zero bytes")
     first = re.sub('"[^"]*"', "", text.partition("\n")[0])
-    digest = hashlib.sha256()
-    lines = _lines(file, text, max(",;\t", key=first.count), digest.update)
+    lines = _lines(file, text, max(",;\t", key=first.count))
     columns = tuple(cell.lower() for cell in next(lines, (0, []))[1])
     if not any(columns):
         raise InputError(f"{file}: is empty; a first row of headings is expected")
@@ -121,8 +114,7 @@ def read_table(file: Path, names: Callable[[Sequence[str]], Sequence[str]] = tup
     for heading, count in Counter(headings).items():
         if heading and count > 1:
             raise InputError(f"{file}: has two columns {heading[:LONGEST_CELL]!r}")
-    rows = tuple(_rows(file, headings, lines))
-    return CsvTable(file, columns, headings, rows, digest.digest())
+    return CsvTable(file, columns, headings, tuple(_rows(file, headings, lines)))
 
 
 def _rows(file: Path, headings: Sequence[str], lines: Iterator[tuple[int, list[str]]]) -> Iterator[CsvRow]:
@@ -139,18 +131,14 @@ def _rows(file: Path, headings: Sequence[str], lines: Iterator[tuple[int, list[s
         yield CsvRow(file, line, {name: cell for name, cell in zip(headings, cells, strict=True) if name})
 
 
-def _lines(
-    file: Path, text: str, delimiter: str, pass_on: Callable[[bytes], object]
-) -> Iterator[tuple[int, list[str]]]:
-    """Number of the last line of each row, and its cells, which are passed on as bytes."""
+def _lines(file: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
+    """Number of the last line of each row, and its cells."""
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     # Pictures and recordings may stand in cells; the limit is one of the process.
     limit = csv.field_size_limit(LARGEST_FILE)
     try:
         for cells in reader:
-            stripped = [cell.strip() for cell in cells]
-            pass_on(repr(stripped).encode())
-            yield reader.line_num, stripped
+            yield reader.line_num, [cell.strip() for cell in cells]
     except csv.Error as error:
         raise InputError(f"{file}: row {reader.line_num}: is no CSV: {error}") from error
     finally:

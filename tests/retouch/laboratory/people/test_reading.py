@@ -96,7 +96,7 @@ def test_decimal_commas_and_tabs(reader: Reader, mark: str, encoding: str) -> No
 @pytest.mark.parametrize(
     ("numbers", "line"),
     [
-        (("0,3", "1,000"), "row 3: magnitude: '1,000' may be 1.000 or 1000; write it without a comma"),
+        (("0,3", "1,000"), "row 3: magnitude: '1,000' may have decimals or thousands"),
         (("1.000", "2,5"), "row 2: magnitude: '1.000' may have decimals or thousands"),
         (("1.000,5", "2"), "'1.000,5' is not a positive number"),
         (("1_000", "2"), "'1_000' is not a positive number"),
@@ -225,10 +225,10 @@ def test_tables_of_qualtrics(reader: Reader, column: str, columns: dict[str, str
     assert reader.read(text_of(rows, "\t").encode("utf-16"), columns=columns, values=ONE_TWO) == answers
     for changed, fault in (
         ({3: "-99"}, "1 trials of the plan are missing, the first is 1 of P2"),
-        ({3: "3"}, "(column rougher 1)"),
+        ({3: "3"}, "row 5: rougher 1: rougher: '3' is neither"),
         ({3: ""}, "1 trials of the plan are missing, the first is 1 of P2"),
-        ({2: "P9"}, "row 5: trial: P9 has no trial 1 in the plan (column rougher 1)"),
-        ({2: "P1"}, "row 5: trial: 1 of P1 is answered twice; row 4 is the first"),
+        ({2: "P9"}, "row 5: rougher 1: trial: P9 has no trial 1 in the plan"),
+        ({2: "P1"}, "row 5: rougher 1: trial: 1 of P1 is answered twice; row 4 is the first"),
     ):
         row = [changed.get(k, cell) for k, cell in enumerate(rows[4])]
         changed_text = text_of([*rows[:4], row, rows[5]])
