@@ -11,9 +11,9 @@ from relief.ground.errors import InputError
 from relief.ground.files import permitted, write_atomically
 from relief.ground.progress import Progress
 from retouch.laboratory.people.analysis import AnswersResults, analysed
-from retouch.laboratory.people.columns import ColumnMap
 from retouch.laboratory.people.lines import lines_of
 from retouch.laboratory.people.page import DOCUMENT, PAGE, page
+from retouch.laboratory.people.tables import ColumnMap
 from retouch.pages.sentences import TextTable
 from retouch.verbs.progress_display import followed
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from relief.ground.errors import InputError
-from retouch.laboratory.people.columns import ColumnMap
 from retouch.laboratory.people.comparisons import QUANTITIES, PairResults, Question, compared
 from retouch.laboratory.people.own_finger import Proposal
 from retouch.laboratory.people.plan import pairs_of, planned
@@ -22,7 +21,7 @@ from retouch.laboratory.people.ranks import (
     sorted_plates,
 )
 from retouch.laboratory.people.reading import COLDER, ROUGHER, SAME, Answers, read_answers
-from retouch.laboratory.people.tables import CsvRow
+from retouch.laboratory.people.tables import ColumnMap, CsvRow
 from retouch.laboratory.people.whose_finger import FingerFit, fingers
 
 BEHIND = 3.0

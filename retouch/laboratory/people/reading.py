@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from relief.ground.errors import InputError
-from retouch.laboratory.people.columns import (
+from retouch.laboratory.people.plates import SetPlate
+from retouch.laboratory.people.tables import (
     ANSWER,
     MAGNITUDES,
     MISSED,
@@ -13,16 +14,17 @@ from retouch.laboratory.people.columns import (
     ROUGHER,
     SAME,
     SORTS,
+    THOUSANDS,
     TRIAL,
     ColumnMap,
+    CsvRow,
+    CsvTable,
     Plan,
+    read_table,
     rows_by_question,
-    without_headings,
 )
-from retouch.laboratory.people.columns import COLDER as COLDER
-from retouch.laboratory.people.columns import HEADINGS as HEADINGS
-from retouch.laboratory.people.plates import SetPlate
-from retouch.laboratory.people.tables import THOUSANDS, CsvRow, CsvTable, read_table
+from retouch.laboratory.people.tables import COLDER as COLDER
+from retouch.laboratory.people.tables import HEADINGS as HEADINGS
 from tactile.jnd import SMOOTH_BELOW, smooth_clause
 
 YES, NO = "yes", "no"
@@ -112,7 +114,9 @@ def read_answers(
             by_question.setdefault(question, []).extend(rows)
         left_out += len(table.rows) - len({row.line for rows in rows_of.values() for row in rows})
     if left_out:
-        answers.notes.append(f"{left_out} rows of the files are no answers: they lack a plate or the answer")
+        answers.notes.append(
+            f"{left_out} rows of the files are no answers: they lack a plate, a trial or an answer"
+        )
     known = {row.text("person") for rows in by_question.values() for row in rows}
     for question, each in by_question.items():
         rows = [row for row in each if row.cells["person"] not in without]
@@ -132,7 +136,7 @@ def _tables(files: Sequence[Path], mapped: ColumnMap) -> list[CsvTable]:
     """Tables of files that are all different. Raises InputError."""
     tables: dict[object, CsvTable] = {}
     for file in files:
-        table = without_headings(read_table(file, mapped.names))
+        table = read_table(file, mapped.names)
         answers = table.headings, tuple(tuple(row.cells.values()) for row in table.rows)
         if (same := tables.setdefault(answers, table)) is not table:
             raise InputError(f"{file}: is the same table as {same.file}, whose answers would count twice")

@@ -5,16 +5,17 @@ import io
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from retouch.commands.main import BAD_INPUT, VERBS, main
-from retouch.laboratory.people.columns import ColumnMap
 from retouch.laboratory.people.plan import planned
 from retouch.laboratory.people.plates import read_plates
 from retouch.laboratory.people.reading import Answers, read_answers
+from retouch.laboratory.people.tables import ColumnMap
 
 LOOSE = "person,first,second,rougher\nP1,gravel -1,gravel +2,gravel +2\n"
 
@@ -36,7 +37,7 @@ class Reader:
         column_map = ColumnMap(**mapped)
         return read_answers(files, read_plates(self.made), planned(self.made), partial, (), column_map)
 
-    def refused(self, *texts: str | bytes, **mapped: Mapping) -> str:
+    def refused(self, *texts: str | bytes, **mapped: Any) -> str:
         with pytest.raises(retouch.InputError) as fault:
             self.read(*texts, **mapped)
         assert "\n" not in str(fault.value)
