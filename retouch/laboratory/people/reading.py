@@ -10,7 +10,6 @@ from retouch.laboratory.people.tables import (
     ANSWER,
     MAGNITUDES,
     MISSED,
-    PAIRED,
     ROUGHER,
     SAME,
     SORTS,
@@ -115,7 +114,7 @@ def read_answers(
         left_out += len(table.rows) - len({row.line for rows in rows_of.values() for row in rows})
     if left_out:
         answers.notes.append(
-            f"{left_out} rows of the files are no answers: they lack a plate, a trial or an answer"
+            f"{left_out} rows of the files are no answers: a plate, trial or answer is empty"
         )
     known = {row.text("person") for rows in by_question.values() for row in rows}
     for question, each in by_question.items():
@@ -200,7 +199,7 @@ def _check_planned(question: str, row: CsvRow, key: tuple[str, int], plan: Plan)
     """Raise InputError for a row whose trial the plan does not have, or has with other plates."""
     if (planned := plan.get(key)) is None:
         raise row.fault(f"trial: {key[0]} has no trial {key[1]} in the plan")
-    for name in ("first", "second") if question in PAIRED else ():
+    for name in {MAGNITUDES: ("plate",), SORTS: ()}.get(question, ("first", "second")):
         if (plate := row.text(name)) != planned.cells[name]:
             raise row.fault(f"{name}: {plate!r} is not the plan's {planned.cells[name]!r} of trial {key[1]}")
 

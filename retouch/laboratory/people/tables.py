@@ -29,6 +29,8 @@ from relief.ground.files import read_limited
 LARGEST_FILE = 1 << 24
 """Most bytes of a table: 200,000 answers, those of 500 people of 400 trials each."""
 MOST_ROWS = 200_000
+MOST_COLUMNS = 20_000
+"""Most columns of a table; surveys have some for each question."""
 LONGEST_CELL = 300
 """Most characters of a cell that is read: more than a label or a name has."""
 NUMBER = re.compile(r"[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)(e[+-]?[0-9]+)?", re.IGNORECASE)
@@ -145,7 +147,9 @@ def read_table(file: Path, names: Callable[[Sequence[str]], Sequence[str]] = tup
         raise InputError(f"{file}: is no CSV table: has zero bytes")
     first = re.sub('"[^"]*"', "", text.partition("\n")[0])
     lines = _lines(file, text, max(",;\t", key=first.count))
-    columns = tuple(cell.lower() for cell in next(lines, (0, []))[1])
+    columns = tuple(cell.lower() for cell in next(lines, (0, []))[1][: MOST_COLUMNS + 1])
+    if len(columns) > MOST_COLUMNS:
+        raise InputError(f"{file}: has more than {MOST_COLUMNS} columns")
     if not any(columns):
         raise InputError(f"{file}: is empty; a first row of headings is expected")
     headings = tuple(names(columns))

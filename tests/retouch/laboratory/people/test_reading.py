@@ -70,6 +70,13 @@ def test_a_person_names_trials_in_all_files_or_in_none(reader: Reader) -> None:
     assert any("1 people name no trials of the plan;" in note for note in answers.notes)
 
 
+def test_numbers_are_for_the_plates_of_the_plan(reader: Reader) -> None:
+    own = (reader.made / "answers" / "answers-magnitudes.csv").read_text()
+    plate = own.splitlines()[1].split(",")[2]
+    other = "gravel -1" if plate != "gravel -1" else "gravel +1"
+    assert f"row 2: plate: '{other}' is not the plan's" in reader.refused(own.replace(plate, other, 1))
+
+
 def test_doubles_of_people_outside_the_plan_are_found(reader: Reader) -> None:
     other = reader.own.replace("P", "Q")
     rows = other.splitlines()
@@ -117,7 +124,7 @@ def test_points_are_decimal_where_no_number_has_a_comma(reader: Reader) -> None:
 PSYCHOPY = (
     "\ufefftrials.thisN,notes,person,trial,first,second,rougher,practice.keys,key_resp.keys,key_resp.rt,"
     "participant,date,psychopyVersion,\n"
-    ',,,,,,,,,,P1,2026-03-02_10h12.31.120,2024.2.4,\n0,"touch,\nthen look",,,gravel -1,gravel +1,,left,,,'
+    ',,,,,,,,space,,P1,2026-03-02_10h12.31.120,2024.2.4,\n0,"touch,\nlook",,,gravel -1,gravel +1,,,left,,'
     "P1,2026-03-02_10h12.31.120,2024.2.4,\n"
 )
 FOREIGN = {"person": "participant", "rougher": "key_resp.keys"}
