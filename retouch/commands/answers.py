@@ -1,9 +1,12 @@
 """`retouch answers`: people's answers to a set of stimuli, beside the prediction."""
 
 import argparse
+import csv
+import itertools
 from pathlib import Path
 
 import retouch
+from relief.ground.options import Option, add_option
 from retouch.commands.options import add_skin, add_talk, print_json
 from retouch.commands.printing import print_lines
 
@@ -18,6 +21,8 @@ tables of answers (CSV; a column `trial` names the trial of the plan):
   person, first, second, same        yes or no, by sight
   person, sort, place, plate         1 for the smoothest plate of a sort
   person, plate, magnitude           a number above 0
+  person, rougher 1, rougher 2, ...  one row a person, a column for each trial of the plan
+--columns and --values read the tables of PsychoPy, jsPsych and Qualtrics; docs/people.md has an example each.
 """
 EPILOG = """\
 examples:
@@ -25,6 +30,8 @@ examples:
   retouch answers runs/gravel-set answers-rougher.csv answers-sorts.csv
   retouch answers runs/gravel-set answers.csv --json
   retouch answers runs/gravel-set answers.csv --without P3 --partial
+  retouch answers runs/gravel-set data/*.csv --columns person=participant,rougher=key_resp.keys \\
+      --values rougher:left=first,right=second
   retouch answers runs/gravel-set answers.csv --skin-out mine.toml --press press.csv
 
 SET then holds answers.html and answers.json. docs/people.md says how the numbers are computed.
@@ -51,6 +58,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="PERSON",
         help="leave this person out; may be given several times",
     )
+    text = "what another program calls these columns; # stands for the number of a trial"
+    add_option(parser, "columns", Option(text, "NAME=COLUMN,...", read=_equations, several=True))
+    text = "what the cells of a column mean: first or second plate, a label, yes or no; once for each column"
+    add_option(parser, "values", Option(text, "NAME:CELL=VALUE,...", read=_meanings, several=True))
     own = parser.add_argument_group("a finger of one's own")
     own.add_argument(
         "--skin-out", type=Path, metavar="SKIN", help="write the finger that the answers propose (.toml)"
@@ -65,6 +76,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_talk(parser, "the content of answers.json")
 
 
+def _equations(text: str) -> list[tuple[str, str]]:
+    """Read `a=b,c=d`; quotes as in CSV keep commas. Raises argparse.ArgumentTypeError."""
+    pairs = [cell.rpartition("=") for row in csv.reader([text], skipinitialspace=True) for cell in row]
+    if not all(name and equals for name, equals, _ in pairs):
+        raise argparse.ArgumentTypeError(f"{text!r}: expected name=value,name=value")
+    return [(name.strip(), value.strip()) for name, _, value in pairs]
+
+
+def _meanings(text: str) -> tuple[str, dict[str, str]]:
+    """Read `column:a=b,c=d`. Raises argparse.ArgumentTypeError."""
+    column, _, pairs = text.partition(":")
+    return column, dict(_equations(pairs))
+
+
 def run(arguments: argparse.Namespace) -> int:
     answered = retouch.answers(
         arguments.set,
@@ -72,6 +97,8 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.out,
         partial=arguments.partial,
         without=arguments.without,
+        columns=dict(itertools.chain(*arguments.columns or ())),
+        values=dict(arguments.values or ()),
         skin_out=arguments.skin_out,
         press=arguments.press,
         skin=arguments.skin,

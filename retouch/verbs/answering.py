@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from relief.ground.progress import Progress
 from retouch.laboratory.people.analysis import AnswersResults, analysed
 from retouch.laboratory.people.lines import lines_of
 from retouch.laboratory.people.page import DOCUMENT, PAGE, page
+from retouch.laboratory.people.tables import ColumnMap
 from retouch.pages.sentences import TextTable
 from retouch.verbs.progress_display import followed
 
@@ -59,6 +60,8 @@ def answers(
     *,
     partial: bool = False,
     without: Sequence[str] = (),
+    columns: Mapping[str, str] | None = None,
+    values: Mapping[str, Mapping[str, str]] | None = None,
     skin_out: str | os.PathLike[str] | None = None,
     press: str | os.PathLike[str] | None = None,
     skin: str | os.PathLike[str] | None = None,
@@ -73,6 +76,9 @@ def answers(
         out: folder of `answers.html` and `answers.json`; None: that of the set.
         partial: whether people may have left trials of the plan out.
         without: names of people to leave out.
+        columns: what another program calls the columns, as in {"rougher": "key_resp.keys"}; `#` stands for
+            the number of a trial.
+        values: what the cells of a column mean, as in {"rougher": {"left": "first", "right": "second"}}.
         skin_out: file to write the finger to that these answers propose.
         press: CSV table of simple measurements on that finger, which enter the proposal.
         skin: that the proposal starts from, a name or a file; None: that of the set.
@@ -87,12 +93,14 @@ def answers(
             "press, skin: are for skin_out, which is missing",
             "--press, --skin: are for --skin-out, which is missing",
         )
-    if not files and (skin_out is not None or partial or without):
+    if not files and (skin_out is not None or partial or without or columns or values):
         raise InputError(
             "files: answers are missing", f"answers {folder}: name a file of answers, as in answers.csv"
         )
     with followed(progress, quiet):
-        results, given, plates = analysed(folder, [Path(file) for file in files], partial, without)
+        results, given, plates = analysed(
+            folder, [Path(file) for file in files], partial, without, ColumnMap(columns or {}, values or {})
+        )
         if given is None:
             return PeoplesAnswers(results, None)
         skin_bytes = None

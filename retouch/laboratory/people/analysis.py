@@ -21,7 +21,7 @@ from retouch.laboratory.people.ranks import (
     sorted_plates,
 )
 from retouch.laboratory.people.reading import COLDER, ROUGHER, SAME, Answers, read_answers
-from retouch.laboratory.people.tables import CsvRow
+from retouch.laboratory.people.tables import ColumnMap, CsvRow
 from retouch.laboratory.people.whose_finger import FingerFit, fingers
 
 BEHIND = 3.0
@@ -89,7 +89,7 @@ def _plain(results: Power | SameResults | SortResults | RatingResults | None) ->
 
 
 def analysed(
-    folder: Path, files: Sequence[Path], partial: bool, without: Sequence[str]
+    folder: Path, files: Sequence[Path], partial: bool, without: Sequence[str], mapped: ColumnMap
 ) -> tuple[AnswersResults, Answers | None, dict[str, SetPlate]]:
     """Everything that the answers say, but for the finger of one's own.
 
@@ -98,6 +98,7 @@ def analysed(
         files: of answers; without any, the plan alone is analysed.
         partial: whether people may have left trials of the plan out.
         without: people to leave out.
+        mapped: what stands for the columns and values in the files.
 
     Returns:
         The results, the answers, and the plates of the set.
@@ -112,7 +113,7 @@ def analysed(
         if not any(plan_power.values()):
             raise InputError(f"{folder}: has no plan; retouch stimuli --redraw -o {folder} writes one")
         return AnswersResults(folder, (), plan_power), None, plates
-    answers = read_answers(files, plates, plans, partial, without)
+    answers = read_answers(files, plates, plans, partial, without, mapped)
     pairs = {name: Question.of(name, answers.pairs[name]) for name in QUANTITIES if answers.pairs.get(name)}
     results = AnswersResults(
         folder,

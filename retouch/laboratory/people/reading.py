@@ -1,14 +1,4 @@
-"""Answers of people: tables of pairs, sorts and magnitudes, checked against the set and its plan.
-
-The headings of a file say what it holds:
-
-    person, first, second, rougher      label of the plate that was judged rougher (or `colder`)
-    person, first, second, same         yes or no
-    person, sort, place, plate          place of a plate in a sort, 1 for the smoothest
-    person, plate, magnitude            a positive number
-
-A column `trial` besides names the trial of the set's plan that a row answers.
-"""
+"""Answers of people: pairs, sorts and magnitudes, checked against the set and its plan."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,21 +6,26 @@ from pathlib import Path
 
 from relief.ground.errors import InputError
 from retouch.laboratory.people.plates import SetPlate
-from retouch.laboratory.people.tables import CsvRow, CsvTable, read_table
+from retouch.laboratory.people.tables import (
+    ANSWER,
+    MAGNITUDES,
+    MISSED,
+    ROUGHER,
+    SAME,
+    SORTS,
+    THOUSANDS,
+    TRIAL,
+    ColumnMap,
+    CsvRow,
+    CsvTable,
+    Plan,
+    read_table,
+    rows_by_question,
+)
+from retouch.laboratory.people.tables import COLDER as COLDER
+from retouch.laboratory.people.tables import HEADINGS as HEADINGS
 from tactile.jnd import SMOOTH_BELOW, smooth_clause
 
-ROUGHER, COLDER, SAME, SORTS, MAGNITUDES = "rougher", "colder", "same", "sorts", "magnitudes"
-"""Questions of an experiment; the first three are also the headings of the answers."""
-PAIRED = (ROUGHER, COLDER, SAME)
-HEADINGS = {
-    ROUGHER: ("person", "first", "second", "rougher"),
-    COLDER: ("person", "first", "second", "colder"),
-    SAME: ("person", "first", "second", "same"),
-    SORTS: ("person", "sort", "place", "plate"),
-    MAGNITUDES: ("person", "plate", "magnitude"),
-}
-"""Headings of the files of each question."""
-TRIAL = "trial"
 YES, NO = "yes", "no"
 MOST_PEOPLE = 300
 """Most people of an experiment: their likelihoods take 0.5 MB each."""
@@ -87,25 +82,13 @@ class Answers:
     notes: list[str] = field(default_factory=list)
 
 
-def question_of(table: CsvTable) -> str:
-    """The question that a file answers, by its headings. Raises InputError."""
-    matches = [name for name, headings in HEADINGS.items() if set(headings) <= set(table.headings)]
-    if len(matches) == 1:
-        return matches[0]
-    if matches:
-        raise InputError(
-            f"{table.file}: columns of two questions: {', '.join(matches)}; one file each, please"
-        )
-    kinds = "; ".join(", ".join(headings) for headings in HEADINGS.values())
-    raise InputError(f"{table.file}: its columns are those of no answers: {kinds}")
-
-
 def read_answers(
     files: Sequence[Path],
     plates: Mapping[str, SetPlate],
-    plans: Mapping[str, Mapping[tuple[str, int], CsvRow]],
+    plans: Mapping[str, Plan],
     partial: bool,
     without: Sequence[str] = (),
+    mapped: ColumnMap | None = None,
 ) -> Answers:
     """Read the answers to a set.
 
@@ -115,23 +98,28 @@ def read_answers(
         plans: by question, the first row of each trial of the set's plan by person and number; empty without.
         partial: whether people may have left trials of the plan out.
         without: people to leave out.
+        mapped: what stands for the columns and values in the files; None: they have those of Retouch.
 
     Raises:
-        InputError: a label is none of the set's; a trial is missing, double, or another than the plan's; a
-            person always answers the same.
+        InputError: a table is there twice; a label is none of the set's; a trial is missing, double, or
+            another than the plan's; a person always answers the same.
     """
-    tables: dict[str, list[CsvTable]] = {}
-    for file in files:
-        table = read_table(file)
-        tables.setdefault(question_of(table), []).append(table)
-    answers = Answers()
-    known: set[str] = set()
-    for question, each in tables.items():
-        rows = [row for table in each for row in table.rows]
-        known |= {row.text("person") for row in rows}
-        rows = [row for row in rows if row.cells["person"] not in without]
-        plan = plans.get(question, {}) if all(TRIAL in table.headings for table in each) else {}
-        rows = _answered(question, rows, plan, partial, answers.notes)
+    answers, mapped = Answers(), mapped or ColumnMap()
+    by_question: dict[str, list[CsvRow]] = {}
+    left_out = 0
+    for table in _tables(files, mapped):
+        rows_of = rows_by_question(table, mapped, plans)
+        for question, rows in rows_of.items():
+            by_question.setdefault(question, []).extend(rows)
+        left_out += len(table.rows) - len({row.line for rows in rows_of.values() for row in rows})
+    if left_out:
+        answers.notes.append(
+            f"{left_out} rows of the files are no answers: a plate, trial or answer is empty"
+        )
+    known = {row.text("person") for rows in by_question.values() for row in rows}
+    for question, each in by_question.items():
+        rows = [row for row in each if row.cells["person"] not in without]
+        rows = _answered(question, rows, plans.get(question, {}), partial, answers.notes)
         _check_labels(question, rows, plates)
         _take(question, rows, answers)
     if unknown := set(without) - known:
@@ -141,6 +129,18 @@ def read_answers(
     if not (any(answers.pairs.values()) or answers.sorts or answers.magnitudes):
         raise InputError(f"{files[0]}: has no answers")
     return answers
+
+
+def _tables(files: Sequence[Path], mapped: ColumnMap) -> list[CsvTable]:
+    """Tables of files that are all different. Raises InputError."""
+    tables: dict[object, CsvTable] = {}
+    for file in files:
+        table = read_table(file, mapped.names)
+        answers = table.headings, tuple(tuple(row.cells.values()) for row in table.rows)
+        if (same := tables.setdefault(answers, table)) is not table:
+            raise InputError(f"{file}: is the same table as {same.file}, whose answers would count twice")
+    mapped.check_found(list(tables.values()))
+    return list(tables.values())
 
 
 def _check_labels(question: str, rows: Sequence[CsvRow], plates: Mapping[str, SetPlate]) -> None:
@@ -155,66 +155,70 @@ def _check_labels(question: str, rows: Sequence[CsvRow], plates: Mapping[str, Se
 
 
 def _answered(
-    question: str,
-    rows: Sequence[CsvRow],
-    plan: Mapping[tuple[str, int], CsvRow],
-    partial: bool,
-    notes: list[str],
+    question: str, rows: Sequence[CsvRow], plan: Plan, partial: bool, notes: list[str]
 ) -> list[CsvRow]:
     """Rows with an answer, checked against the plan. Raises InputError."""
-    answer = HEADINGS[question][-1] if question != SORTS else "place"
-    answered: list[CsvRow] = []
-    missing: list[CsvRow] = []
-    for row in rows:
-        (answered if row.cells[answer] else missing).append(row)
+    answer, planned = ANSWER[question], {person for person, _ in plan}
+    missing = [row for row in rows if row.cells[answer].lower() in MISSED]
     if missing and not partial:
         raise missing[0].fault(f"{answer}: missing; --partial goes without missing trials")
-    if plan:
-        _check_trials(question, answered, plan, partial, notes)
-    elif missing:
-        notes.append(f"{question}: {len(missing)} trials have no answer")
+    answered = [row for row in rows if row.cells[answer].lower() not in MISSED]
+    trials = _trials(question, answered, plan)
+    _check_complete(question, trials, plan, partial, notes)
+    people = {person for person, _ in trials}
+    for row in answered:
+        if TRIAL not in row.cells and (person := row.text("person")) in people:
+            raise row.fault(f"trial: missing; other answers of {person} name the trials of the plan")
+    if alone := sum(TRIAL not in row.cells or row.cells["person"] not in planned for row in missing):
+        notes.append(f"{question}: {alone} trials have no answer")
+    if unchecked := {row.cells["person"] for row in answered if plan} - (people & planned):
+        text = f"{len(unchecked)} people name no trials of the plan; their answers are not checked against it"
+        notes.append(f"{question}: {text}")
     return answered
 
 
-def _check_trials(
-    question: str,
-    rows: Sequence[CsvRow],
-    plan: Mapping[tuple[str, int], CsvRow],
-    partial: bool,
-    notes: list[str],
-) -> None:
-    """Check that each trial of the plan is answered once, by everybody who has answered any."""
-    seen: dict[tuple[str, int], list[CsvRow]] = {}
-    people = {person for person, _ in plan}
-    for row in rows:
+def _trials(question: str, rows: Sequence[CsvRow], plan: Plan) -> dict[tuple[str, int], list[CsvRow]]:
+    """Rows that name a trial, by person and trial: each as planned, and answered once. Raises InputError."""
+    trials: dict[tuple[str, int], list[CsvRow]] = {}
+    planned = {person for person, _ in plan}
+    for row in (one for one in rows if TRIAL in one.cells):
         key = (row.text("person"), row.whole(TRIAL))
-        if key[0] not in people:
-            continue
-        planned = plan.get(key)
-        if planned is None:
-            raise row.fault(f"trial: {key[0]} has no trial {key[1]} in the plan")
-        for name in ("first", "second") if question in PAIRED else ():
-            if row.cells[name] != planned.cells[name]:
-                raise row.fault(
-                    f"{name}: {row.cells[name]!r} is not the plan's {planned.cells[name]!r} of trial {key[1]}"
-                )
-        before = seen.setdefault(key, [])
+        if key[0] in planned or row.column:
+            _check_planned(question, row, key, plan)
+        before = trials.setdefault(key, [])
         if before and (question != SORTS or any(one.cells["place"] == row.cells["place"] for one in before)):
+            of_file = f" of {before[0].file}" * (before[0].file != row.file)
             raise row.fault(
-                f"trial: {key[1]} of {key[0]} is answered twice; row {before[0].line} is the first"
+                f"trial: {key[1]} of {key[0]} is answered twice; row {before[0].line}{of_file} is the first"
             )
         before.append(row)
-    come = {person for person, _ in seen}
-    gaps = [key for key in plan if key[0] in come and key not in seen]
+    return trials
+
+
+def _check_planned(question: str, row: CsvRow, key: tuple[str, int], plan: Plan) -> None:
+    """Raise InputError for a row whose trial the plan does not have, or has with other plates."""
+    if (planned := plan.get(key)) is None:
+        raise row.fault(f"trial: {key[0]} has no trial {key[1]} in the plan")
+    for name in {MAGNITUDES: ("plate",), SORTS: ()}.get(question, ("first", "second")):
+        if (plate := row.text(name)) != planned.cells[name]:
+            raise row.fault(f"{name}: {plate!r} is not the plan's {planned.cells[name]!r} of trial {key[1]}")
+
+
+def _check_complete(
+    question: str, trials: Mapping[tuple[str, int], list[CsvRow]], plan: Plan, partial: bool, notes: list[str]
+) -> None:
+    """Check that everybody of the plan who has answered any trial has answered all. Raises InputError."""
+    come = {person: rows[0].file for (person, _), rows in trials.items()}
+    gaps = [key for key in plan if key[0] in come and key not in trials]
     if gaps and not partial:
         person, trial = gaps[0]
         raise InputError(
-            f"{rows[0].file}: trial: {len(gaps)} trials of the plan are missing, the first is {trial} of "
+            f"{come[person]}: trial: {len(gaps)} trials of the plan are missing, the first is {trial} of "
             f"{person}; --partial goes without them"
         )
     if gaps:
         notes.append(f"{question}: {len(gaps)} trials of the plan are missing")
-    if waiting := len(people - come):
+    if come and (waiting := len({person for person, _ in plan} - come.keys())):
         notes.append(f"{question}: {waiting} people of the plan have not answered yet")
 
 
@@ -223,6 +227,7 @@ def _take(question: str, rows: Sequence[CsvRow], answers: Answers) -> None:
     if question == SORTS:
         answers.sorts += _sorts(rows)
     elif question == MAGNITUDES:
+        _check_marks(rows)
         answers.magnitudes += [
             Magnitude(row.text("person"), row.text("plate"), row.number("magnitude")) for row in rows
         ]
@@ -233,11 +238,21 @@ def _take(question: str, rows: Sequence[CsvRow], answers: Answers) -> None:
         answers.pairs.setdefault(question, []).extend(pairs)
 
 
+def _check_marks(rows: Sequence[CsvRow]) -> None:
+    """Raise InputError for a point that may stand between thousands, beside numbers with decimal commas."""
+    commas = {row.file for row in rows if "," in row.cells["magnitude"]}
+    for row in rows:
+        if row.file in commas and THOUSANDS.fullmatch(row.cells["magnitude"].replace(".", ",")):
+            raise row.fault(f"magnitude: {row.cells['magnitude']!r} may have decimals or thousands")
+
+
 def _pair(question: str, row: CsvRow) -> JudgedPair:
     first, second, told = row.text("first"), row.text("second"), row.text(question)
     if first == second:
         raise row.fault(f"second: {second!r} is the first plate as well")
     allowed = (YES, NO) if question == SAME else (first, second)
+    if question != SAME and told not in allowed:
+        told = {"first": first, "second": second}.get(told, told)
     if told not in allowed:
         raise row.fault(f"{question}: {told!r} is neither {allowed[0]!r} nor {allowed[1]!r}")
     return JudgedPair(row.text("person"), first, second, told)
