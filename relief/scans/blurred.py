@@ -125,7 +125,8 @@ class DesignSpectrum:
         """The blurred design and its derivatives at points, mm from the middle, y upward.
 
         Negative variances, which noise can cause, are extrapolated linearly from 0. Waves shorter than two
-        samples of a pitch, which tell a scan neither blur nor height, are left out of `seen` and `by_variance`.
+        samples of a pitch, of which a scan tells neither blur nor height, are left out of `seen` and
+        `by_variance`.
         """
         positive, negative = max(variance_mm2, 0.0), min(variance_mm2, 0.0)
         spectrum = self._coefficients * np.exp(-0.5 * positive * self._squares)

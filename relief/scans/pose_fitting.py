@@ -38,13 +38,15 @@ PRIOR = {
     "variance_mm2": 4e-4,
     "height_scale": 1.0,
 }
-"""Standard deviations of what is known before the fit of all numbers: no blur, and the others about the start
-of the fit. Shifts are in sides of the design, variance in squared sides, and height in its own start. The prior decides what the scan leaves open, as a shift along ridges, and nothing else."""
+"""Standard deviations of what is known before all numbers are fitted: no blur, and the others as they are at
+the start of the fit. Shifts are in sides of the design, variance in squared sides, and height in its own start.
+The prior decides what the scan leaves open, as a shift along ridges, and nothing else."""
 OPEN = 0.1
 """Share of its deviation before, from which on a number counts as one that the scan does not determine."""
 MODEL_ERROR, SHARED = 0.01, 20.0
-"""Error of the model in heights of the relief, and samples that share an error: the weight of the prior beside
-the samples. Without them a checkered relief, which determines no blur, came out at a fortieth of its height."""
+"""Error of the model in heights of the relief, and samples that share an error: they are the weight of the
+prior beside that of the samples. Without them a checkered relief, which determines no blur, came out at a
+fortieth of its height."""
 NEARLY_WHOLE = 0.98
 """Overlap that is as good as whole: the rim of a print is rounded."""
 

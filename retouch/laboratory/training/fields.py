@@ -121,9 +121,9 @@ def _studio(samples: int, strata: int) -> ReferenceRenderer:
 
 
 def studio_material() -> Any:
-    """Return the Mitsuba BSDF of the plate in the paper's studio, to be used in the variant that is set afterwards.
+    """Return the Mitsuba BSDF of the plate in the paper's studio, which belongs to `VARIANT`.
 
-    A caller decorated by `user_settings_kept` keeps that variant until its own end.
+    A caller decorated by `user_settings_kept` has that variant until its own end.
     """
     return plate_bsdf(_studio_scene(16).light_scenes()[0].scene)
 
