@@ -9,6 +9,7 @@ truth. The table goes into docs/evidence/scans.md; rows that are there already a
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -192,9 +193,7 @@ def main() -> None:
     arguments = parser.parse_args()
     for case in arguments.cases:
         for name in arguments.textures:
-            of = kept(
-                "wrong_scans", case, name, lambda name=name, case=case: row(name, case), arguments.again
-            )
+            of = kept("wrong_scans", case, name, partial(row, name, case), arguments.again)
             print(f"{case}, {name}: {verdict(of)}", of, flush=True)
     put(PAGE, "wrong scans", "benchmarks.prints.wrong_scans", report())
 

@@ -85,7 +85,7 @@ class PrintScanned:
         if found.fitted.undetermined:
             names = ", ".join(NUMBERS[name] for name in found.fitted.undetermined)
             lines.append(
-                f"the scan does not determine {names}: the relief has one wavelength, or is alike along a line"
+                f"the scan does not determine {names}: it shows one wavelength, or is alike along a line"
             )
         if found.tilted_degrees > COARSE_DEGREES:
             lines.append(
