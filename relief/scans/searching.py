@@ -71,7 +71,8 @@ class Search:
     def turns(self, scan: Scan, scale: float = 1.0) -> tuple[list[Candidate], list[Candidate]]:
         """The best shift at each turn, of a scan and of the scan upside down; the stage counts turns."""
         advance, coarse = this_stage(), self._coarse(scan)
-        upright, inverse = [], []
+        upright: list[Candidate] = []
+        inverse: list[Candidate] = []
         for number in range(self.angles):
             pose = Pose(turn=_half_turn(2.0 * np.pi * number / self.angles), log_scale=float(np.log(scale)))
             scores = coarse.scores(self._turned(pose))
