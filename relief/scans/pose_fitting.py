@@ -39,8 +39,8 @@ PRIOR = {
     "height_scale": 1.0,
 }
 """Standard deviations of what is known before all numbers are fitted: no blur, and the others as they are at
-the start of the fit. Shifts are in sides of the design, variance in squared sides, height in its own start. The
-prior decides what the scan leaves open, as a shift along ridges, and nothing else."""
+the start of the fit. Shifts are in sides of the design, variance in squared sides, height in its own start.
+This prior decides what the scan leaves open, as a shift along ridges, and nothing else."""
 OPEN = 0.1
 """Share of its deviation before, from which on a number counts as one that the scan does not determine."""
 MODEL_ERROR, SHARED = 0.01, 20.0
