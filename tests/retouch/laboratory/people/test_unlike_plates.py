@@ -34,7 +34,7 @@ def answered(folder: Path, headings: str, rows: Iterable[object]) -> dict:
 
 
 def rated(folder: Path, some: dict[str, list[str]], falling: tuple[str, ...] = ()) -> dict:
-    rows = []
+    rows: list[str] = []
     for person, labels in some.items():
         scale, power = 1.0 + len(rows), -1.5 if person in falling else 1.5
         rows += [f"{person},{label},{scale * (20 * VALUES[label]) ** power:.4f}" for label in labels]
@@ -77,13 +77,12 @@ def test_magnitudes_of_people_with_unlike_plates_are_told_as_rated(plates: Path)
     assert found["order"][0]["spearman"] == 1.0 and not found["notes"]
 
 
-def test_magnitudes_of_people_with_the_same_plates_are_means_as_before(plates: Path) -> None:
+def test_magnitudes_of_people_with_the_same_plates_are_means(plates: Path) -> None:
     rng = np.random.default_rng(0)
     logs = rng.normal(size=(3, 5))
-    rows = [f"P{i},{label},{np.exp(logs[i, j] + i)!r}" for i in range(3) for j, label in enumerate(LABELS)]
-    found = answered(
-        plates, "person,plate,magnitude", [row.replace("np.float64(", "").rstrip(")") for row in rows]
-    )
+    ratings = {(i, j): np.exp(logs[i, j] + i) for i in range(3) for j in range(5)}
+    rows = [f"P{i},{LABELS[j]},{rating:.12f}" for (i, j), rating in ratings.items()]
+    found = answered(plates, "person,plate,magnitude", rows)
     told = {one["plate"]: one["relative_magnitude"] for one in found["magnitudes"]["plates"]}
     mean = np.exp((logs - logs.mean(axis=1, keepdims=True)).mean(axis=0))
     assert [told[label] for label in LABELS] == pytest.approx(mean.tolist())
