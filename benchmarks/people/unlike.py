@@ -76,33 +76,38 @@ def own_plates(rng: np.random.Generator) -> list[list[SetPlate]]:
 
 
 def answered(
-    own: Sequence[list[SetPlate]], errors: bool, rng: np.random.Generator
+    own: Sequence[list[SetPlate]], errors: bool, rng: np.random.Generator, power: float = 1.0
 ) -> tuple[dict[str, Orders], list[Magnitude]]:
-    """Orders by question, of magnitudes as well, and the magnitudes."""
-    orders, magnitudes = {name: Orders() for name in QUESTIONS}, list[Magnitude]()
+    """Orders of pairs and sorts, and magnitudes, of people who go by a power of V."""
+    orders, magnitudes = {name: Orders() for name in (ROUGHER, SORTS)}, list[Magnitude]()
     for number, plates in enumerate(own):
         person, weber = f"P{number}", 0.19 if errors else 1e-9
-        observer = Observer(weber, lambda plate: plate.roughness, lapses=0.02 * errors)
+        observer = Observer(weber, lambda plate: plate.roughness**power, lapses=0.02 * errors)
         observer = replace(observer, preference=0.3 * errors * rng.standard_normal())
         for one, other in list(itertools.permutations(plates, 2)) * rng.integers(1, 4):
-            second = observer.second(math.log(other.roughness / one.roughness), weber, rng)
+            second = observer.second(power * math.log(other.roughness / one.roughness), weber, rng)
             orders[ROUGHER].append((person, (one.label, other.label)[:: 1 if second else -1]))
         for length in (len(plates), *rng.integers(2, len(plates) + 1, rng.integers(4))):
             some = rng.choice(len(plates), length, replace=False)
             orders[SORTS].append((person, tuple(observer.sort([plates[k] for k in some], rng))))
-        scale, again = rng.standard_normal(), plates * rng.integers(1, 3)
-        logs = [EXPONENT * math.log(one.roughness) + NOISE * errors * rng.standard_normal() for one in again]
-        magnitudes += [
-            Magnitude(person, one.label, math.exp(scale + log)) for one, log in zip(again, logs, strict=True)
-        ]
-        orders[MAGNITUDES].append((person, tuple(again[k].label for k in np.argsort(logs))))
+        scale = rng.standard_normal()
+        for plate in plates * rng.integers(1, 3):
+            log = scale + EXPONENT * math.log(observer.value(plate)) + NOISE * errors * rng.standard_normal()
+            magnitudes.append(Magnitude(person, plate.label, math.exp(log)))
     return orders, magnitudes
 
 
 def fitted(orders: Mapping[str, Orders], magnitudes: Sequence[Magnitude]) -> dict[str, Scores]:
     """Scores by the fit of all answers, by question."""
-    fits = {name: ranked((order for _, order in orders[name]), BY_LABEL) for name in (ROUGHER, SORTS)}
+    fits = {name: ranked((order for _, order in each), BY_LABEL) for name, each in orders.items()}
     return fits | {MAGNITUDES: rated(magnitudes)}
+
+
+def named(orders: Mapping[str, Orders], magnitudes: Sequence[Magnitude]) -> dict[str, int]:
+    """How many people are named as reversed, by question."""
+    found = {name: len(people_reversed(name, each, BY_LABEL).notes) for name, each in orders.items()}
+    lines = rated_plates(magnitudes, BY_LABEL).notes
+    return found | {MAGNITUDES: sum("reversed, not guessed" in line for line in lines)}
 
 
 def standard_errors(
@@ -132,14 +137,17 @@ def experiment(seed: int, found: defaultdict[str, float]) -> None:
     for name, fit in fitted(*answered(own, False, rng)).items():
         found[f"{name}: right"] += correlations(fit, BY_LABEL) == perfect
     orders, magnitudes = answered(own, True, rng)
-    ninth, _ = answered([PLATES], True, rng)
     fits = fitted(orders, magnitudes)
     for name, fit in fits.items():
         found[f"{name}: neighbours"] += np.diff(fit.values)[lower] > 0.0
-        turned = [(person, order[::-1]) for person, order in ninth[name]]
-        guessed = [(person, tuple(rng.permutation(order))) for person, order in ninth[name]]
-        for word, told in (("reversed", turned), ("guessing", guessed), ("others", orders[name])):
-            found[f"{name}: {word}"] += len(people_reversed(name, told, BY_LABEL).notes)
+    told = {
+        "others": (orders, magnitudes),
+        "reversed": answered([PLATES], True, rng, -1.0),
+        "guessing": answered([PLATES], True, rng, 0.0),
+    }
+    for word, each in told.items():
+        for name, count in named(*each).items():
+            found[f"{name}: {word}"] += count
     errors = standard_errors(orders, magnitudes, lower)
     for name, error in errors.items():
         found[f"{name}: expected"] += float(ndtr(STEPS[name] / error))

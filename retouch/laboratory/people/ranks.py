@@ -32,8 +32,8 @@ from retouch.laboratory.stimulus_sets.levels import ROUGHNESS
 from tactile.jnd import jnd_apart
 
 REVERSED = 2.4
-"""Standard deviations below chance of the number of pairs right from which on a person answered the other way
-round: a reversed sort of five plates has 2.45, and of people who guess about 1 % have more than 2.4."""
+"""Standard deviations below chance of pairs right, or of a slope, from which on a person answered the other
+way round: a reversed sort of five plates has 2.45, and about 1 % of people who guess have more than 2.4."""
 RIDGE = 1e-8
 """Precision of the normal prior of scores: without errors they are finite, in the order answered."""
 MOST_STEPS = 200
@@ -122,7 +122,12 @@ def people_reversed(
         for person, count in pairs.items()
         if 2 * right[person] - count < -REVERSED * math.sqrt(variance[person] / 18)
     }
-    left_out = tuple(notes) if 2 * len(notes) <= len(pairs) else ()
+    return _reversed(question, notes, len(pairs))
+
+
+def _reversed(question: str, notes: Mapping[str, str], people: int) -> Reversed:
+    """People by notes on them, of so many people."""
+    left_out = tuple(notes) if 2 * len(notes) <= people else ()
     done = "left out of everybody's results" if left_out else "kept, as more than half of the people are"
     lines = tuple(
         f"{question}: {person} {note}; {done}. Are these answers to be turned round, or {person} to be left "
@@ -190,6 +195,21 @@ def rated(magnitudes: Sequence[Magnitude]) -> Scores:
     part = csgraph.connected_components(counts.T @ counts)[1]
     linked = part[:, None] == part
     return Scores(labels.tolist(), values - linked @ (ratings * values) / (linked @ ratings), linked)
+
+
+def _falls(scores: Scores, plates: Mapping[str, SetPlate]) -> bool:
+    """Whether a person's scores fall with V among plates of a texture (Student's t of the regression)."""
+    logs = np.array([[math.log(plates[label].roughness) for label in scores.labels], scores.values])
+    textures = np.array([plates[label].texture for label in scores.labels])
+    for texture in set(textures):
+        logs[:, textures == texture] -= logs[:, textures == texture].mean(axis=1, keepdims=True)
+    (of_v, both), (_, of_scores) = logs @ logs.T
+    freedom = len(textures) - len(set(textures)) - 1
+    if freedom < 1 or of_v * of_scores == 0.0:
+        return False
+    missed = max(of_v * of_scores - both**2, 1e-12 * both**2)
+    t = both * math.sqrt(freedom / missed)
+    return bool(stats.t.cdf(t, freedom) < stats.norm.cdf(-REVERSED))
 
 
 def correlations(
@@ -360,12 +380,12 @@ def rated_plates(magnitudes: Sequence[Magnitude], plates: Mapping[str, SetPlate]
 
     Everybody has a scale of their own, and may have had plates of their own: see `rated`.
     """
-    rising = sorted(magnitudes, key=lambda one: (one.magnitude, plates[one.plate].roughness))
     by_person: dict[str, list[Magnitude]] = {}
-    for one in rising:
+    for one in magnitudes:
         by_person.setdefault(one.person, []).append(one)
-    orders = ((name, [one.plate for one in each]) for name, each in by_person.items())
-    turned = people_reversed(MAGNITUDES, orders, plates)
+    falling = [name for name, each in by_person.items() if _falls(rated(each), plates)]
+    notes = dict.fromkeys(falling, "gave numbers that fall with V: reversed, not guessed")
+    turned = _reversed(MAGNITUDES, notes, len(by_person))
     by_person = {name: each for name, each in by_person.items() if name not in turned.left_out}
     magnitudes = list(itertools.chain(*by_person.values()))
     exponents = []

@@ -157,6 +157,8 @@ def test_reversed_sorts_and_magnitudes_are_named_and_left_out(plates: Path) -> N
     ratings = rated(plates, dict.fromkeys(("P1", "P2", "P3"), LABELS), falling=("P3",))
     for found, question in ((sorted_by(plates, orders), "sorts"), (ratings, "magnitudes")):
         assert found[question]["people"] == 2 and found[question]["order"][0]["spearman"] == 1.0
-        line = f"{question}: P3 told 0 of 10 pairs right: reversed, not guessed; left out"
+        said = "told 0 of 10 pairs right" if question == "sorts" else "gave numbers that fall with V"
+        line = f"{question}: P3 {said}: reversed, not guessed; left out"
         assert any(note.startswith(line) for note in found["notes"])
     assert ratings["magnitudes"]["exponent"] == pytest.approx(1.5, abs=0.01)
+    assert rated(plates, SOME, falling=("P2",))["magnitudes"]["people"] == 3
