@@ -36,6 +36,8 @@ REVERSED = 2.4
 way round: a reversed sort of five plates has 2.45, and about 1 % of people who guess have more than 2.4."""
 RIDGE = 1e-8
 """Precision of the normal prior of scores: without errors they are finite, in the order answered."""
+ROUNDING = 1e-12
+"""Sum of squares of logarithms, or share of one, that is rounding."""
 MOST_STEPS = 200
 """Most Newton steps of a fit of scores; without errors it takes about 20."""
 SAME_HALF = 0.5
@@ -205,9 +207,9 @@ def _falls(scores: Scores, plates: Mapping[str, SetPlate]) -> bool:
         logs[:, textures == texture] -= logs[:, textures == texture].mean(axis=1, keepdims=True)
     (of_v, both), (_, of_scores) = logs @ logs.T
     freedom = len(textures) - len(set(textures)) - 1
-    if freedom < 1 or of_v * of_scores == 0.0:
+    if freedom < 1 or min(of_v, of_scores) < ROUNDING:
         return False
-    missed = max(of_v * of_scores - both**2, 1e-12 * both**2)
+    missed = max(of_v * of_scores - both**2, ROUNDING * both**2)
     t = both * math.sqrt(freedom / missed)
     return bool(stats.t.cdf(t, freedom) < stats.norm.cdf(-REVERSED))
 

@@ -162,3 +162,9 @@ def test_reversed_sorts_and_magnitudes_are_named_and_left_out(plates: Path) -> N
         assert any(note.startswith(line) for note in found["notes"])
     assert ratings["magnitudes"]["exponent"] == pytest.approx(1.5, abs=0.01)
     assert rated(plates, SOME, falling=("P2",))["magnitudes"]["people"] == 3
+
+
+def test_who_rates_all_plates_alike_is_not_reversed(plates: Path) -> None:
+    rows = [f"P{number},{label},{0.1 + number}" for number in range(20) for label in LABELS]
+    found = answered(plates, "person,plate,magnitude", rows)["magnitudes"]
+    assert found["people"] == 20 and not found["notes"] and not found["order"]
