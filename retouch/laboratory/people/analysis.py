@@ -1,5 +1,6 @@
 """The answers to a set, analysed: everything in `answers.json` and on the page of the answers."""
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -115,13 +116,17 @@ def analysed(
         return AnswersResults(folder, (), plan_power), None, plates
     answers = read_answers(files, plates, plans, partial, without, mapped)
     pairs = {name: Question.of(name, answers.pairs[name]) for name in QUANTITIES if answers.pairs.get(name)}
+    asked = {name: compared(question, plates) for name, question in pairs.items()}
+    for name, found in asked.items():
+        pairs[name] = pairs[name].without(found.left_out)
+        answers.pairs[name] = list(itertools.chain(*pairs[name].pairs))
     results = AnswersResults(
         folder,
         tuple(files),
         plan_power,
-        rougher=compared(pairs[ROUGHER], plates) if ROUGHER in pairs else None,
+        rougher=asked.get(ROUGHER),
         fingers=fingers(pairs[ROUGHER], plates) if ROUGHER in pairs else (),
-        colder=compared(pairs[COLDER], plates) if COLDER in pairs else None,
+        colder=asked.get(COLDER),
         same=judged_same(answers.pairs[SAME], plates) if answers.pairs.get(SAME) else None,
         sorts=sorted_plates(answers.sorts, plates) if answers.sorts else None,
         magnitudes=rated_plates(answers.magnitudes, plates) if answers.magnitudes else None,
@@ -153,8 +158,10 @@ def _power(
 
 def _notes(results: AnswersResults) -> Iterator[str]:
     """What a person should know of the results, a line each."""
+    for each in (results.rougher, results.colder, results.sorts, results.magnitudes):
+        yield from () if each is None else each.notes
     if (found := results.rougher) is not None:
-        people, one = len(found.people), found.fractions
+        people, one = len(found.people) - len(found.left_out), found.fractions
         if people == 1:
             yield "one person's answers say nothing of other people"
         if one.weber is not None and one.weber_high is not None:

@@ -7,13 +7,19 @@ from dataclasses import asdict, dataclass
 from typing import Any, Self
 
 import numpy as np
-from scipy import stats
 from scipy.special import ndtr
 
 from relief.ground.progress import stage
 from retouch.laboratory.people.likelihood import PairAnswers
 from retouch.laboratory.people.plates import SetPlate
 from retouch.laboratory.people.population import Estimate, Fitted, fit, weber
+from retouch.laboratory.people.ranks import (
+    RankCorrelation,
+    correlations,
+    people_reversed,
+    ranked,
+    wilson,
+)
 from retouch.laboratory.people.reading import COLDER, ROUGHER, JudgedPair
 from retouch.laboratory.stimulus_sets.prediction import CONTACT_JND
 from tactile.jnd import ROUGHNESS_JND
@@ -109,16 +115,6 @@ class Preference:
 
 
 @dataclass(frozen=True)
-class RankCorrelation:
-    """Rank correlations of a quantity with scores of the plates of a texture."""
-
-    texture: str
-    plates: int
-    spearman: float
-    kendall: float
-
-
-@dataclass(frozen=True)
 class PairResults:
     """All that the answers to a question about pairs say.
 
@@ -132,6 +128,8 @@ class PairResults:
         points: of the psychometric function.
         matrix: every two plates of a texture.
         order: rank correlations, by texture.
+        left_out: people who answered the other way round; all but `people` is without them.
+        notes: what a person should know of the answers, a line each.
     """
 
     answers: int
@@ -143,6 +141,8 @@ class PairResults:
     points: tuple[Point, ...]
     matrix: tuple[Preference, ...]
     order: tuple[RankCorrelation, ...]
+    left_out: tuple[str, ...]
+    notes: tuple[str, ...]
 
     @property
     def rows(self) -> list[tuple[str, int, Fractions, str]]:
@@ -162,6 +162,7 @@ class PairResults:
             "points": [asdict(one) for one in self.points],
             "matrix": [asdict(one) for one in self.matrix],
             "order": [asdict(one) for one in self.order],
+            "left_out": list(self.left_out),
         }
 
 
@@ -187,6 +188,10 @@ class Question:
             by_person.setdefault(pair.person, []).append(pair)
         return cls(name, tuple(by_person), tuple(tuple(each) for each in by_person.values()))
 
+    def without(self, people: Sequence[str]) -> "Question":
+        """The answers of all others."""
+        return self.of(self.name, [p for p in itertools.chain(*self.pairs) if p.person not in people])
+
     def answers(self, value: Callable[[str], float]) -> list[PairAnswers]:
         """Answers of each person, with differences by a value of the plates, by label."""
         return [
@@ -206,24 +211,41 @@ def compared(question: Question, plates: Mapping[str, SetPlate]) -> PairResults:
         plates: of the set, by label.
     """
     quantity, ratio = QUANTITIES[question.name]
-    answers = question.answers(lambda label: float(getattr(plates[label], quantity)))
+    each = question.answers(lambda label: float(getattr(plates[label], quantity)))
+    of_people = dict(zip(question.people, each, strict=True))
+    orders = [(pair.person, _ascending(pair)) for pair in itertools.chain(*question.pairs)]
+    turned = people_reversed(question.name, orders, plates, quantity)
+    question = question.without(turned.left_out)
+    answers = [of_people[name] for name in question.people]
     with stage("fitting what people told"):
-        fitted = fit(answers)
+        everybody = fit(answers)
+        fitted = dict(zip(question.people, everybody.each, strict=True))
+        fitted |= {name: fit([of_people[name]]).middle for name in turned.left_out}
+    notes = {name: _note(fitted[name], len(one)) for name, one in of_people.items()}
+    notes |= turned.notes
+    scores = ranked((order for person, order in orders if person in question.people), plates)
     right, expected = _told_right(answers, ratio)
     return PairResults(
         answers=sum(map(len, answers)),
-        fractions=Fractions.of(fitted.middle),
+        fractions=Fractions.of(everybody.middle),
         people=tuple(
-            PersonResult(name, len(each), Fractions.of(one), _note(one, len(each)))
-            for name, each, one in zip(question.people, answers, fitted.each, strict=True)
+            PersonResult(name, len(one), Fractions.of(fitted[name]), notes[name])
+            for name, one in of_people.items()
         ),
         told_right_percent=right,
         predicted_right_percent=expected,
         predicted_weber=ratio - 1.0,
         points=tuple(points(answers, ratio)),
         matrix=tuple(_matrix(question, plates, quantity, ratio)),
-        order=order(question, plates, quantity),
+        order=correlations(scores, plates, quantity),
+        left_out=turned.left_out,
+        notes=(*turned.lines, *scores.notes(question.name)),
     )
+
+
+def _ascending(pair: JudgedPair) -> tuple[str, str]:
+    """Labels of a pair as told, the higher last."""
+    return (pair.first, pair.second) if pair.second_told else (pair.second, pair.first)
 
 
 def _note(one: Fitted, answers: int) -> str | None:
@@ -266,12 +288,6 @@ def points(answers: Sequence[PairAnswers], ratio: float) -> Iterator[Point]:
             yield Point(at, int(some.sum()), *(100.0 * each for each in (share, low, high, expected)))
 
 
-def wilson(right: int, count: int) -> tuple[float, float]:
-    """95 % interval of a share (Wilson 1927)."""
-    ends = stats.binomtest(right, count).proportion_ci(0.95, "wilson")
-    return float(ends.low), float(ends.high)
-
-
 def _matrix(
     question: Question, plates: Mapping[str, SetPlate], quantity: str, ratio: float
 ) -> list[Preference]:
@@ -290,33 +306,3 @@ def _matrix(
         shares = (100.0 * sum(above) / len(above), 100.0 * low, 100.0 * high, 100.0 * float(ndtr(jnd)))
         rows.append(Preference(plates[upper].texture, upper, lower, len(above), *shares))
     return sorted(rows, key=lambda row: (row.texture, row.above, row.below))
-
-
-def order(question: Question, plates: Mapping[str, SetPlate], quantity: str) -> tuple[RankCorrelation, ...]:
-    """Rank correlation of the quantity with how often plates were ranked above others, by texture."""
-    above: dict[str, list[bool]] = {}
-    for pair in itertools.chain(*question.pairs):
-        if plates[pair.first].texture == plates[pair.second].texture:
-            above.setdefault(pair.first, []).append(not pair.second_told)
-            above.setdefault(pair.second, []).append(pair.second_told)
-    shares = {label: float(np.mean(answers)) for label, answers in above.items()}
-    return correlations(shares, plates, quantity)
-
-
-def correlations(
-    scores: Mapping[str, float], plates: Mapping[str, SetPlate], quantity: str = "roughness"
-) -> tuple[RankCorrelation, ...]:
-    """Rank correlations, Spearman's and Kendall's, of scores of plates with a quantity, by texture."""
-    by_texture: dict[str, list[str]] = {}
-    for label in scores:
-        by_texture.setdefault(plates[label].texture, []).append(label)
-    found = []
-    for texture, labels in by_texture.items():
-        ranked = [scores[label] for label in labels]
-        values = [float(getattr(plates[label], quantity)) for label in labels]
-        if len(labels) < 3 or len(set(ranked)) < 2 or len(set(values)) < 2:
-            continue
-        spearman, kendall = stats.spearmanr(ranked, values), stats.kendalltau(ranked, values)
-        each = float(spearman.statistic), float(kendall.statistic)
-        found.append(RankCorrelation(texture, len(labels), *each))
-    return tuple(found)
