@@ -95,10 +95,7 @@ class Browser:
         self._buffer, self._last, self._events = b"", 0, list[dict[str, Any]]()
         self._session: str | None = None
         try:
-            target = self._call("Target.createTarget", url="about:blank")["targetId"]
-            self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-            for domain in ("Page", "Network", "Log", "Runtime"):
-                self._call(f"{domain}.enable")
+            self.switch(self.new_tab())
         except BaseException:
             self.close()
             raise
@@ -121,8 +118,32 @@ class Browser:
         os.waitpid(self._process, 0)
         shutil.rmtree(self._profile, ignore_errors=True)
 
+    def new_tab(self) -> str:
+        """The name of another tab, which is opened."""
+        self._session, before = None, self._session
+        target = self._call("Target.createTarget", url="about:blank")["targetId"]
+        tab: str = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        self._session = tab
+        for domain in ("Page", "Network", "Log", "Runtime"):
+            self._call(f"{domain}.enable")
+        self._session = before
+        return tab
+
+    def switch(self, tab: str) -> str | None:
+        """Act on another tab from now on; the name of the one so far."""
+        self._session, before = tab, self._session
+        return before
+
+    def dialogs(self) -> list[str]:
+        """Kinds of the dialogs of the page since it was opened; each is accepted."""
+        opened = "Page.javascriptDialogOpening"
+        return [event["params"]["type"] for event in self._events if event["method"] == opened]
+
     def open(self, page: Path | str, width: int, *, dark: bool = False) -> Page:
-        """Load a page, a file or an address, in a window of this width in CSS pixels; wait for all of it."""
+        """Load a page, a file or an address, in a window of this width in CSS pixels; wait for all of it.
+
+        A page whose script has a promise `ready` is waited for until then.
+        """
         phone = width < 600
         self._call(
             "Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=phone
@@ -134,6 +155,7 @@ class Browser:
         self._call("Page.navigate", url=address)
         self._until("Page.loadEventFired")
         self.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done, 50)))")
+        self.evaluate("typeof ready === 'undefined' || ready")
         seen = Page()
         for event in self._events:
             parameters = event["params"]
@@ -193,4 +215,8 @@ class Browser:
         message: dict[str, Any] = json.loads(text)
         if "method" in message:
             self._events.append(message)
+        if message.get("method") == "Page.javascriptDialogOpening":
+            # The answer to the answer is passed over, as nobody waits for it.
+            accepting = {"id": 0, "method": "Page.handleJavaScriptDialog", "params": {"accept": True}}
+            os.write(self._write, json.dumps(accepting | {"sessionId": message["sessionId"]}).encode() + b"\0")
         return message

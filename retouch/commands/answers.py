@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 import retouch
+from relief.ground.errors import InputError
 from retouch.commands.options import add_skin, add_talk, print_json
 from retouch.commands.printing import print_lines
 
@@ -22,6 +23,7 @@ tables of answers (CSV; a column `trial` names the trial of the plan):
 EPILOG = """\
 examples:
   retouch answers runs/gravel-set
+  retouch answers runs/gravel-set --serve
   retouch answers runs/gravel-set answers-rougher.csv answers-sorts.csv
   retouch answers runs/gravel-set answers.csv --json
   retouch answers runs/gravel-set answers.csv --without P3 --partial
@@ -45,6 +47,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--partial", action="store_true", help="go without trials of the plan that have no answer"
     )
     parser.add_argument(
+        "--serve",
+        action="store_true",
+        help="run the experiment: serve its page to this machine, and write each answer into SET/experiment",
+    )
+    parser.add_argument(
         "--without",
         action="append",
         default=[],
@@ -66,6 +73,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    if arguments.serve:
+        others = arguments.files, arguments.out, arguments.skin_out, arguments.press
+        if any(others) or arguments.options.keys() - {"serve", "quiet", "verbose"}:
+            raise InputError("--serve: takes a folder alone; the answers are analysed by another call")
+        # Imported here: the other calls need no server.
+        from retouch.verbs.answering import serve
+
+        serve(arguments.set)
     answered = retouch.answers(
         arguments.set,
         arguments.files,
