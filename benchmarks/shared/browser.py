@@ -16,6 +16,7 @@ import shutil
 import signal
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -95,7 +96,7 @@ class Browser:
         self._buffer, self._last, self._events = b"", 0, list[dict[str, Any]]()
         self._session: str | None = None
         try:
-            self.switch(self.new_tab())
+            self._open_window()
         except BaseException:
             self.close()
             raise
@@ -118,21 +119,23 @@ class Browser:
         os.waitpid(self._process, 0)
         shutil.rmtree(self._profile, ignore_errors=True)
 
-    def new_tab(self) -> str:
-        """The name of another tab, which is opened."""
-        self._session, before = None, self._session
-        target = self._call("Target.createTarget", url="about:blank")["targetId"]
-        tab: str = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-        self._session = tab
+    @contextlib.contextmanager
+    def another(self) -> Iterator[Self]:
+        """Another window of the same browser, in place of this one until the block ends."""
+        session, self._session = self._session, None
+        target = self._open_window()
+        yield self
+        self._session = None
+        self._call("Target.closeTarget", targetId=target)
+        self._session = session
+
+    def _open_window(self) -> str:
+        """Open a window, which calls are for from now on; its name."""
+        target: str = self._call("Target.createTarget", url="about:blank", newWindow=True)["targetId"]
+        self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Network", "Log", "Runtime"):
             self._call(f"{domain}.enable")
-        self._session = before
-        return tab
-
-    def switch(self, tab: str) -> str | None:
-        """Act on another tab from now on; the name of the one so far."""
-        self._session, before = tab, self._session
-        return before
+        return target
 
     def dialogs(self) -> list[str]:
         """Kinds of the dialogs of the page since it was opened; each is accepted."""
@@ -218,5 +221,7 @@ class Browser:
         if message.get("method") == "Page.javascriptDialogOpening":
             # The answer to the answer is passed over, as nobody waits for it.
             accepting = {"id": 0, "method": "Page.handleJavaScriptDialog", "params": {"accept": True}}
-            os.write(self._write, json.dumps(accepting | {"sessionId": message["sessionId"]}).encode() + b"\0")
+            os.write(
+                self._write, json.dumps(accepting | {"sessionId": message["sessionId"]}).encode() + b"\0"
+            )
         return message

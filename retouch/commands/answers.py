@@ -77,8 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
         others = arguments.files, arguments.out, arguments.skin_out, arguments.press
         if any(others) or arguments.options.keys() - {"serve", "quiet", "verbose"}:
             raise InputError("--serve: takes a folder alone; the answers are analysed by another call")
-        # Imported here: the other calls need no server.
-        from retouch.verbs.answering import serve
+        from retouch.verbs.answering import serve  # with all that the verb loads
 
         serve(arguments.set)
     answered = retouch.answers(

@@ -8,7 +8,6 @@ const ASKED = {
   sorts: { name: "Sorting", ask: "Sort the plates from the smoothest to the roughest." },
   magnitudes: { name: "How rough?", ask: "How rough is the plate? Any number above 0; twice as rough, twice the number." },
 };
-const sum = (numbers) => numbers.reduce((total, one) => total + one, 0);
 const questions = Object.keys(ASKED).filter((question) => question in plan.trials);
 const LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ".split("");
 
@@ -34,7 +33,7 @@ const button = (text, act, more = {}) => make("button", { type: "button", textCo
 function menu() {
   redraw = menu;
   const other = earlier();
-  const kept = sum(plan.people.flatMap((person) => questions.map((question) => doneOf(person, question))));
+  const kept = plan.people.flatMap((person) => questions.flatMap((question) => Object.values(answersOf(person, question)))).length;
   const saveAll = () => questions.forEach(save);
   const saveEarlier = () => other.forEach(([name, text]) => download(name, text));
   const table = make("table", { className: "menu" });
@@ -68,7 +67,7 @@ function menu() {
   make("p", { className: "kept", textContent: `Answers kept in ${folder || "this browser"}: ${kept}` }),
   make("div", { className: "scroll sideways" }, table),
   make("p", {}, button("Save all answers (S)", saveAll), ...(kept ? [button("Begin anew for the next group (N)", anew)] : [])),
-  ...(other.length ? [make("p", { className: "kept", textContent: `Answers of other plans or earlier groups in this browser: ${sum(other.map((table) => table[2]))}` }),
+  ...(other.length ? [make("p", { className: "kept", textContent: `Answers of other plans or earlier groups in this browser: ${other.reduce((sum, table) => sum + table[2], 0)}` }),
     make("p", {}, button("Save these (E)", saveEarlier))] : []));
 }
 
@@ -106,8 +105,7 @@ function back(person, question) {
 function take(person, question, index, answer) {
   // Another window may have answered this trial while it was on the screen.
   if (nextOf(person, question) !== index) return overtaken();
-  delete faults.window;
-  complain();
+  complain("window", "");
   keep(person, question, index, answer);
   trial(person, question);
 }

@@ -3,20 +3,21 @@
 // where `retouch answers --serve` serves the page. So copies are merged by union, and windows keep one another's acts.
 const plan = JSON.parse(document.getElementById("plan").textContent);
 const NAME = "retouch-experiment";
-const GROUP = "-"; // stands in the place of a person for acts of the group: tables that were saved, its begin
+const GROUP = "-"; // stands in the place of a person for acts of the group: its begin, and tables that were saved
 const MOST_SENT = 200; // acts of one request
-const FULL = "The storage of this browser is full, or its window is private";
-const BROKEN = "This browser keeps nothing for this page: its storage is switched off, private or broken";
 const books = Object.create(null); // acts by "digest/group/person/question" and number
-const faults = {}; // sentences for the person, by place
+const faults = {}; // sentences for the person, by kind
 let group = "0";
 let folder = ""; // of the server; empty where nothing but the browser keeps answers
-let waiting = []; // acts that the server has not written yet
+let written = new Set(); // keys of acts that the server has on disk
 let sending = false;
 
-const prefixOf = (person, question) => `${plan.digest}/${group}/${person}/${question}`;
-const bookOf = (person, question) => (books[prefixOf(person, question)] ??= []);
-const isAct = (act) => typeof act?.key === "string" && Number.isInteger(act.trial) && Array.isArray(act.rows);
+const ownPrefix = () => `${plan.digest}/${group}/`;
+const bookOf = (person, question) => (books[`${ownPrefix()}${person}/${question}`] ??= []);
+const isAct = (act) => typeof act?.key === "string" && Number.isInteger(act.trial) && act.rows?.every?.(Array.isArray);
+function parsed(text) {
+  try { return JSON.parse(text); } catch { return null; }
+}
 
 // Acts of a book that are answers and were not taken back, by trial; the first answer to a trial counts.
 function standing(book) {
@@ -29,10 +30,10 @@ function standing(book) {
 }
 const answersOf = (person, question) => standing(bookOf(person, question));
 const doneOf = (person, question) => Object.keys(answersOf(person, question)).length;
-const nextOf = (person, question) => {
+function nextOf(person, question) {
   const answers = answersOf(person, question);
   return plan.trials[question][person].findIndex((_, trial) => !(trial in answers));
-};
+}
 
 // CSV, as the tables of the plan beside this page.
 const cell = (value) => /[",\r\n]/.test(value) ? `"${String(value).replaceAll('"', '""')}"` : String(value);
@@ -45,170 +46,152 @@ function rowsOf(person, question, trial, answer) {
   return [[...begin, ...labels, question === "same" ? (answer === 0 ? "yes" : "no") : labels[answer]]];
 }
 function csv(question, answers) {
-  const [person, ...others] = plan.headings[question] ?? ["person"];
-  const rows = answers.flatMap((act) => act.rows);
-  return rows.length ? [[person, "trial", ...others], ...rows].map((row) => row.map(cell).join(",")).join("\r\n") + "\r\n" : "";
+  const [person, ...others] = plan.headings[question];
+  const rows = [[person, "trial", ...others], ...answers.flatMap((act) => act.rows)];
+  return answers.length ? rows.map((row) => row.map(cell).join(",")).join("\r\n") + "\r\n" : "";
 }
-const csvOf = (question) => csv(question, plan.people.flatMap((person) => answersOf(person, question)));
-
+const csvOf = (question) => csv(question, plan.people.flatMap((person) => Object.values(answersOf(person, question))));
 function download(name, text) {
   if (!text) return;
   const address = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
   Object.assign(document.createElement("a"), { href: address, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(address), 10000);
 }
-const actsOf = (question) => plan.people.reduce((sum, person) => sum + bookOf(person, question).length, 0);
-const unsaved = (question) => (!folder || waiting.length > 0)
+
+// The act of a saved table has the number of acts before it in the place of a trial.
+const actsOf = (question) => plan.people.flatMap((person) => Object.values(bookOf(person, question))).length;
+const unsaved = (question) => (!folder || waiting().length > 0)
   && actsOf(question) > Math.max(0, ...Object.values(bookOf(GROUP, question)).map((act) => act.trial));
 function save(question) {
   download(`answers-${question}.csv`, csvOf(question));
   if (unsaved(question)) keep(GROUP, question, actsOf(question), null);
 }
 
-// Sentences on what went wrong.
-function complain() {
-  const reason = folder && !faults.server ? "" : faults.database ?? faults.local;
-  const lost = faults.database && faults.local ? "answers are lost when the page is closed" : "answers are kept once, not twice";
-  const lines = [faults.window, faults.server, faults.damaged, reason && `${reason}: ${lost}. Save them (S).`];
+function complain(kind, sentence) {
+  faults[kind] = sentence;
   const line = document.getElementById("storage");
-  line.textContent = lines.filter(Boolean).join(" ");
+  line.textContent = Object.values(faults).filter(Boolean).join(" ");
   line.hidden = !line.textContent;
 }
-function failed(place, error) {
-  faults[place] = error?.name === "QuotaExceededError" ? FULL : BROKEN;
-  complain();
+function notKept(error) {
+  const reason = error?.name === "QuotaExceededError" ? "full, or its window is private" : "switched off, private or broken";
+  if (!folder) complain("storage", `The storage of this browser is ${reason}. Save the answers (S) before you close the page.`);
 }
 async function overtaken() {
-  faults.window = "Another window has gone on here: its answers are shown, and the last answer of this window was not taken.";
+  complain("window", "Another window has gone on here: its answers are shown, and the last answer of this window was not taken.");
   await load();
   redraw();
 }
 
-// The copies in this browser. A database that does not open is given up, as some private windows never answer.
+// A database that does not open is given up, as those of some private windows never answer.
 const database = new Promise((done, fail) => {
-  setTimeout(fail, 10000, new Error("no answer"));
+  setTimeout(fail, 10000);
   const opening = indexedDB.open(NAME, 1);
   opening.onupgradeneeded = () => opening.result.createObjectStore("acts", { keyPath: "key" });
   opening.onsuccess = () => done(opening.result);
   opening.onerror = () => fail(opening.error);
 });
-const transact = async (mode, work) => {
+async function transact(mode, work) {
   const transaction = (await database).transaction("acts", mode, { durability: "strict" });
   const request = work(transaction.objectStore("acts"));
-  // A page that is left at once ends what is not committed.
-  transaction.commit();
+  transaction.commit(); // A page that is left at once gives up what is not committed.
   return new Promise((done, fail) => {
     transaction.oncomplete = () => done(request.result);
     transaction.onabort = () => fail(request.error ?? transaction.error);
   });
-};
-function parsed(text) {
-  try { return JSON.parse(text); } catch { return null; }
 }
 const localTexts = (separator) => Object.entries(localStorage).filter(([key]) => key.startsWith(NAME + separator));
 
 async function readServer() {
-  if (location.protocol === "file:") return [];
-  const answer = await fetch("acts").catch(() => null);
+  const answer = location.protocol === "file:" ? null : await fetch(`acts${location.search}`).catch(() => null);
   if (!answer?.ok) return [];
   const there = await answer.json();
   if (there.digest !== plan.digest) location.reload();
   ({ group, folder } = there);
-  return there.acts.map(([person, question, number, trial, answer]) => (
-    { key: `${NAME}/${prefixOf(person, question)}/${number}`, trial, answer, rows: rowsOf(person, question, trial, answer) }));
+  const acts = there.acts.map(([person, question, number, trial, answer]) => (
+    { key: `${NAME}/${ownPrefix()}${person}/${question}/${number}`, trial, answer, rows: rowsOf(person, question, trial, answer) }));
+  written = new Set(acts.map((act) => act.key));
+  return acts;
 }
 
 // Puts all copies together; where two differ under one number, the server's counts first, then the database's.
 async function load() {
-  const inDatabase = await transact("readonly", (acts) => acts.getAll()).catch((error) => { failed("database", error); return []; });
   const onServer = await readServer();
+  const inDatabase = await transact("readonly", (acts) => acts.getAll()).catch((error) => { notKept(error); return []; });
   let inLocal = [];
-  try { inLocal = localTexts("/").map(([, text]) => parsed(text)); } catch (error) { failed("local", error); }
+  try { inLocal = localTexts("/").map(([, text]) => parsed(text)); } catch (error) { notKept(error); }
   for (const act of [...inLocal, ...inDatabase, ...onServer]) {
     const [, prefix, number] = (isAct(act) && act.key.match(/^[^/]+\/(.+)\/(\d+)$/)) || [];
     if (prefix) (books[prefix] ??= [])[number] = act;
-    else faults.damaged = "Some of what this browser kept is damaged and was left out.";
+    else complain("damage", "Some of what this browser kept is damaged and was left out.");
   }
   const groups = Object.keys(books).map((prefix) => prefix.split("/")).filter(([digest]) => digest === plan.digest);
   if (!folder) group = groups.map(([, name]) => name).sort().at(-1) ?? "0";
-  const written = new Set(onServer.map((act) => act.key));
-  const own = plan.people.flatMap((person) => questions.flatMap((question) => Object.values(bookOf(person, question))));
-  waiting = folder ? own.filter((act) => !written.has(act.key)) : [];
   send();
-  complain();
 }
 
 function keep(person, question, trial, answer) {
-  const key = `${NAME}/${prefixOf(person, question)}/${bookOf(person, question).length}`;
-  const act = { key, trial, answer, rows: rowsOf(person, question, trial, answer) };
+  const book = bookOf(person, question);
+  const act = { key: `${NAME}/${ownPrefix()}${person}/${question}/${book.length}`, trial, answer, rows: rowsOf(person, question, trial, answer) };
   try {
-    if (isAct(parsed(localStorage.getItem(key)))) return overtaken();
-    localStorage.setItem(key, JSON.stringify(act));
-  } catch (error) { failed("local", error); }
-  bookOf(person, question).push(act);
-  if (folder && person !== GROUP) {
-    waiting.push(act);
-    send();
-  }
+    if (isAct(parsed(localStorage.getItem(act.key)))) return overtaken();
+    localStorage.setItem(act.key, JSON.stringify(act));
+  } catch (error) { notKept(error); }
+  book.push(act);
+  send();
   return transact("readwrite", (acts) => acts.add(act))
-    .catch((error) => (error?.name === "ConstraintError" ? overtaken() : failed("database", error)));
+    .catch((error) => (error?.name === "ConstraintError" ? overtaken() : notKept(error)));
 }
 
-async function post(to, content) {
+// Acts that are not on the disk of the server yet.
+const waiting = () => (folder ? Object.values(books).flat() : []).filter(({ key }) => (
+  key.startsWith(`${NAME}/${ownPrefix()}`) && key.split("/")[3] !== GROUP && !written.has(key)));
+async function post(content) {
   const body = JSON.stringify({ digest: plan.digest, group, ...content });
-  const answer = await fetch(to, { method: "POST", keepalive: true, body });
-  if (!answer.ok && answer.status !== 409) throw new Error(await answer.text());
-  return answer.ok;
+  const answer = await fetch(`acts${location.search}`, { method: "POST", keepalive: true, body });
+  if (answer.status === 409) await overtaken();
+  else if (!answer.ok) complain("server", `The server says: ${await answer.text()}`);
+  return answer.status;
 }
 async function send() {
-  if (sending || !waiting.length) return;
+  const batch = waiting().slice(0, MOST_SENT);
+  if (sending || !batch.length) return;
   sending = true;
-  const batch = waiting.slice(0, MOST_SENT);
   const named = batch.map(({ key, trial, answer }) => [...key.split("/").slice(3, 5), Number(key.split("/")[5]), trial, answer]);
-  try {
-    const taken = await post("acts", { acts: named });
-    faults.server = "";
-    if (taken) waiting = waiting.filter((act) => !batch.includes(act));
-    else await overtaken();
-    setTimeout(send);
-  } catch (error) {
-    faults.server = `The server did not write the last answers (${error.message}); they are in this browser until it does.`;
-    setTimeout(send, 5000);
-  }
+  const status = await post({ acts: named }).catch(() => 0);
+  // What the server takes for no answer (400) is not sent again.
+  if ([200, 400].includes(status)) batch.forEach(({ key }) => written.add(key));
+  if (status === 200) complain("server", "");
+  if (!status) complain("server", "The server does not answer; the last answers are in this browser alone. Run retouch answers SET --serve again.");
   sending = false;
-  complain();
+  setTimeout(send, status === 200 ? 0 : 5000);
 }
 
-// Answers of other plans and of earlier groups that this browser keeps: name and text of each table.
+// Answers of other plans and of earlier groups that this browser keeps: name, text and number of each table.
 function earlier() {
   const tables = {};
-  for (const prefix of Object.keys(books).sort()) {
+  for (const prefix of Object.keys(books).filter((prefix) => !prefix.startsWith(ownPrefix())).sort()) {
     const [digest, name, person, question] = prefix.split("/");
-    const answers = Object.values(standing(books[prefix]));
-    if (person === GROUP || !answers.length || (digest === plan.digest && name === group)) continue;
-    (tables[`answers-${question}-${digest}-${name.replaceAll(/\W/g, "")}.csv`] ??= [question]).push(...answers);
+    if (person !== GROUP && question in plan.headings) (tables[`answers-${question}-${digest}-${name.replaceAll(/\W/g, "")}.csv`] ??= [question]).push(...Object.values(standing(books[prefix])));
   }
   const found = Object.entries(tables).map(([name, [question, ...answers]]) => [name, csv(question, answers), answers.length]);
   // Pages of former versions kept all answers of a plan under one key, without labels.
   try {
     for (const [key, text] of localTexts("-")) found.push([`${key}.json`, text, (text.match(/\d+(?=[,\]])/g) ?? []).length]);
-  } catch (error) { failed("local", error); }
+  } catch (error) { notKept(error); }
   return found.filter(([, , count]) => count);
 }
 
 async function anew() {
-  if (waiting.length || !confirm("Save the tables and begin anew? The answers so far stay kept, as those of an earlier group.")) return;
+  if (waiting().length || !confirm("Save the tables and begin anew? The answers so far stay kept, as those of an earlier group.")) return;
   questions.forEach(save);
   const now = new Date().toISOString();
-  try {
-    if (folder) await post("group", {});
-    else group = now > group ? now : `${group}0`;
+  if (folder) await post({ begin: true }).catch(() => complain("server", "The server does not answer."));
+  else {
+    group = now > group ? now : `${group}0`;
     await keep(GROUP, "begun", 0, null);
-    await load();
-  } catch (error) {
-    faults.server = `The server did not begin anew (${error.message}).`;
-    complain();
   }
+  await load();
   menu();
 }
 addEventListener("storage", async ({ key }) => {

@@ -1,6 +1,7 @@
 """The experiment in a real browser: keys answer, answers stay, and the saved tables are read."""
 
 import shutil
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -19,12 +20,22 @@ pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(chromium() is None, reason="no Chromium here"),
 ]
+SOON = "new Promise((done) => setTimeout(done, 300))"
 QUOTA = "() => { throw new DOMException('', 'QuotaExceededError'); }"
 FULL = f"Storage.prototype.setItem = {QUOTA}; IDBObjectStore.prototype.add = {QUOTA}"
 SWITCHED_OFF = """for (const name of ["localStorage", "indexedDB"]) {
   Object.defineProperty(window, name, { get: () => { throw new DOMException("", "SecurityError"); } });
 }"""
-CODES = {"Enter": 13, "Backspace": 8, "Escape": 27, "ArrowRight": 39, "ArrowDown": 40}
+CODES = {
+    "Enter": 13,
+    "Backspace": 8,
+    "Escape": 27,
+    "ArrowRight": 39,
+    "ArrowDown": 40,
+    ",": 188,
+    "-": 189,
+    ".": 190,
+}
 
 
 @pytest.fixture(scope="module")
@@ -142,30 +153,42 @@ def test_the_table_is_offered_and_closing_asks_until_it_is_saved(
 
 
 def test_windows_keep_one_anothers_answers(browser: Browser, made: Path, tmp_path: Path) -> None:
-    page, other = page_of(made, tmp_path), browser.new_tab()
+    page = page_of(made, tmp_path)
     browser.open(page, 1280)
-    one = browser.switch(other)
-    assert one is not None
-    browser.open(page, 1280)
-    browser.evaluate("trial('P2', 'rougher')")
-    press(browser, "Enter", "1", "Enter", "2")
-    browser.switch(one)
     browser.evaluate("trial('P1', 'rougher')")
-    press(browser, "Enter", "2")
-    # Both windows ask the first trial of the same question; the window that answers second is refused.
-    for window in (one, other):
-        browser.switch(window)
-        browser.evaluate("trial('P1', 'colder')")
-        press(browser, "Enter", "1" if window == one else "2")
-    browser.evaluate("new Promise((done) => setTimeout(done, 300))")
-    assert "Another window has gone on here" in complaint(browser)
-    assert "trial 2 of 6" in shown(browser)
-    for window in (one, other):
-        browser.switch(window)
+    press(browser, "Enter", "1", "Enter")
+    with browser.another():
         browser.open(page, 1280)
-        assert "Answers kept in this browser: 4" in shown(browser)
-        assert browser.evaluate("answersOf('P1', 'colder').map((act) => act.answer)") == [0]
-    browser.switch(one)
+        browser.evaluate("trial('P2', 'rougher')")
+        press(browser, "Enter", "1", "Enter", "2")
+        # Both windows ask the second trial of the same question; the window that answers second is refused.
+        browser.evaluate("trial('P1', 'rougher')")
+        press(browser, "Enter", "2", "Enter", "2")
+    press(browser, "1")
+    browser.evaluate(SOON)
+    assert "Another window has gone on here" in complaint(browser) and "trial 4 of 6" in shown(browser)
+    press(browser, "Enter", "1")
+    assert complaint(browser) == ""
+    browser.open(page, 1280)
+    assert "Answers kept in this browser: 6" in shown(browser)
+    assert browser.evaluate("answersOf('P1', 'rougher').map((act) => act.answer)") == [0, 1, 1, 0]
+
+
+def test_windows_that_answer_at_the_same_time_agree(browser: Browser, made: Path, tmp_path: Path) -> None:
+    page = page_of(made, tmp_path)
+    at = 1000.0 * (time.time() + 3.0)
+    answering = f"setTimeout(() => take('P1', 'rougher', 0, %d), {at} - Date.now())"
+    answers = "answersOf('P1', 'rougher').map((act) => act.answer)"
+    browser.open(page, 1280)
+    browser.evaluate(answering % 0)
+    with browser.another():
+        browser.open(page, 1280)
+        browser.evaluate(answering % 1)
+        browser.evaluate(f"new Promise((done) => setTimeout(done, {at + 500} - Date.now()))")
+        other = browser.evaluate(answers)
+    assert len(other) == 1 and browser.evaluate(answers) == other
+    browser.open(page, 1280)
+    assert browser.evaluate(answers) == other
 
 
 def test_answers_to_another_set_or_group_are_offered_and_not_shown(
@@ -186,14 +209,16 @@ def test_answers_to_another_set_or_group_are_offered_and_not_shown(
     row = ",".join(["P1", "1", *labels, labels[0]])
     assert any(row in text for text in browser.evaluate("earlier().map((table) => table[1])"))
     press(browser, "Enter", "Enter", "2", "Escape", "n")
-    browser.evaluate("new Promise((done) => setTimeout(done, 300))")
+    browser.evaluate(SOON)
     assert browser.dialogs() == ["beforeunload", "confirm"]
     for _ in range(3):
         assert "Answers kept in this browser: 0" in shown(browser)
         assert browser.evaluate("earlier().length") == before + 2
         browser.open(page, 1280)
     # A page of a former version kept all answers of a plan under one key.
-    browser.evaluate("localStorage.setItem('retouch-experiment-0123456789abcdef', '{\"P1\":{\"same\":[0,1]}}')")
+    browser.evaluate(
+        "localStorage.setItem('retouch-experiment-0123456789abcdef', '{\"P1\":{\"same\":[0,1]}}')"
+    )
     assert ["retouch-experiment-0123456789abcdef.json", 2] in browser.evaluate(
         "earlier().map((table) => [table[0], table[2]])"
     )
@@ -203,10 +228,13 @@ def test_answers_to_another_set_or_group_are_offered_and_not_shown(
 @pytest.mark.parametrize(
     ("script", "sentence"),
     [
-        (FULL, "The storage of this browser is full, or its window is private: answers are lost"),
-        (SWITCHED_OFF, "switched off, private or broken: answers are lost when the page is closed"),
-        (f"Storage.prototype.setItem = {QUOTA}", "full, or its window is private: answers are kept once"),
-        ("indexedDB.open = () => { throw new Error() }", "or broken: answers are kept once, not twice"),
+        (FULL, "The storage of this browser is full, or its window is private. Save the answers (S)"),
+        (
+            SWITCHED_OFF,
+            "The storage of this browser is switched off, private or broken. Save the answers (S)",
+        ),
+        (f"Storage.prototype.setItem = {QUOTA}", "is full, or its window is private."),
+        ("indexedDB.open = () => { throw new Error() }", "is switched off, private or broken."),
         (
             "localStorage.setItem('retouch-experiment/a/0/P1/rougher/0', '{')",
             "Some of what this browser kept is damaged and was left out.",
@@ -221,7 +249,7 @@ def test_what_is_wrong_with_the_storage_is_said(
         browser._call("Page.addScriptToEvaluateOnNewDocument", source=script)
         browser.open(page_of(made, tmp_path), 1280)
         press(browser, "Enter", "Enter", "1")
-        browser.evaluate("new Promise((done) => setTimeout(done, 300))")
+        browser.evaluate(SOON)
         assert sentence in complaint(browser)
         # The page goes on, and its answers can be saved.
         press(browser, "Enter", "2")
