@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--serve",
         action="store_true",
-        help="run the experiment: serve its page to this machine, and write each answer into SET/experiment",
+        help="run the experiment until Ctrl-C: serve its page to this machine, and write each answer to disk",
     )
     parser.add_argument(
         "--without",

@@ -22,7 +22,8 @@ from retouch.laboratory.people.experiment_page import PAGE, write_experiment_pag
 from retouch.laboratory.people.plan import FOLDER, TrialPlan, write_plan
 from retouch.laboratory.people.plates import read_plates
 from retouch.laboratory.people.reading import MAGNITUDES, ROUGHER, SAME, SORTS, read_answers
-from retouch.laboratory.people.serving import ACTS, LARGEST_BODY
+from retouch.laboratory.people.serving.group import ACTS
+from retouch.laboratory.people.serving.server import LARGEST_BODY
 from retouch.laboratory.stimulus_sets.stimulus_set import Experiment
 from tests.retouch.laboratory.people.test_experiment_page import SOON, complaint, press, shown
 
