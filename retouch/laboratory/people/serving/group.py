@@ -63,8 +63,8 @@ class Group:
     def __init__(self, folder: Path, plan: Plan) -> None:
         self.plan, self._within = plan, folder
         self.acts: dict[tuple[Any, ...], Act] = {}
-        groups = folder.glob(f"answers-*-{plan.digest[:8]}")
-        self.name = max((group.name.split("-")[1] for group in groups), default="")
+        groups = self._folder_of("[0-9]*").name
+        self.name = max((group.name.split("-")[1] for group in folder.glob(groups)), default="")
         if not self.name:
             self.begin()
         elif (self.folder / ACTS).is_file():
@@ -78,13 +78,16 @@ class Group:
     @property
     def folder(self) -> Path:
         """The folder of the group."""
-        return self._within / f"answers-{self.name}-{self.plan.digest[:8]}"
+        return self._folder_of(self.name)
+
+    def _folder_of(self, name: str) -> Path:
+        return self._within / f"answers-{name}-{self.plan.digest[:8]}"
 
     def begin(self) -> None:
         """Begin with a new group, whose name follows that of the last one even if the clock was set back."""
-        self.name = max(time.strftime("%Y%m%dT%H%M%S"), f"{self.name}0")
-        self.acts = {}
-        self.folder.mkdir()
+        name = max(time.strftime("%Y%m%dT%H%M%S"), f"{self.name}0")
+        self._folder_of(name).mkdir()
+        self.name, self.acts = name, {}
 
     def add(self, acts: list[Act]) -> bool:
         """Write checked acts to disk; False, and none is written, if one has the number of another act.

@@ -146,8 +146,10 @@ def serve(folder: Path) -> None:
     file = folder / FOLDER / PAGE
     page = read_limited(file, LARGEST_FILE)
     try:
+        if b"connect-src" not in page:
+            raise InputError  # Pages of former versions send nothing.
         plan = Plan.model_validate_json(page.partition(PLAN_BEGINS)[2].partition(PLAN_ENDS)[0])
-    except ValidationError:
+    except ValueError:
         advice = f"retouch stimuli --redraw -o {folder} writes it anew"
         raise InputError(f"{file}: is no page of an experiment; {advice}") from None
     with only_writer(folder):

@@ -187,6 +187,7 @@ def test_what_cannot_be_served_is_refused(
         "",
         whole.replace('"rougher"', '"../rougher"'),
         whole.replace('"digest": "', '"digest": "../'),
+        whole.replace("connect-src", "img-src"),
     ):
         page.write_text(damaged)
         assert main(["answers", str(folder), "--serve"]) == BAD_INPUT
