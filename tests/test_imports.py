@@ -113,6 +113,7 @@ _ALLOWED = {
     "retouch.laboratory.people": (
         "optimize.run_directory relief.ground retouch.laboratory.stimulus_sets retouch.pages tactile"
     ),
+    "retouch.laboratory.people.serving": "relief.ground retouch.laboratory.people",
     "retouch.laboratory.people.skin_fit": (
         "mitsuba_scenes optimize.settings optimize.verification relief relief.ground "
         "retouch.laboratory.people retouch.laboratory.stimulus_sets tactile"
@@ -151,10 +152,10 @@ _ALLOWED = {
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification optimize.verification.solids relief relief.ground relief.preparing "
         "relief.solids.export relief.solids.mending relief.solids.meshes relief.solids.objects "
-        "retouch.laboratory.people retouch.laboratory.people.skin_fit retouch.laboratory.stimulus_sets "
-        "retouch.laboratory.studies retouch.laboratory.training retouch.laboratory.workers retouch.pages "
-        "retouch.pages.objects surrogate.corpus surrogate.data surrogate.nets tactile visual visual.backend "
-        "visual.scene_file"
+        "retouch.laboratory.people retouch.laboratory.people.serving retouch.laboratory.people.skin_fit "
+        "retouch.laboratory.stimulus_sets retouch.laboratory.studies retouch.laboratory.training "
+        "retouch.laboratory.workers retouch.pages retouch.pages.objects surrogate.corpus surrogate.data "
+        "surrogate.nets tactile visual visual.backend visual.scene_file"
     ),
     "retouch.verbs.objects": (
         "mitsuba_scenes optimize.settings relief relief.ground relief.solids relief.solids.export "

@@ -1,7 +1,6 @@
 """The app, and a window of it in headless Chromium: what a person does, by mouse and keys."""
 
 import base64
-import contextlib
 import json
 import os
 import re
@@ -9,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Self
 
@@ -85,19 +83,6 @@ class Window(Browser):
         self._events.clear()
         self._call("Page.navigate", url=address)
         self._until("Page.loadEventFired")
-
-    @contextlib.contextmanager
-    def another(self) -> Iterator[Self]:
-        """Another window of the same browser, in place of this one until the block ends."""
-        session, self._session = self._session, None
-        target = self._call("Target.createTarget", url="about:blank")["targetId"]
-        self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-        for domain in ("Page", "Runtime"):
-            self._call(f"{domain}.enable")
-        yield self
-        self._session = None
-        self._call("Target.closeTarget", targetId=target)
-        self._session = session
 
     def size(self, width: int, height: int) -> None:
         """Give the window another size, CSS pixels."""

@@ -16,6 +16,7 @@ import shutil
 import signal
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -95,10 +96,7 @@ class Browser:
         self._buffer, self._last, self._events = b"", 0, list[dict[str, Any]]()
         self._session: str | None = None
         try:
-            target = self._call("Target.createTarget", url="about:blank")["targetId"]
-            self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-            for domain in ("Page", "Network", "Log", "Runtime"):
-                self._call(f"{domain}.enable")
+            self._open_window()
         except BaseException:
             self.close()
             raise
@@ -121,8 +119,34 @@ class Browser:
         os.waitpid(self._process, 0)
         shutil.rmtree(self._profile, ignore_errors=True)
 
+    @contextlib.contextmanager
+    def another(self) -> Iterator[Self]:
+        """Another window of the same browser, in place of this one until the block ends."""
+        session, self._session = self._session, None
+        target = self._open_window()
+        yield self
+        self._session = None
+        self._call("Target.closeTarget", targetId=target)
+        self._session = session
+
+    def _open_window(self) -> str:
+        """Open a window, which calls are for from now on; its name."""
+        target: str = self._call("Target.createTarget", url="about:blank", newWindow=True)["targetId"]
+        self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        for domain in ("Page", "Network", "Log", "Runtime"):
+            self._call(f"{domain}.enable")
+        return target
+
+    def dialogs(self) -> list[str]:
+        """Kinds of the dialogs of the page since it was opened; each is accepted."""
+        opened = "Page.javascriptDialogOpening"
+        return [event["params"]["type"] for event in self._events if event["method"] == opened]
+
     def open(self, page: Path | str, width: int, *, dark: bool = False) -> Page:
-        """Load a page, a file or an address, in a window of this width in CSS pixels; wait for all of it."""
+        """Load a page, a file or an address, in a window of this width in CSS pixels; wait for all of it.
+
+        A page whose script has a promise `ready` is waited for until then.
+        """
         phone = width < 600
         self._call(
             "Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=phone
@@ -134,6 +158,7 @@ class Browser:
         self._call("Page.navigate", url=address)
         self._until("Page.loadEventFired")
         self.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done, 50)))")
+        self.evaluate("typeof ready === 'undefined' || ready")
         seen = Page()
         for event in self._events:
             parameters = event["params"]
@@ -193,4 +218,10 @@ class Browser:
         message: dict[str, Any] = json.loads(text)
         if "method" in message:
             self._events.append(message)
+        if message.get("method") == "Page.javascriptDialogOpening":
+            # The answer to the answer is passed over, as nobody waits for it.
+            accepting = {"id": 0, "method": "Page.handleJavaScriptDialog", "params": {"accept": True}}
+            os.write(
+                self._write, json.dumps(accepting | {"sessionId": message["sessionId"]}).encode() + b"\0"
+            )
         return message

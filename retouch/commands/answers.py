@@ -6,6 +6,7 @@ import itertools
 from pathlib import Path
 
 import retouch
+from relief.ground.errors import InputError
 from relief.ground.options import Option, add_option
 from retouch.commands.options import add_skin, add_talk, print_json
 from retouch.commands.printing import print_lines
@@ -27,6 +28,7 @@ tables of answers (CSV; a column `trial` names the trial of the plan):
 EPILOG = """\
 examples:
   retouch answers runs/gravel-set
+  retouch answers runs/gravel-set --serve
   retouch answers runs/gravel-set answers-rougher.csv answers-sorts.csv
   retouch answers runs/gravel-set answers.csv --json
   retouch answers runs/gravel-set answers.csv --without P3 --partial
@@ -50,6 +52,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--partial", action="store_true", help="go without trials of the plan that have no answer"
+    )
+    parser.add_argument(
+        "--serve",
+        action="store_true",
+        help="run the experiment until Ctrl-C: serve its page to this machine, and write each answer to disk",
     )
     parser.add_argument(
         "--without",
@@ -91,6 +98,13 @@ def _meanings(text: str) -> tuple[str, dict[str, str]]:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    if arguments.serve:
+        others = arguments.files, arguments.out, arguments.skin_out, arguments.press
+        if any(others) or arguments.options.keys() - {"serve", "quiet", "verbose"}:
+            raise InputError("--serve: takes a folder alone; the answers are analysed by another call")
+        from retouch.verbs.answering import serve  # with all that the verb loads
+
+        serve(arguments.set)
     answered = retouch.answers(
         arguments.set,
         arguments.files,

@@ -13,6 +13,7 @@ from relief.ground.progress import Progress
 from retouch.laboratory.people.analysis import AnswersResults, analysed
 from retouch.laboratory.people.lines import lines_of
 from retouch.laboratory.people.page import DOCUMENT, PAGE, page
+from retouch.laboratory.people.serving.server import serve as serve
 from retouch.laboratory.people.tables import ColumnMap
 from retouch.pages.sentences import TextTable
 from retouch.verbs.progress_display import followed

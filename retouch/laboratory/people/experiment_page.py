@@ -8,6 +8,8 @@ from retouch.pages.rendering import render_page
 
 PAGE = "index.html"
 """The page, in the folder of the plan."""
+PLAN_BEGINS, PLAN_ENDS = b'<script type="application/json" id="plan">', b"</script>"
+"""What stands before and behind the plan in the page; the plan itself has no `<`."""
 
 
 def write_experiment_page(folder: Path, plan: TrialPlan, title: str) -> Path:
@@ -21,7 +23,8 @@ def write_experiment_page(folder: Path, plan: TrialPlan, title: str) -> Path:
     page = folder / FOLDER / PAGE
     content = render_page(
         "experiment.html.j2",
-        scripts=("experiment.js",),
+        scripts=("experiment_answers.js", "experiment.js"),
+        connect=" connect-src 'self';",
         pair={"title": title},
         plan=plan,
         data=plan.as_json(),

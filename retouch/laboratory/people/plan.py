@@ -10,8 +10,8 @@ import csv
 import hashlib
 import io
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -43,21 +43,31 @@ class TrialPlan:
     """The plan of an experiment.
 
     Attributes:
-        labels: of the plates.
-        textures: of each of them.
+        plates: of the set.
         trials: by question and person.
         seed: of its random order.
     """
 
-    labels: tuple[str, ...]
-    textures: tuple[str, ...]
+    plates: tuple[SetPlate, ...]
     trials: dict[str, dict[str, Trials]]
     seed: int
 
     @property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the plates."""
+        return tuple(plate.label for plate in self.plates)
+
+    @property
+    def textures(self) -> tuple[str, ...]:
+        """Names of the plates' textures."""
+        return tuple(plate.texture for plate in self.plates)
+
+    @property
     def digest(self) -> str:
-        """Sixteen characters that differ between plans: answers are kept under them in a browser."""
-        content = json.dumps([self.labels, self.trials, self.seed])
+        """Sixteen characters that differ between plans and sets: answers are kept under them."""
+        # Folders may be moved, and runs removed, while the plates in people's hands stay the same.
+        plates = [replace(plate, folder=Path(), by_finger={}) for plate in self.plates]
+        content = json.dumps([[asdict(plate) for plate in plates], self.trials, self.seed], default=str)
         return hashlib.sha256(content.encode()).hexdigest()[:16]
 
     def as_json(self) -> dict[str, Any]:
@@ -87,9 +97,8 @@ class TrialPlan:
 def plan(plates: Mapping[str, SetPlate], experiment: Experiment) -> TrialPlan:
     """The plan for the plates of a set; questions that they cannot answer are left out."""
     rng = np.random.default_rng(experiment.seed)
-    labels = tuple(plates)
     textures = tuple(plate.texture for plate in plates.values())
-    place = {label: number for number, label in enumerate(labels)}
+    place = {label: number for number, label in enumerate(plates)}
     levels = [[place[plate.label] for plate in each] for each in levels_of(dict(plates)).values()]
     areas = [[place[plate.label] for plate in each] for each in areas_of(dict(plates)).values()]
     people = [f"P{number}" for number in range(1, experiment.people + 1)]
@@ -111,7 +120,7 @@ def plan(plates: Mapping[str, SetPlate], experiment: Experiment) -> TrialPlan:
         }
     if rated:
         trials[MAGNITUDES] = _shared_out(rated, people, max(MOST_RATINGS, len(rated)), textures, rng)
-    return TrialPlan(labels, textures, trials, experiment.seed)
+    return TrialPlan(tuple(plates.values()), trials, experiment.seed)
 
 
 def _both_orders(levels: Sequence[Sequence[int]]) -> Trials:
@@ -168,10 +177,10 @@ def _ordered(trials: Trials, textures: Sequence[str], rng: np.random.Generator) 
     return ordered
 
 
-def table_bytes(trial_plan: TrialPlan, question: str) -> bytes:
-    """A question's table as CSV."""
+def csv_bytes(rows: Iterable[Sequence[object]]) -> bytes:
+    """A table as CSV."""
     text = io.StringIO()
-    csv.writer(text).writerows(trial_plan.rows(question))
+    csv.writer(text).writerows(rows)
     return text.getvalue().encode()
 
 
@@ -185,7 +194,7 @@ def write_plan(folder: Path, experiment: Experiment) -> TrialPlan | None:
     if not trial_plan.trials:
         return None
     for question in trial_plan.trials:
-        write_atomically(folder / FOLDER / f"{question}.csv", table_bytes(trial_plan, question))
+        write_atomically(folder / FOLDER / f"{question}.csv", csv_bytes(trial_plan.rows(question)))
     for question in HEADINGS.keys() - trial_plan.trials.keys():
         (folder / FOLDER / f"{question}.csv").unlink(missing_ok=True)
     return trial_plan

@@ -1,8 +1,6 @@
 // The experiment: a menu of people and questions, then one trial after the other. Each trial has two screens:
 // the first names the plates to lay out, the second asks and names none.
-const plan = JSON.parse(document.getElementById("plan").textContent);
 const stage = document.getElementById("stage");
-const KEY = `retouch-experiment-${plan.digest}`;
 const ASKED = {
   rougher: { name: "Which is rougher?", ask: "Which plate feels rougher?", first: "the first", second: "the second" },
   colder: { name: "Which is colder?", ask: "Which plate feels colder?", first: "the first", second: "the second" },
@@ -13,61 +11,15 @@ const ASKED = {
 const questions = Object.keys(ASKED).filter((question) => question in plan.trials);
 const LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ".split("");
 
-let kept = {};
-try {
-  kept = JSON.parse(localStorage.getItem(KEY) ?? "{}");
-  localStorage.setItem(KEY, JSON.stringify(kept));
-} catch (error) {
-  document.getElementById("storage").hidden = false;
-}
-function keep() {
-  try {
-    localStorage.setItem(KEY, JSON.stringify(kept));
-  } catch (error) {
-    document.getElementById("storage").hidden = false;
-  }
-}
-
 const make = (name, properties = {}, ...children) => {
   const element = Object.assign(document.createElement(name), properties);
   element.append(...children);
   return element;
 };
-const answersOf = (person, question) => ((kept[person] ??= {})[question] ??= []);
-
-// CSV, as the tables of the plan beside this page.
-const cell = (value) => /[",\r\n]/.test(value) ? `"${String(value).replaceAll('"', '""')}"` : String(value);
-function rowsOf(question, person) {
-  return answersOf(person, question).flatMap((answer, index) => {
-    const labels = plan.trials[question][person][index].map((place) => plan.labels[place]);
-    const begin = [person, index + 1];
-    if (question === "sorts") {
-      const name = `trial ${index + 1}`;
-      return answer.map((place, order) => [...begin, name, order + 1, plan.labels[place]]);
-    }
-    if (question === "magnitudes") return [[...begin, ...labels, answer]];
-    const told = question === "same" ? (answer === 0 ? "yes" : "no") : labels[answer];
-    return [[...begin, ...labels, told]];
-  });
-}
-function csvOf(question) {
-  const [person, ...others] = plan.headings[question];
-  const rows = plan.people.flatMap((name) => rowsOf(question, name));
-  if (!rows.length) return "";
-  return [[person, "trial", ...others], ...rows].map((row) => row.map(cell).join(",")).join("\r\n") + "\r\n";
-}
-function save() {
-  for (const question of questions) {
-    const text = csvOf(question);
-    if (!text) continue;
-    const address = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
-    make("a", { href: address, download: `answers-${question}.csv` }).click();
-    setTimeout(() => URL.revokeObjectURL(address), 10000);
-  }
-}
 
 // The screen and what its keys do.
 let press = () => {};
+let redraw = menu;
 function show(keys, ...children) {
   stage.replaceChildren(...children);
   press = keys;
@@ -79,6 +31,11 @@ document.addEventListener("keydown", (event) => {
 const button = (text, act, more = {}) => make("button", { type: "button", textContent: text, onclick: act, ...more });
 
 function menu() {
+  redraw = menu;
+  const other = earlier();
+  const kept = plan.people.flatMap((person) => questions.flatMap((question) => Object.values(answersOf(person, question)))).length;
+  const saveAll = () => questions.forEach(save);
+  const saveEarlier = () => other.forEach(([name, text]) => download(name, text));
   const table = make("table", { className: "menu" });
   table.append(make("thead", {}, make("tr", {}, make("th", { scope: "col", textContent: "person" }),
     ...questions.map((question) => make("th", { scope: "col", textContent: ASKED[question].name })))));
@@ -87,7 +44,7 @@ function menu() {
     const row = body.insertRow();
     row.append(make("th", { scope: "row", textContent: person }));
     for (const question of questions) {
-      const done = answersOf(person, question).length;
+      const done = doneOf(person, question);
       const all = plan.trials[question][person].length;
       const state = done === all ? "done" : `${done} of ${all}`;
       const label = `${person}: ${ASKED[question].name} ${state}`;
@@ -105,9 +62,13 @@ function menu() {
       event.preventDefault();
       each[Math.min(each.length - 1, Math.max(0, now + step))].focus();
     }
-    if (event.key.toLowerCase() === "s") save();
-  }, make("p", { textContent: "Choose a person and a question with the arrow keys, and press Enter. S saves all answers." }),
-  make("div", { className: "scroll sideways" }, table), make("p", {}, button("Save all answers (S)", save)));
+    ({ s: saveAll, e: saveEarlier, n: anew })[event.key.toLowerCase()]?.();
+  }, make("p", { textContent: "Choose a person and a question with the arrow keys, and press Enter." }),
+  make("p", { className: "kept", textContent: `Answers kept in ${folder || "this browser"}: ${kept}` }),
+  make("div", { className: "scroll sideways" }, table),
+  make("p", {}, button("Save all answers (S)", saveAll), ...(kept ? [button("Begin anew for the next group (N)", anew)] : [])),
+  ...(other.length ? [make("p", { className: "kept", textContent: `Answers of other plans or earlier groups in this browser: ${other.reduce((sum, table) => sum + table[2], 0)}` }),
+    make("p", {}, button("Save these (E)", saveEarlier))] : []));
 }
 
 function heading(person, question, index) {
@@ -117,18 +78,17 @@ function heading(person, question, index) {
 }
 
 function trial(person, question) {
-  const answers = answersOf(person, question);
-  const trials = plan.trials[question][person];
-  const index = answers.length;
-  if (index >= trials.length) return finished(person, question);
-  const places = trials[index];
+  redraw = () => trial(person, question);
+  const index = nextOf(person, question);
+  if (index < 0) return finished(person, question);
+  const places = plan.trials[question][person][index];
   const label = (place) => plan.labels[place];
   const what = question === "sorts"
     ? make("ol", { className: "row" }, ...places.map((place, k) => make("li", {}, make("b", { textContent: LETTERS[k % 26] }), ` ${label(place)}`)))
     : make("ol", { className: "lay" }, ...places.map((place, k) => make("li", {},
       make("small", { textContent: places.length > 1 ? ["first", "second"][k] : "the plate" }), make("b", { textContent: label(place) }))));
   const words = question === "sorts" ? "Lay these plates out in this order:" : places.length > 1 ? "Lay these two plates out:" : "Lay this plate out:";
-  const on = () => ask(person, question);
+  const on = () => ask(person, question, index);
   show((event) => {
     if (event.key === "Escape") return menu();
     if (event.key === "Backspace") { event.preventDefault(); return back(person, question); }
@@ -137,30 +97,29 @@ function trial(person, question) {
 }
 
 function back(person, question) {
-  const answers = answersOf(person, question);
-  if (answers.length) {
-    answers.pop();
-    keep();
-  }
+  const last = Object.values(answersOf(person, question)).at(-1);
+  if (last) keep(person, question, last.trial, null);
   trial(person, question);
 }
 
-function take(person, question, answer) {
-  answersOf(person, question).push(answer);
-  keep();
+function take(person, question, index, answer) {
+  // Another window may have answered this trial while it was on the screen.
+  if (nextOf(person, question) !== index) return overtaken();
+  complain("window", "");
+  keep(person, question, index, answer);
   trial(person, question);
 }
 
-function ask(person, question) {
-  const places = plan.trials[question][person][answersOf(person, question).length];
+function ask(person, question, index) {
+  const places = plan.trials[question][person][index];
   const asked = ASKED[question];
-  const head = heading(person, question, answersOf(person, question).length);
+  const head = heading(person, question, index);
   const words = make("p", { className: "ask", textContent: asked.ask });
   if (asked.first) {
-    const choose = (k) => () => take(person, question, k);
+    const choose = (k) => () => take(person, question, index, k);
     show((event) => {
-      if (["1", "ArrowLeft"].includes(event.key)) return take(person, question, 0);
-      if (["2", "ArrowRight"].includes(event.key)) return take(person, question, 1);
+      if (["1", "ArrowLeft"].includes(event.key)) return take(person, question, index, 0);
+      if (["2", "ArrowRight"].includes(event.key)) return take(person, question, index, 1);
       if (["Backspace", "Escape"].includes(event.key)) { event.preventDefault(); trial(person, question); }
     }, head, words, make("p", { className: "choice" },
       button(`1  ${asked.first}`, choose(0)), button(`2  ${asked.second}`, choose(1))));
@@ -173,10 +132,10 @@ function ask(person, question) {
     const answer = question === "sorts" ? sorted(input.value, places) : rated(input.value);
     if (answer === null) {
       fault.textContent = question === "sorts"
-        ? `Type each letter from A to ${LETTERS[places.length - 1]} once, the smoothest first.` : "A number above 0, please.";
+        ? `Type each letter from A to ${LETTERS[places.length - 1]} once, the smoothest first.` : "A plain number above 0, such as 2.5 or 1000, without separators of thousands, please.";
       return;
     }
-    take(person, question, answer);
+    take(person, question, index, answer);
   };
   const hint = question === "sorts" ? `The letters A to ${LETTERS[places.length - 1]}, the smoothest first; then Enter:` : "The number, then Enter:";
   show((event) => {
@@ -191,18 +150,28 @@ function sorted(text, places) {
   return whole ? order.map((k) => places[k]) : null;
 }
 
+// A group of three digits behind a comma or a point may be thousands, so it counts as neither.
 function rated(text) {
-  const number = Number(text.trim().replace(",", "."));
-  return text.trim() && Number.isFinite(number) && number > 0 ? number : null;
+  const typed = text.trim();
+  const number = /^(\d+|\d*[.,]\d+)$/.test(typed) && !/^[1-9]\d{0,2}[.,]\d{3}$/.test(typed) ? Number(typed.replace(",", ".")) : 0;
+  return number > 0 && number < 1e100 ? number : null;
 }
 
 function finished(person, question) {
+  const saving = () => { save(question); trial(person, question); };
+  const open = unsaved(question) && (!folder || faults.server);
+  const file = `answers-${question}.csv`;
+  const place = open ? `The answers are in this browser alone: press Enter to save ${file}.` : folder ? `The answers are in ${folder}/${file}.` : `The answers are saved as ${file}.`;
+  const buttons = [button("Back to the list (Escape)", menu), button("Save the table (S)", saving)];
+  if (open) buttons.reverse();
+  buttons[0].classList.add("next");
   show((event) => {
-    if (event.key.toLowerCase() === "s") save();
+    if (event.key.toLowerCase() === "s") saving();
     if (event.key === "Escape") menu();
     if (event.key === "Backspace") { event.preventDefault(); back(person, question); }
   }, make("p", { className: "ask", textContent: "Thank you. All trials are done." }),
-  make("p", {}, button("Back to the list (Enter)", menu, { className: "next" }), button("Save all answers (S)", save)));
+  make("p", { className: "kept", textContent: place }),
+  make("p", {}, ...buttons));
 }
 
-menu();
+const ready = load().then(menu);

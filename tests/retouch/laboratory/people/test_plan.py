@@ -1,6 +1,7 @@
 """Plans are balanced, random by their seed, and say what each person does."""
 
 from collections import Counter
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -68,3 +69,11 @@ def test_sets_too_small_or_too_large_are_not_sorted(labels: int, tmp_path: Path)
     (tmp_path / "plates.csv").write_text("\n".join([head, *rows]))
     of = plan(read_plates(tmp_path), Experiment(people=2, pairs=20))
     assert SORTS not in of.trials and len(of.trials[ROUGHER]["P2"]) == 20
+
+
+def test_plates_that_measure_differently_are_another_set(tmp_path: Path) -> None:
+    of = planned_for(tmp_path)
+    moved = tuple(replace(plate, folder=tmp_path / "elsewhere") for plate in of.plates)
+    assert replace(of, plates=moved).digest == of.digest
+    for changed in ({"roughness": 0.05}, {"kind": "control"}, {"level": 3.0}, {"contact_area_mm2": 31.0}):
+        assert replace(of, plates=(replace(of.plates[0], **changed), *of.plates[1:])).digest != of.digest
