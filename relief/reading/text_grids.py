@@ -1,7 +1,8 @@
-"""Grids as text: ESRI's .asc, and tables of heights with a row in each line."""
+"""Texts of numbers: ESRI's .asc, tables of heights with a row in each line, and points x, y, z."""
 
 import re
 from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
+from collections.abc import Iterator
 from io import BytesIO, TextIOWrapper
 from pathlib import Path
 
@@ -10,28 +11,44 @@ import numpy as np
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named, read_limited
-from relief.reading.samples import LONGEST_SIDE, Check, Samples, check_extent, check_square, measured
+from relief.ground.lengths import shown
+from relief.reading.samples import (
+    LONGEST_SIDE,
+    Check,
+    Samples,
+    check_extent,
+    check_square,
+    measured,
+    without_stand_ins,
+)
 
 LARGEST_TEXT = 1 << 28
 """Most bytes of a text: 4096 x 4096 numbers of 16 characters."""
 WORDS_BYTES = 1 << 20
 """Bytes below a line in which its words may be again: holes."""
-MOST_HEADINGS = 9
-"""Most lines among which the first row must be: a title, names and units may be above."""
+MOST_HEADINGS = 40
+"""Most lines with content among which the first row must be: names and units, or 20 lines of settings of an
+instrument, may be above."""
 UNEVEN = 0.05
 """Largest deviation of evenly spaced coordinates, in their range, if this is less than a step: 0.0125, 0.025
 and 0.0375 may be rounded to 0.01, 0.03 and 0.04."""
 OWN = 0.5
 """Least range of the differences of coordinates from the heights beside them, in ranges of the coordinates:
 the rows of a tilted plane are even as well, but differ from each other by a constant."""
-_HEADING = re.compile(rb"[ \t]*(ncols|nrows|xll\w+|yll\w+|cellsize|dx|dy|nodata\w*)[ \t]+(\S+)[ \t]*\n", re.I)
+_HEADING = re.compile(rb"\s*(ncols|nrows|xll\w+|yll\w+|cellsize|dx|dy|nodata\w*)[ \t]+(\S+)[ \t]*\n", re.I)
 """Line of the heading of an ESRI grid."""
-_COMMENT = re.compile(rb"(?m)^ *(?:#(?!N/[AD]|NV\b|[A-Z]+(?:/0)?[!?])[^\n]*)?\n+")
-"""Empty line or comment; #N/A and the like are holes in tables of spreadsheets."""
+_COMMENT = re.compile(rb"(?m)^ *(?:#(?!N/[AD]|NV\b|[A-Z]+(?:/0)?[!?])[^\n]*)?$")
+"""Line of spaces or a comment; #N/A and the like are holes in tables of spreadsheets."""
 _NUMBER = re.compile(rb"[-+]?(\d+[.,]?\d*|[.,]\d+)(e[-+]?\d+)?", re.I)
 _WORDS = rb"n/?[ad]|n\.a\.|[-+]?(nan|inf|infinity)|bad|none|null|no ?data|masked|missing|.*#.*"
 _HOLE = re.compile(rb"[^\w.]*|" + _WORDS, re.I)
 """Word on a first line that stands for a number that was not measured; other words are a heading."""
+_LINE = re.compile(rb"\n*([^\n]*)\n?")
+"""The next line with content."""
+_UNIT = re.compile(rb"\[[^]\n]*\]|\([^)\n]*\)")
+"""Unit in brackets behind the name of a column."""
+_AXIS = re.compile(rb"\W*([xyz])(?:[^a-z0-9].*)?")
+"""Name of a column of points, in lower case, perhaps with a quotation mark before and a unit behind."""
 
 
 def read_grid(path: Path, check: Check) -> Samples:
@@ -39,12 +56,8 @@ def read_grid(path: Path, check: Check) -> Samples:
 
     Raises InputError, also for points x, y, z and for profiles.
     """
-    content = read_limited(path, LARGEST_TEXT)
     with damage_named(path, "a table of numbers"):
-        if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
-            content = content.decode("utf-16").encode()
-        content = content.removeprefix(BOM_UTF8).replace(b"\r\n", b"\n").replace(b"\r", b"\n") + b"\n"
-        text = _COMMENT.sub(b"", content.replace("\N{MINUS SIGN}".encode(), b"-"))
+        text = _COMMENT.sub(b"", _content(path))
         heading: dict[str, float] = {}
         start = 0
         while found := _HEADING.match(text, start):
@@ -56,6 +69,48 @@ def read_grid(path: Path, check: Check) -> Samples:
     no_data = heading.get("nodata", -9999.0) if heading else None
     kind = "ESRI grid" if heading else "table"
     return Samples(path, f"{kind} of numbers", {"Y": measured(values, no_data)}, notes=notes)
+
+
+def read_points(path: Path, most_columns: int) -> Array | None:
+    """Read points, one in a line: (n, 3) x, y and z, NaN where nothing was measured.
+
+    The first three columns are read, or those that a line of headings names. None for more columns than
+    `most_columns`, which are a table of heights. Raises InputError.
+    """
+    with damage_named(path, "lines of x, y and z"):
+        content = _content(path)
+        text, delimiter = _delimited(_COMMENT.sub(b"", content))
+        rows = _rows(text, delimiter, path)[0]
+        width = len(rows.partition(b"\n")[0].split(delimiter))
+        if width > most_columns:
+            return None
+        above = text.count(b"\n") - rows.count(b"\n")
+        columns = _columns(content.split(b"\n", above)[:above], delimiter, width)
+        values = _numbers(rows, delimiter, None, path, above, columns)
+    values[:, 2] = without_stand_ins(measured(values[:, 2]), usual=False)
+    return values
+
+
+def _columns(headings: list[bytes], delimiter: bytes | None, width: int) -> list[int]:
+    """Columns of x, y and z by the last line above the points that names them; else the first three."""
+    for line in reversed(headings):
+        for sign in (delimiter, None, b","):
+            names = _UNIT.sub(b"", line).lower().strip(b'#/%!;" \t').split(sign)
+            axes = [found[1] if (found := _AXIS.fullmatch(name)) else b"" for name in names]
+            if len(axes) == width and all(axes.count(axis) == 1 for axis in (b"x", b"y", b"z")):
+                return [axes.index(axis) for axis in (b"x", b"y", b"z")]
+    return [0, 1, 2]
+
+
+def _content(path: Path) -> bytes:
+    """The text of a file in UTF-8 or of one byte a sign; a line feed ends each line. Raises InputError."""
+    content = read_limited(path, LARGEST_TEXT)
+    if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        content = content.decode("utf-16").encode()
+    if b"\0" in content:
+        raise InputError(f"{path}: is no text of numbers")
+    content = content.removeprefix(BOM_UTF8).replace(b"\r\n", b"\n").replace(b"\r", b"\n") + b"\n"
+    return content.replace("\N{MINUS SIGN}".encode(), b"-")
 
 
 def _esri(text: bytes, heading: dict[str, float], path: Path, check: Check) -> tuple[Array, tuple[str, ...]]:
@@ -74,7 +129,8 @@ def _table(text: bytes, path: Path) -> tuple[Array, tuple[str, ...]]:
     """(rows, cols) heights with a row in each line, and notes."""
     text, delimiter = _delimited(text)
     heights, corner, notes = _rows(text, delimiter, path)
-    values = _numbers(heights, delimiter, LONGEST_SIDE + 1, path)
+    above = text.count(b"\n") - heights.count(b"\n")
+    values = _numbers(heights, delimiter, LONGEST_SIDE + 1, path, above)
     # A delimiter at the end of each line separates nothing.
     if delimiter and np.isnan(values[:, -1]).all() and heights.count(delimiter + b"\n") >= len(values):
         values = values[:, :-1]
@@ -84,7 +140,7 @@ def _table(text: bytes, path: Path) -> tuple[Array, tuple[str, ...]]:
     # Without a word, coordinates differ from heights if they are on two sides, or count.
     both = _is_axis(values[:2, 1:], whole=False) and _is_axis(values[1:, :2].T, whole=False)
     row = both or _is_axis(values[:2, corner:], whole=not corner)
-    column = both or _is_axis(values[corner:, :2].T, whole=not corner and len(heights) == len(text))
+    column = both or _is_axis(values[corner:, :2].T, whole=not corner and heights == text.lstrip(b"\n"))
     if row or column:
         notes += (f"left out: {' and '.join(['a row'] * row + ['a column'] * column)} of coordinates",)
     return values[int(row) :, int(column) :], notes
@@ -93,18 +149,22 @@ def _table(text: bytes, path: Path) -> tuple[Array, tuple[str, ...]]:
 def _rows(text: bytes, delimiter: bytes | None, path: Path) -> tuple[bytes, int, tuple[str, ...]]:
     """The rows of a table; 1 if their corner is empty or a word; and a note if headings held numbers."""
     notes: tuple[str, ...] = ()
+    width = len(text.rstrip(b"\n").rpartition(b"\n")[2].split(delimiter))
+    start = 0
     for _line in range(MOST_HEADINGS):
-        first, _, rest = text.partition(b"\n")
-        cells = [cell.strip(b' "') for cell in first.split(delimiter, LONGEST_SIDE + 1)]
+        line = _LINE.match(text, start)
+        cells = [cell.strip(b' "') for cell in line[1].split(delimiter, LONGEST_SIDE + 1)]
         check_extent((1, len(cells)), path)
         numbers = sum(_NUMBER.fullmatch(cell) is not None for cell in cells)
         words = {cell for cell in cells if not _NUMBER.fullmatch(cell) and not _HOLE.fullmatch(cell)}
         # Words that are in rows below as well stand for holes.
-        below = rest[:WORDS_BYTES].replace(b"\n", delimiter or b"\n").split(delimiter)
-        words.difference_update(cell.strip(b' "') for cell in below)
-        if not words or (words == {cells[0]} and 2 * numbers >= len(cells)):
-            return text, 1 if words or not cells[0] else 0, notes
-        text, notes = rest, ("left out: a first line with words",) if numbers else notes
+        below = text[line.end() : line.end() + WORDS_BYTES].replace(b"\n", delimiter or b"\n")
+        words.difference_update(cell.strip(b' "') for cell in below.split(delimiter))
+        named = words == {cells[0]} and 2 * numbers >= len(cells) == width
+        # A number alone is that of the rows.
+        if named or not (words or len(cells) == 1 < width):
+            return text[line.start(1) :], 1 if words or not cells[0] else 0, notes
+        start, notes = line.end(), ("left out: a first line with words",) if numbers and words else notes
     raise InputError(f"{path}: holds words in its first {MOST_HEADINGS} lines, not a table of numbers")
 
 
@@ -119,14 +179,50 @@ def _delimited(text: bytes) -> tuple[bytes, bytes | None]:
     return text if delimiter == b"," else text.replace(b",", b"."), delimiter
 
 
-def _numbers(text: bytes, delimiter: bytes | None, most_rows: int, path: Path) -> Array:
-    """(rows, cols) numbers, NaN for words; at most so many rows. Raises ValueError, InputError."""
+def _numbers(
+    text: bytes,
+    delimiter: bytes | None,
+    most_rows: int | None,
+    path: Path,
+    above: int | None = None,
+    columns: list[int] | None = None,
+) -> Array:
+    """(rows, cols) numbers, NaN for words; at most so many rows, of these columns. Raises InputError.
+
+    Args:
+        above: lines of the file above the text, for messages; None: lines of the text are none of the file.
+    """
     sign, quote = delimiter.decode() if delimiter else None, '"' if b'"' in text else None
-    lines = TextIOWrapper(BytesIO(text), "latin-1")
-    values = np.loadtxt(lines, float, None, sign, _number, ndmin=2, max_rows=most_rows, quotechar=quote)
+    # Words take a function for each cell, which is slow.
+    for converter in (None, _number):
+        lines = _Lines(text, above or 0)
+        try:
+            values = np.loadtxt(
+                lines, float, None, sign, converter, 0, columns, ndmin=2, max_rows=most_rows, quotechar=quote
+            )
+            break
+        except ValueError as error:
+            if converter is not None:
+                where = f"{path}: " if above is None else f"{path}: line {lines.number}: "
+                fault = shown(str(error).partition(" at row")[0])
+                if columns is not None:
+                    fault = f"expected x, y and z, found {shown(lines.line)}"
+                raise InputError(f"{where}{fault}") from error
     if not np.isfinite(values).any():
         raise InputError(f"{path}: holds no numbers")
     return values
+
+
+class _Lines:
+    """Lines of a text one by one, and the number in its file of the last one that was read."""
+
+    def __init__(self, text: bytes, above: int) -> None:
+        self._text, self.number, self.line = TextIOWrapper(BytesIO(text), "latin-1"), above, ""
+
+    def __iter__(self) -> Iterator[str]:
+        for line in self._text:
+            self.number, self.line = self.number + 1, line
+            yield line
 
 
 def _number(cell: str) -> float:

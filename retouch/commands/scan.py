@@ -59,13 +59,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="OUT",
         help="folder to write (default: scans/NAME of FILE); of a coupon, the printer file (.toml)",
     )
-    scale = parser.add_mutually_exclusive_group()
-    scale.add_argument(
+    parser.add_argument(
         "--units",
         choices=tuple(UNITS),
         help="unit of a mesh or of points, or of the heights in EXR, NPY and float TIFF (default: mm)",
     )
-    add_option(scale, "height_scale", height_scale_option("1"), float)
+    add_option(parser, "height_scale", height_scale_option("1"), float)
     add_option(
         parser, "size_mm", size_option("width of the scan of a height map", "the file's header"), float
     )
