@@ -157,9 +157,10 @@ def _rows(text: bytes, delimiter: bytes | None, path: Path) -> tuple[bytes, int,
         check_extent((1, len(cells)), path)
         numbers = sum(_NUMBER.fullmatch(cell) is not None for cell in cells)
         words = {cell for cell in cells if not _NUMBER.fullmatch(cell) and not _HOLE.fullmatch(cell)}
-        # Words that are in rows below as well stand for holes.
-        below = text[line.end() : line.end() + WORDS_BYTES].replace(b"\n", delimiter or b"\n")
-        words.difference_update(cell.strip(b' "') for cell in below.split(delimiter))
+        if words and len(cells) == width:
+            # Words that are in rows below as well stand for holes.
+            below = text[line.end() : line.end() + WORDS_BYTES].replace(b"\n", delimiter or b"\n")
+            words.difference_update(cell.strip(b' "') for cell in below.split(delimiter))
         named = words == {cells[0]} and 2 * numbers >= len(cells) == width
         # A number alone is that of the rows.
         if named or not (words or len(cells) == 1 < width):
