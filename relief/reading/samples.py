@@ -25,7 +25,7 @@ OBLONG = 10.0
 """Largest ratio of the sides of a pixel; a header with a larger one says nothing about the picture."""
 NO_DATA = (999.0, 9999.0, 99999.0, 999999.0, 32767.0, 32768.0, 2147483648.0)
 """Magnitudes of numbers that stand for samples without a measurement in elevation models and in tables of
-instruments, also without a word about them: see `stand_ins`."""
+instruments, also without a word about them: see `without_stand_ins`."""
 FAR = 10.0
 """Distance of a number that stands for no measurement, and is not a usual one, in the range of the others."""
 LARGEST = 1e30
@@ -173,10 +173,9 @@ def without_stand_ins(numbers: AnyArray, *, usual: bool = True) -> AnyArray:
         numbers: of any shape, NaN where nothing was measured; they are changed.
         usual: whether usual numbers alone are looked for.
     """
-    there = numbers[np.isfinite(numbers)]
-    ends = {float(end) for end in (there.min(), there.max())} if there.size else set()
+    ends = {float(end.reduce(numbers, axis=None)) for end in (np.fmin, np.fmax)}
     ends = {end for end in ends if not usual or abs(end) in NO_DATA}
-    others = there[~np.isin(there, list(ends))].astype(np.float64) if ends else there
+    others = numbers[np.isfinite(numbers) & ~np.isin(numbers, list(ends))].astype(float) if ends else numbers
     spread = float(np.ptp(np.percentile(others, (1, 99)))) if ends and others.size else np.inf
     for end in ends:
         found = numbers == end

@@ -2,25 +2,16 @@
 
 import re
 from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
-from collections.abc import Iterator
-from io import BytesIO, TextIOWrapper
+from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named, read_limited
-from relief.ground.lengths import shown
-from relief.reading.samples import (
-    LONGEST_SIDE,
-    Check,
-    Samples,
-    check_extent,
-    check_square,
-    measured,
-    without_stand_ins,
-)
+from relief.reading.samples import LONGEST_SIDE, Check, Samples, check_extent, check_square, measured
 
 LARGEST_TEXT = 1 << 28
 """Most bytes of a text: 4096 x 4096 numbers of 16 characters."""
@@ -43,12 +34,13 @@ _NUMBER = re.compile(rb"[-+]?(\d+[.,]?\d*|[.,]\d+)(e[-+]?\d+)?", re.I)
 _WORDS = rb"n/?[ad]|n\.a\.|[-+]?(nan|inf|infinity)|bad|none|null|no ?data|masked|missing|.*#.*"
 _HOLE = re.compile(rb"[^\w.]*|" + _WORDS, re.I)
 """Word on a first line that stands for a number that was not measured; other words are a heading."""
-_LINE = re.compile(rb"\n*([^\n]*)\n?")
-"""The next line with content."""
 _UNIT = re.compile(rb"\[[^]\n]*\]|\([^)\n]*\)")
 """Unit in brackets behind the name of a column."""
-_AXIS = re.compile(rb"\W*([xyz])(?:[^a-z0-9].*)?")
-"""Name of a column of points, in lower case, perhaps with a quotation mark before and a unit behind."""
+_SIGNS = re.compile(rb"[\s,;\"#/%!]+")
+"""Signs before, between and behind names of columns."""
+AXES = (b"x", b"y", b"z")
+_AXIS = re.compile(rb"[xyz](?:_.*)?")
+"""Name of a column of points, perhaps with a unit behind."""
 
 
 def read_grid(path: Path, check: Check) -> Samples:
@@ -79,26 +71,25 @@ def read_points(path: Path, most_columns: int) -> Array | None:
     """
     with damage_named(path, "lines of x, y and z"):
         content = _content(path)
-        text, delimiter = _delimited(_COMMENT.sub(b"", content))
-        rows = _rows(text, delimiter, path)[0]
-        width = len(rows.partition(b"\n")[0].split(delimiter))
+        text, delimiter, width = _delimited(_COMMENT.sub(b"", content))
         if width > most_columns:
             return None
+        # Three numbers are a point, also beside a label of its own.
+        rows = _rows(text, delimiter, width, path, enough=3)[0]
         above = text.count(b"\n") - rows.count(b"\n")
-        columns = _columns(content.split(b"\n", above)[:above], delimiter, width)
-        values = _numbers(rows, delimiter, None, path, above, columns)
-    values[:, 2] = without_stand_ins(measured(values[:, 2]), usual=False)
+        columns = _columns(content.split(b"\n", above)[:above], width)
+        values = _numbers(rows, delimiter, above, usecols=columns)
+    values[:, 2] = measured(values[:, 2])
     return values
 
 
-def _columns(headings: list[bytes], delimiter: bytes | None, width: int) -> list[int]:
+def _columns(headings: list[bytes], width: int) -> list[int]:
     """Columns of x, y and z by the last line above the points that names them; else the first three."""
     for line in reversed(headings):
-        for sign in (delimiter, None, b","):
-            names = _UNIT.sub(b"", line).lower().strip(b'#/%!;" \t').split(sign)
-            axes = [found[1] if (found := _AXIS.fullmatch(name)) else b"" for name in names]
-            if len(axes) == width and all(axes.count(axis) == 1 for axis in (b"x", b"y", b"z")):
-                return [axes.index(axis) for axis in (b"x", b"y", b"z")]
+        names = _SIGNS.split(_SIGNS.sub(b" ", _UNIT.sub(b"", line).lower()).strip())
+        axes = [name[:1] if _AXIS.fullmatch(name) else b"" for name in names]
+        if len(axes) == width and all(axes.count(axis) == 1 for axis in AXES):
+            return [axes.index(axis) for axis in AXES]
     return [0, 1, 2]
 
 
@@ -117,9 +108,9 @@ def _esri(text: bytes, heading: dict[str, float], path: Path, check: Check) -> t
     """(nrows, ncols) numbers of a grid whose lines may end anywhere, and no notes."""
     rows, cols = int(heading.get("nrows", 0)), int(heading.get("ncols", 0))
     check((rows, cols), path)
-    text, delimiter = _delimited(text)
+    text, delimiter, _ = _delimited(text)
     one_a_line = text.translate(bytes.maketrans(b" \t" + (delimiter or b" "), b"\n\n\n"))
-    values = _numbers(one_a_line, None, rows * cols + 1, path)
+    values = _numbers(one_a_line, None, max_rows=rows * cols + 1)
     if values.size != rows * cols:
         raise InputError(f"{path}: its heading says {cols} x {rows} numbers; the file holds more or fewer")
     return values.reshape(rows, cols), ()
@@ -127,10 +118,10 @@ def _esri(text: bytes, heading: dict[str, float], path: Path, check: Check) -> t
 
 def _table(text: bytes, path: Path) -> tuple[Array, tuple[str, ...]]:
     """(rows, cols) heights with a row in each line, and notes."""
-    text, delimiter = _delimited(text)
-    heights, corner, notes = _rows(text, delimiter, path)
+    text, delimiter, width = _delimited(text)
+    heights, corner, notes = _rows(text, delimiter, width, path, enough=width)
     above = text.count(b"\n") - heights.count(b"\n")
-    values = _numbers(heights, delimiter, LONGEST_SIDE + 1, path, above)
+    values = _numbers(heights, delimiter, above, max_rows=LONGEST_SIDE + 1)
     # A delimiter at the end of each line separates nothing.
     if delimiter and np.isnan(values[:, -1]).all() and heights.count(delimiter + b"\n") >= len(values):
         values = values[:, :-1]
@@ -146,84 +137,77 @@ def _table(text: bytes, path: Path) -> tuple[Array, tuple[str, ...]]:
     return values[int(row) :, int(column) :], notes
 
 
-def _rows(text: bytes, delimiter: bytes | None, path: Path) -> tuple[bytes, int, tuple[str, ...]]:
-    """The rows of a table; 1 if their corner is empty or a word; and a note if headings held numbers."""
+def _rows(
+    text: bytes, delimiter: bytes | None, width: int, path: Path, enough: int
+) -> tuple[bytes, int, tuple[str, ...]]:
+    """The rows of a table; 1 if their corner is empty or a word; and a note if headings held numbers.
+
+    Args:
+        text, delimiter, width: of `_delimited`.
+        path: of the file, for messages.
+        enough: numbers that make a line a row, whatever stands beside.
+    """
     notes: tuple[str, ...] = ()
-    width = len(text.rstrip(b"\n").rpartition(b"\n")[2].split(delimiter))
-    start = 0
     for _line in range(MOST_HEADINGS):
-        line = _LINE.match(text, start)
-        cells = [cell.strip(b' "') for cell in line[1].split(delimiter, LONGEST_SIDE + 1)]
+        text = text.lstrip(b"\n")
+        first, _, rest = text.partition(b"\n")
+        cells = [cell.strip(b' "') for cell in first.split(delimiter, LONGEST_SIDE + 1)]
         check_extent((1, len(cells)), path)
         numbers = sum(_NUMBER.fullmatch(cell) is not None for cell in cells)
         words = {cell for cell in cells if not _NUMBER.fullmatch(cell) and not _HOLE.fullmatch(cell)}
         if words and len(cells) == width:
             # Words that are in rows below as well stand for holes.
-            below = text[line.end() : line.end() + WORDS_BYTES].replace(b"\n", delimiter or b"\n")
-            words.difference_update(cell.strip(b' "') for cell in below.split(delimiter))
+            below = rest[:WORDS_BYTES].replace(b"\n", delimiter or b"\n").split(delimiter)
+            words.difference_update(cell.strip(b' "') for cell in below)
         named = words == {cells[0]} and 2 * numbers >= len(cells) == width
         # A number alone is that of the rows.
-        if named or not (words or len(cells) == 1 < width):
-            return text[line.start(1) :], 1 if words or not cells[0] else 0, notes
-        start, notes = line.end(), ("left out: a first line with words",) if numbers and words else notes
+        if named or numbers >= enough or not (words or len(cells) == 1 < width):
+            return text, 1 if words or not cells[0] else 0, notes
+        text, notes = rest, ("left out: a first line with words",) if numbers and words else notes
     raise InputError(f"{path}: holds words in its first {MOST_HEADINGS} lines, not a table of numbers")
 
 
-def _delimited(text: bytes) -> tuple[bytes, bytes | None]:
-    """The text with decimal points, and the delimiter of its last line; None for spaces."""
+def _delimited(text: bytes) -> tuple[bytes, bytes | None, int]:
+    """The text with decimal points; delimiter of its last line, None for spaces, and number of its cells."""
     last = text[text.rstrip(b"\n").rfind(b"\n") + 1 :]
     delimiter = next((sign for sign in (b";", b"\t", b",") if sign in last), None)
     cells = last.split(None, 64)[:64]
     decimal_commas = all(cell.count(b",") < 2 and cell.strip(b",") == cell for cell in cells)
     if delimiter == b"," and len(cells) > 1 and decimal_commas:
         delimiter = None
-    return text if delimiter == b"," else text.replace(b",", b"."), delimiter
+    width = len(last.rstrip(b"\n").split(delimiter))
+    return text if delimiter == b"," else text.replace(b",", b"."), delimiter, width
 
 
-def _numbers(
-    text: bytes,
-    delimiter: bytes | None,
-    most_rows: int | None,
-    path: Path,
-    above: int | None = None,
-    columns: list[int] | None = None,
-) -> Array:
-    """(rows, cols) numbers, NaN for words; at most so many rows, of these columns. Raises InputError.
+def _numbers(text: bytes, delimiter: bytes | None, above: int | None = None, **options: Any) -> Array:
+    """(rows, cols) numbers, NaN for words.
 
     Args:
+        text: lines of numbers.
+        delimiter: None for spaces.
         above: lines of the file above the text, for messages; None: lines of the text are none of the file.
+        options: of `numpy.loadtxt`.
+
+    Raises:
+        ValueError: a line holds another number of columns, or what is neither a number nor a word.
     """
-    sign, quote = delimiter.decode() if delimiter else None, '"' if b'"' in text else None
+    options |= {"delimiter": delimiter and delimiter.decode(), "quotechar": '"' if b'"' in text else None}
     # Words take a function for each cell, which is slow.
     for converter in (None, _number):
-        lines = _Lines(text, above or 0)
+        file = BytesIO(text)
+        # Numpy reads a generator line by line, but a file in blocks, which hides the place of an error.
+        lines = (line.decode("latin-1") for line in file)
         try:
-            values = np.loadtxt(
-                lines, float, None, sign, converter, 0, columns, ndmin=2, max_rows=most_rows, quotechar=quote
-            )
+            values = np.loadtxt(lines, comments=None, converters=converter, ndmin=2, **options)
             break
         except ValueError as error:
             if converter is not None:
-                where = f"{path}: " if above is None else f"{path}: line {lines.number}: "
-                fault = shown(str(error).partition(" at row")[0])
-                if columns is not None:
-                    fault = f"expected x, y and z, found {shown(lines.line)}"
-                raise InputError(f"{where}{fault}") from error
+                number = None if above is None else above + text.count(b"\n", 0, file.tell())
+                fault = re.sub(r" at row \d+|;.*", "", str(error))
+                raise ValueError(fault if number is None else f"line {number}: {fault}") from error
     if not np.isfinite(values).any():
-        raise InputError(f"{path}: holds no numbers")
+        raise ValueError("no numbers")
     return values
-
-
-class _Lines:
-    """Lines of a text one by one, and the number in its file of the last one that was read."""
-
-    def __init__(self, text: bytes, above: int) -> None:
-        self._text, self.number, self.line = TextIOWrapper(BytesIO(text), "latin-1"), above, ""
-
-    def __iter__(self) -> Iterator[str]:
-        for line in self._text:
-            self.number, self.line = self.number + 1, line
-            yield line
 
 
 def _number(cell: str) -> float:

@@ -102,6 +102,7 @@ def read_scan(path: str | os.PathLike[str], lengths: ScanLengths | None = None) 
         if points is None:
             return check_scan(_of_mesh(read_mesh(path, units=lengths.units)))
         check_units(path, lengths.units)
+        without_stand_ins(points[:, 2], usual=False)
         return check_scan(_of_points(points * _units_mm(path, lengths), str(path)))
 
 
@@ -182,7 +183,7 @@ def _of_points(points: Array, name: str) -> Scan:
     """Points on a grid as its samples; any others as triangles between them."""
     points = points[np.isfinite(points[:, 2])]
     if lost := np.count_nonzero(~np.isfinite(points[:, :2]).all(axis=1)):
-        raise InputError(f"{name}: {lost} points have a height, and x or y is no number")
+        raise InputError(f"{name}: {lost} of its points have a height, but x or y is no number")
     if len(points) < SMALLEST_SIDE**2:
         raise InputError(f"{name}: {len(points)} points; at least {SMALLEST_SIDE**2} are needed")
     scan = _on_grid(points, name)
@@ -191,10 +192,7 @@ def _of_points(points: Array, name: str) -> Scan:
     for columns in ((1, 2, 0), (0, 2, 1)):
         if _on_grid(points[:, columns], name) is not None:
             pair = f"columns {columns[0] + 1} and {columns[1] + 1} lie on a grid, and not the first two"
-            raise InputError(
-                f"{name}: {pair}; x, y and z are read in this order, or as a line above names them"
-            )
-    points = points[np.isfinite(points[:, 2])]
+            raise InputError(f"{name}: {pair}; x, y and z stand in this order, or a line above names them")
     if len(points) > MOST_POINTS:
         raise InputError(f"{name}: {len(points)} points on no grid; at most {MOST_POINTS} are read")
     try:
@@ -216,7 +214,7 @@ def _area_mm2(points: Array, faces: Index) -> float:
 
 
 def _on_grid(points: Array, name: str) -> Scan | None:
-    """The samples of points that lie on a grid along x and y; None if they do not."""
+    """The samples of points (n, 3), all finite, that lie on a grid along x and y; None if they do not."""
     places, pitches = [], []
     for values in points[:, :2].T:
         steps = np.diff(np.unique(values))
@@ -236,10 +234,9 @@ def _on_grid(points: Array, name: str) -> Scan | None:
     coarse = max(pitches)
     if max(rows, cols) > LARGEST_SIDE or rows * cols > 4 * len(points):
         return None
-    heights, taken = np.full((rows, cols), np.nan), np.zeros((rows, cols), bool)
+    heights = np.full((rows, cols), np.nan)
     heights[rows - 1 - places[1], places[0]] = points[:, 2]
-    taken[places[1], places[0]] = True
-    if np.count_nonzero(taken) < (1.0 - MOST_SHARED) * len(points):
+    if np.isfinite(heights).sum() < (1.0 - MOST_SHARED) * len(points):
         return None
     times = [max(1, round(coarse / pitch)) for pitch in pitches]
     if abs(pitches[0] * times[0] - pitches[1] * times[1]) > 0.01 * coarse:
