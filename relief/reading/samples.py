@@ -12,6 +12,7 @@ from relief.ground.arrays import AnyArray, Array
 from relief.ground.errors import InputError
 from relief.ground.formats import Repeats
 from relief.ground.lengths import HEADER, shown
+from relief.ground.progress import say
 
 MOST_PIXELS = 178_956_970
 """Most pixels of a picture, Pillow's limit for decompression bombs; an A4 page of 1200 dots an inch has
@@ -22,9 +23,11 @@ SQUARE = 0.01
 """Largest difference of the sides of a pixel, in sides; resolutions in headers are rounded."""
 OBLONG = 10.0
 """Largest ratio of the sides of a pixel; a header with a larger one says nothing about the picture."""
-NO_DATA = (-9999.0, -99999.0, -32767.0, -32768.0)
-"""Numbers that stand for samples without a measurement in elevation models, also without a word about them:
-where they are the lowest, and farther from the other heights than these are from one another."""
+NO_DATA = (999.0, 9999.0, 99999.0, 999999.0, 32767.0, 32768.0, 2147483648.0)
+"""Magnitudes of numbers that stand for samples without a measurement in elevation models and in tables of
+instruments, also without a word about them: see `without_stand_ins`."""
+FAR = 10.0
+"""Distance of a number that stands for no measurement, and is not a usual one, in the range of the others."""
 LARGEST = 1e30
 """Magnitude from which a number stands for no measurement: the limits of types, and 1.7e38 of Surfer."""
 TILE = f"{HEADER}repeats"
@@ -156,12 +159,32 @@ def measured(
             holes |= numbers == numbers.dtype.type(no_data)
         if missing is not None:
             holes |= missing
-    lowest = np.min(numbers, where=~holes, initial=LARGEST)
-    if no_data is None and float(lowest) in NO_DATA:
-        others = numbers[~holes & (numbers != lowest)].astype(np.float64)
-        if others.size and others.min() - lowest > np.ptp(others):
-            holes |= numbers == lowest
     numbers[holes] = np.nan
+    return numbers if no_data is not None else without_stand_ins(numbers)
+
+
+def without_stand_ins(numbers: AnyArray, *, usual: bool = True) -> AnyArray:
+    """Set numbers to NaN that stand for no measurement by their distance from the others, and report them.
+
+    Such a number is the lowest or the highest. A usual one, of `NO_DATA`, is farther from the others than
+    98 % of these are from one another; an unusual one is `FAR` times as far, and on several samples.
+
+    Args:
+        numbers: of any shape, NaN where nothing was measured; they are changed.
+        usual: whether usual numbers alone are looked for.
+    """
+    ends = {float(end.reduce(numbers, axis=None)) for end in (np.fmin, np.fmax)}
+    ends = {end for end in ends if not usual or abs(end) in NO_DATA}
+    others = numbers[np.isfinite(numbers) & ~np.isin(numbers, list(ends))].astype(float) if ends else numbers
+    spread = float(np.ptp(np.percentile(others, (1, 99)))) if ends and others.size else np.inf
+    for end in ends:
+        found = numbers == end
+        count, known = np.count_nonzero(found), abs(end) in NO_DATA
+        far = np.abs(others - end).min(initial=np.inf) > spread * (1.0 if known else FAR)
+        # Levels of a flat surface may be any number but a negative one with a name.
+        if far and (spread > 0.0 or (known and end < 0.0)) and (known or count > 1):
+            numbers[found] = np.nan
+            say(f"{count} of {numbers.size} numbers are {end:g}, far from the others: not measured")
     return numbers
 
 

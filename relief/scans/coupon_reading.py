@@ -8,8 +8,9 @@
 * Shrinkage: scale in the plane and of heights, from the registration.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import atan, cos, degrees, inf, pi, radians, sin, sqrt, tan
+from math import atan, cos, degrees, inf, isnan, nan, pi, radians, sin, sqrt, tan
 from pathlib import Path
 from typing import Any
 
@@ -126,9 +127,9 @@ def read_coupon(scan: Scan, scale: float) -> CouponNumbers:
     read = _Read(found, design, scale)
     contrasts = {field.size: read.contrast(field) for field in _of("grating")}
     pixel_um = _footprint({pitch * scale: each for pitch, each in contrasts.items()}, scan.name)
-    features = [_width_out([(f.size, read.line(f)) for f in _of(kind)]) for kind in ("ridge", "groove")]
+    features = [read.width_out(kind, read.line) for kind in ("ridge", "groove")]
     smallest = max(features, key=lambda each: each.value)
-    dots = _width_out([(field.size, read.dot(field)) for field in _of("dot")])
+    dots = read.width_out("dot", read.dot)
     layer_um = read.layer(_of("ramp")[0])
     return CouponNumbers(
         found,
@@ -200,20 +201,39 @@ class _Read:
         return Interval.about(share / linear, error / linear)
 
     def line(self, field: Field) -> float:
-        """Height of a ridge, or depth of a groove, along its middle, over that of its design."""
+        """Height of a ridge, or depth of a groove, along its middle, over its design's; NaN if unmeasured."""
         x, y, own, _ = self._field(field)
         away = np.abs(plates.across(field, x, y))
         middle, beside = away < max(0.25 * field.size, 0.6 * PITCH_MM), away > 0.5 * field.size + 0.35
+        if not (middle.any() and beside.any()):
+            return nan
         height = float(np.mean(own[middle]) - np.median(own[beside]))
         return height / plates.HIGH_MM * (1.0 if field.kind == "ridge" else -1.0)
 
     def dot(self, field: Field) -> float:
-        """Height of dots in their middles over that of their design."""
+        """Height of dots in their middles over that of their design; NaN if unmeasured."""
         x, y, own, _ = self._field(field)
         away = np.min([np.hypot(x - one, y - other) for one, other in plates.dot_middles(field)], axis=0)
         middle, beside = away < max(0.25 * field.size, 0.75 * PITCH_MM), away > 0.5 * field.size + 0.25
+        if not middle.any():
+            return nan
         level = np.median(own[beside]) if beside.any() else plates.FLOOR_MM
         return float(np.mean(own[middle]) - level) / plates.HIGH_MM
+
+    def width_out(self, kind: str, share: Callable[[Field], float]) -> Interval:
+        """The width, mm at scale 1, from which all features come out, and the next below, which does not.
+
+        Features that were not measured say nothing. Raises InputError if none was.
+        """
+        shares = [(field.size, each) for field in _of(kind) if not isnan(each := share(field))]
+        if not shares:
+            raise InputError(f"{self._name}: no {kind} was measured along its middle")
+        out = inf
+        for width, each in reversed(shares):
+            if each < COMES_OUT:
+                return Interval(out, width, out)
+            out = width
+        return Interval(out, 0.0, out)
 
     def height(self, field: Field, layer_um: Interval | None) -> Interval:
         """Heights of the print over those of its design, by the rise of the long ramp.
@@ -257,12 +277,17 @@ class _Read:
         reached = 0.0
         for field in _of("slope"):
             own, expected = self._slope(field, self._heights), self._slope(field, blurred)
+            # Steep walls are often not measured, which says nothing about the print.
+            if isnan(own):
+                continue
             if own < REPRODUCED * expected:
                 # The print is as steep as the printer makes it, up to what the footprint takes.
                 slope = degrees(atan(own / expected * tan(radians(field.size))))
                 return Interval(min(max(slope, reached), field.size), reached, field.size)
             reached = field.size
-        return Interval(STEEPEST_DEGREES, reached, STEEPEST_DEGREES)
+        # Beyond the steepest wedge that was measured, nothing is known.
+        most = STEEPEST_DEGREES if reached == max(plates.SLOPES_DEGREES) else reached
+        return Interval(most, reached, STEEPEST_DEGREES)
 
     def _blurred(self, footprint_mm: float) -> Array:
         """The coupon (rows, cols) as a printer of this footprint makes it, mm at scale 1."""
@@ -272,12 +297,12 @@ class _Read:
         return (heights.reshape(x.shape) + surface.level_mm) / self._scale
 
     def _slope(self, field: Field, heights: Array) -> float:
-        """Slope of a wedge over its run, by least squares."""
+        """Slope of a wedge over its run, by least squares; NaN if unmeasured."""
         x, y, own, _ = self._field(field, heights)
         away, run = plates.across(field, x, y), plates.WEDGE_MM / tan(radians(field.size))
         # A wall between two samples is as steep as these show.
         ramp = np.abs(away - 0.5 * run) < max(0.45 * run, PITCH_MM)
-        return float(np.polyfit(away[ramp], own[ramp], 1)[0])
+        return float(np.polyfit(away[ramp], own[ramp], 1)[0]) if ramp.sum() > FEWEST else nan
 
 
 def _strips(field: Field, y: Array) -> list[NDArray[np.bool_]]:
@@ -329,16 +354,6 @@ def _footprint(contrasts: dict[float, Interval], name: str) -> Interval:
     sigma = sqrt(float(inverse[0, 0]) * excess)
     value = Interval.about(1000.0 * float(fitted.x[0]), 1000.0 * sigma)
     return replace(value, low=max(0.0, value.low))
-
-
-def _width_out(shares: list[tuple[float, float]]) -> Interval:
-    """The width, mm at scale 1, from which all features come out, and the next below, which does not."""
-    out = inf
-    for width, share in reversed(shares):
-        if share < COMES_OUT:
-            return Interval(out, width, out)
-        out = width
-    return Interval(out, 0.0, out)
 
 
 def printer_file(printer: Printer, numbers: CouponNumbers, source: Path) -> str:

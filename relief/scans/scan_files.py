@@ -5,7 +5,6 @@ Every file is hostile until it is read.
 
 import os
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +12,14 @@ from scipy.spatial import Delaunay, QhullError
 
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError, naming
-from relief.ground.files import damage_named, read_limited
 from relief.ground.formats import GRIDS, HEIGHTS, MEASURED, MESHES, UNITS
 from relief.ground.lengths import scale_of, within
 from relief.ground.limits import LARGEST_SIDE, SMALLEST_SIDE
 from relief.ground.progress import stage
 from relief.heightmap import given_or_stored, load_content, required, unit_mm
 from relief.reading.profilometers import is_measured
-from relief.reading.text_grids import LARGEST_TEXT
+from relief.reading.samples import without_stand_ins
+from relief.reading.text_grids import read_points
 from relief.scans.scans import Scan, block_means, check_scan
 from relief.solids.body import Body
 from relief.solids.meshes.mesh import Mesh, check_units, read_mesh
@@ -30,10 +29,6 @@ POINTS = (".xyz", *GRIDS)
 """Suffixes of files of points."""
 SUFFIXES = tuple(dict.fromkeys((*HEIGHTS, *MESHES, *POINTS)))
 """Suffixes of the files that are read as scans."""
-LONGEST_LINE, FIRST_LINES = 1 << 20, 16
-"""Most bytes of a line, and lines with those of headings, that are looked at to tell a grid from points."""
-SEPARATORS = bytes.maketrans(b",;\t", b"   ")
-"""Signs between numbers, as spaces."""
 MOST_POINTS = 4_000_000
 """Most points on no grid; a million are joined to triangles in 10 seconds."""
 FINEST_SIDE = 2048
@@ -47,6 +42,8 @@ OPEN = 0.3
 """Least length of the mean unit normal of an open mesh; that of a closed body is 0."""
 ON_GRID = 1e-3
 """Share of the distance of neighbours by which points of a grid may be off it."""
+MOST_SHARED = 0.01
+"""Largest share of points that lie on the sample of another one, on a grid."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +55,7 @@ class ScanLengths:
             key of `UNITS`; mm by default.
         size_mm: width of a height map.
         relief_mm: height of white above black of a picture.
-        height_scale: mm for a height of 1 of a height map that holds numbers.
+        height_scale: mm for a height of 1 of a height map that holds numbers, or for a z of 1 of points.
     """
 
     units: str | None = None
@@ -90,28 +87,31 @@ def read_scan(path: str | os.PathLike[str], lengths: ScanLengths | None = None) 
         raise InputError(f"{path}: not a scan: expected one of {expected}, or of a profilometer")
     if not path.is_file():
         raise InputError(f"{path}: no such file")
-    is_map = suffix in HEIGHTS and (suffix not in POINTS or _is_grid(path))
-    for name in ("size_mm", "relief_mm", "height_scale"):
-        if not is_map and getattr(lengths, name) is not None:
-            raise InputError(f"{path}: {name}: is for height maps; a mesh or points have units")
     with stage(f"reading {path.name}"):
-        if is_map:
-            scan = _of_height_map(path, lengths)
-        elif suffix in MESHES:
-            scan = _of_mesh(read_mesh(path, units=lengths.units))
-        else:
-            check_units(path, lengths.units)
-            scan = _of_points(_points(path) * UNITS[lengths.units or "mm"], str(path))
-        return check_scan(scan)
+        is_text = suffix in POINTS and not is_measured(path)
+        # Fewer columns than a scan has samples are those of points.
+        points = read_points(path, SMALLEST_SIDE - 1) if is_text else None
+        if is_text and points is None and suffix not in HEIGHTS:
+            raise InputError(f"{path}: holds {SMALLEST_SIDE} columns or more, not points; name a table .txt")
+        if points is None and suffix not in MESHES:
+            return check_scan(_of_height_map(path, lengths))
+        for name in ("size_mm", "relief_mm", *(["height_scale"] if points is None else [])):
+            if getattr(lengths, name) is not None:
+                kind = "a mesh has units" if points is None else "points have units and height_scale"
+                raise InputError(f"{path}: {name}: is for height maps; {kind}")
+        if points is None:
+            return check_scan(_of_mesh(read_mesh(path, units=lengths.units)))
+        check_units(path, lengths.units)
+        without_stand_ins(points[:, 2], usual=False)
+        return check_scan(_of_points(points * _units_mm(path, lengths), str(path)))
 
 
-def _is_grid(path: Path) -> bool:
-    """Whether a text holds heights on a grid: an instrument's, or lines of more numbers than a point has."""
-    if is_measured(path):
-        return True
-    with path.open("rb") as file:
-        lines = [line for _ in range(FIRST_LINES) if (line := file.readline(LONGEST_LINE).strip())]
-    return bool(lines) and len(lines[-1].translate(SEPARATORS).split()) >= SMALLEST_SIDE
+def _units_mm(path: Path, lengths: ScanLengths) -> Array:
+    """(3,) mm for x, y and z of 1. Raises InputError."""
+    with naming(path):
+        height_scale = within("height_scale", lengths.height_scale)
+    unit = UNITS[lengths.units or "mm"]
+    return np.array([unit, unit, unit if height_scale is None else height_scale])
 
 
 def _of_height_map(path: Path, lengths: ScanLengths) -> Scan:
@@ -124,8 +124,10 @@ def _of_height_map(path: Path, lengths: ScanLengths) -> Scan:
         scale = within("height_scale", scale_of(lengths.units, lengths.height_scale))
         size_mm, relief_mm = within("size_mm", lengths.size_mm), within("relief_mm", lengths.relief_mm)
     width_mm = given_or_stored(content, "size_mm", size_mm)
-    width_mm = required("size_mm", width_mm, "the width of the scan in mm, which the file does not say", path)
-    heights = content.values * unit_mm(content, relief_mm, scale)
+    grid = f"the file, a grid of {content.width} x {content.height} heights,"
+    width_mm = required("size_mm", width_mm, f"the width of the scan in mm, which {grid} does not say", path)
+    values = without_stand_ins(content.values, usual=False) if content.holds_numbers else content.values
+    heights = values * unit_mm(content, relief_mm, scale)
     return Scan(heights, width_mm / heights.shape[1], str(path))
 
 
@@ -177,30 +179,20 @@ def _of_triangles(vertices: Array, faces: Index, pitch_mm: float, name: str) -> 
     return Scan(heights, size_mm / samples, name, variance_mm2=pitch_mm**2 / 6.0)
 
 
-def _points(path: Path) -> Array:
-    """(n, 3) numbers of a text with a point in each line; one line of headings may come first."""
-    content = read_limited(path, LARGEST_TEXT).translate(SEPARATORS)
-    if b"\0" in content:
-        raise InputError(f"{path}: is no text of points x, y, z")
-    first, _, rest = content.partition(b"\n")
-    try:
-        [float(word) for word in first.split(b"#")[0].split()]
-    except ValueError:
-        content = rest
-    with damage_named(path, "lines of x, y and z"):
-        points = np.loadtxt(BytesIO(content), comments="#", ndmin=2, usecols=(0, 1, 2), encoding="latin-1")
-    points = points[np.isfinite(points[:, :2]).all(axis=1)]
-    if len(points) < SMALLEST_SIDE**2:
-        raise InputError(f"{path}: {len(points)} points; at least {SMALLEST_SIDE**2} are needed")
-    return points
-
-
 def _of_points(points: Array, name: str) -> Scan:
     """Points on a grid as its samples; any others as triangles between them."""
+    points = points[np.isfinite(points[:, 2])]
+    if lost := np.count_nonzero(~np.isfinite(points[:, :2]).all(axis=1)):
+        raise InputError(f"{name}: {lost} of its points have a height, but x or y is no number")
+    if len(points) < SMALLEST_SIDE**2:
+        raise InputError(f"{name}: {len(points)} points; at least {SMALLEST_SIDE**2} are needed")
     scan = _on_grid(points, name)
     if scan is not None:
         return scan
-    points = points[np.isfinite(points[:, 2])]
+    for columns in ((1, 2, 0), (0, 2, 1)):
+        if _on_grid(points[:, columns], name) is not None:
+            pair = f"columns {columns[0] + 1} and {columns[1] + 1} lie on a grid, and not the first two"
+            raise InputError(f"{name}: {pair}; x, y and z stand in this order, or a line above names them")
     if len(points) > MOST_POINTS:
         raise InputError(f"{name}: {len(points)} points on no grid; at most {MOST_POINTS} are read")
     try:
@@ -222,7 +214,7 @@ def _area_mm2(points: Array, faces: Index) -> float:
 
 
 def _on_grid(points: Array, name: str) -> Scan | None:
-    """The samples of points that lie on a grid along x and y; None if they do not."""
+    """The samples of points (n, 3), all finite, that lie on a grid along x and y; None if they do not."""
     places, pitches = [], []
     for values in points[:, :2].T:
         steps = np.diff(np.unique(values))
@@ -244,6 +236,8 @@ def _on_grid(points: Array, name: str) -> Scan | None:
         return None
     heights = np.full((rows, cols), np.nan)
     heights[rows - 1 - places[1], places[0]] = points[:, 2]
+    if np.isfinite(heights).sum() < (1.0 - MOST_SHARED) * len(points):
+        return None
     times = [max(1, round(coarse / pitch)) for pitch in pitches]
     if abs(pitches[0] * times[0] - pitches[1] * times[1]) > 0.01 * coarse:
         return None

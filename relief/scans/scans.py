@@ -16,6 +16,8 @@ MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal distribution in units of its median absolute deviation."""
 LEAST_MEASURED = 0.5
 """Least measured share of the area of a scan."""
+LARGEST_MM = 1e6
+"""Largest height, mm, of any scan; beyond a kilometre, a number stands for no measurement."""
 MIXED_DIFFERENCE = np.outer((1.0, -2.0, 1.0), (1.0, -2.0, 1.0)) / 6.0
 """Second difference along both axes, scaled to keep the variance of white noise (J. Immerkaer, Computer
 Vision and Image Understanding 64, 1996): planes and most of a surface that is finely sampled drop out."""
@@ -123,11 +125,15 @@ def check_scan(scan: Scan) -> Scan:
     """The scan, cropped to its measured samples.
 
     Raises:
-        InputError: nothing or too little is measured, or there are too many samples.
+        InputError: nothing or too little is measured, or there are too many samples or impossible heights.
     """
     measured = scan.measured
     if not measured.any():
         raise InputError(f"{scan.name}: holds no height at all")
+    farthest = scan.heights[measured][np.argmax(np.abs(scan.heights[measured]))]
+    if abs(farthest) > LARGEST_MM:
+        unmeasured = "is it in another unit, or does the number stand for no measurement?"
+        raise InputError(f"{scan.name}: holds a height of {farthest:g} mm; {unmeasured}")
     rows, cols = (np.flatnonzero(measured.any(axis=axis)) for axis in (1, 0))
     top, left = int(rows[0]), int(cols[0])
     cut = scan.cut(scan.heights[top : rows[-1] + 1, left : cols[-1] + 1], top, left)

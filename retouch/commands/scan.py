@@ -1,6 +1,7 @@
 """`retouch scan`: the scan of a print beside its design, or of a coupon for the numbers of a printer."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import retouch
@@ -59,13 +60,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="OUT",
         help="folder to write (default: scans/NAME of FILE); of a coupon, the printer file (.toml)",
     )
-    scale = parser.add_mutually_exclusive_group()
-    scale.add_argument(
+    parser.add_argument(
         "--units",
         choices=tuple(UNITS),
         help="unit of a mesh or of points, or of the heights in EXR, NPY and float TIFF (default: mm)",
     )
-    add_option(scale, "height_scale", height_scale_option("1"), float)
+    height_scale = height_scale_option("1")
+    height_scale = replace(height_scale, help=f"{height_scale.help}, or for a z of 1 of points")
+    add_option(parser, "height_scale", height_scale, float)
     add_option(
         parser, "size_mm", size_option("width of the scan of a height map", "the file's header"), float
     )

@@ -68,7 +68,8 @@ def scan(
         out: folder of the page, of every number and of the print as measured.
         other: scan of a second print, to be compared with the first.
         units: of meshes and points, or of the heights of a height map that holds numbers; None: mm.
-        size_mm, relief_mm, height_scale: of scans that are height maps.
+        size_mm, relief_mm: of scans that are height maps.
+        height_scale: mm for a height of 1 in a height map that holds numbers, or for a z of 1 of points.
         skin, model: of touch, as in `compare`.
         scene, defines, variant, samples: of the pictures, as in `compare`.
         quiet, progress: as in `optimize`.

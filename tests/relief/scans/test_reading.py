@@ -94,9 +94,9 @@ def test_a_leaning_surface_is_set_upright(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "content", "line"),
     [
-        ("scan.xyz", b"1 2 three\n" * 400, "not lines of x, y and z"),
-        ("scan.xyz", b"1 2\n" * 400, "not lines of x, y and z"),
-        ("scan.xyz", b"\0\1\2" * 400, "is no text of points"),
+        ("scan.xyz", b"1 2 three\n" * 400, "0 points; at least 256"),
+        ("scan.xyz", b"1 2\n" * 400, "not lines of x, y and z: line 1: invalid column"),
+        ("scan.xyz", b"\0\1\2" * 400, "is no text of numbers"),
         ("scan.xyz", b"0 0 1\n" * 20, "at least 256 are needed"),
         ("scan.csv", b"".join(b"%d,%d,1\n" % (n, n) for n in range(400)), "line"),
         ("scan.stl", b"solid nothing", "scan.stl"),

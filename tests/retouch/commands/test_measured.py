@@ -98,7 +98,6 @@ def test_the_unit_of_a_list_goes_to_every_kind(measured: Array, capsys: pytest.C
             "evaluate measured.npy --units um --fill",
             "so does: retouch prepare measured.npy -o measured-heights.exr",
         ),
-        ("scan plate.npy measured.npy --units um --height-scale 2", "not allowed with argument"),
     ],
 )
 def test_what_does_not_fit_is_refused_in_a_line(
