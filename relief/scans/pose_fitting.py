@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.fft import irfft2, next_fast_len, rfft2
 
 from relief.ground.arrays import Array
-from relief.scans.blurred import DesignSpectrum
-from relief.scans.pose import NAMES, Pose
+from relief.scans.blurred import Derivatives, DesignSpectrum
+from relief.scans.pose import BOWS, NAMES, STRETCHES, Pose
 from relief.scans.scans import MAD_TO_SIGMA, Scan
 
 TUKEY = 6.0
@@ -38,13 +38,14 @@ class Fit:
 
     Attributes:
         pose: how the print lies.
-        covariance: (9, 9) of the numbers of the pose, in the order of `NAMES`.
+        covariance: (n, n) of the numbers of the pose, in the order of `NAMES`.
         residuals: (rows, cols) mm, heights of the scan less the model; NaN off the design and in holes.
         outliers: (rows, cols), samples without weight.
         correlation: of model and scan over the samples with weight, each weighted; -1 to 1.
         spread_mm: robust standard deviation of the residuals.
         overlap: share that the samples on the plate have of all the scan's, or of those that the whole plate
             would have if these are fewer.
+        box_mm: least and greatest x, and y, of the design between which the samples lie.
     """
 
     pose: Pose
@@ -54,6 +55,22 @@ class Fit:
     correlation: float
     spread_mm: float
     overlap: float
+    box_mm: tuple[tuple[float, float], tuple[float, float]]
+
+    def bow(self, x: Array, y: Array) -> Array:
+        """The bow at points of the design, mm; beyond the samples it goes on level."""
+        return self.pose.bow(*(np.clip(each, *ends) for each, ends in zip((x, y), self.box_mm, strict=True)))
+
+    @property
+    def sag_mm(self) -> tuple[float, float]:
+        """Height of the bow between its highest and lowest point, and the standard deviation of that height."""
+        x, y = (each.ravel() for each in np.meshgrid(*(np.linspace(*ends, 9) for ends in self.box_mm)))
+        bow = self.pose.bow(x, y)
+        high, low = int(np.argmax(bow)), int(np.argmin(bow))
+        terms = np.stack([x**2, x * y, y**2])
+        slopes, places = terms[:, high] - terms[:, low], [NAMES.index(name) for name in BOWS]
+        variance = slopes @ self.covariance[np.ix_(places, places)] @ slopes
+        return float(bow[high] - bow[low]), float(np.sqrt(max(variance, 0.0)))
 
     @property
     def quality(self) -> float:
@@ -71,7 +88,12 @@ class LostError(ValueError):
 
 
 def fit(
-    design: DesignSpectrum, scan: Scan, start: Pose, fixed: tuple[str, ...] = (), steps: int = MOST_STEPS
+    design: DesignSpectrum,
+    scan: Scan,
+    start: Pose,
+    fixed: tuple[str, ...] = (),
+    steps: int = MOST_STEPS,
+    distorted: bool = False,
 ) -> Fit:
     """Fit a pose to a scan.
 
@@ -81,16 +103,19 @@ def fit(
         start: a pose near the true one: within about half of the finest detail that both show.
         fixed: numbers of the pose that stay.
         steps: most steps.
+        distorted: whether a stretch and a bow are fitted too.
 
     Raises:
         LostError: scan and design do not overlap.
     """
+    if not distorted:
+        fixed += STRETCHES + BOWS
     free = np.array([name not in fixed for name in NAMES])
-    samples = _Samples(design, scan)
+    samples = _Samples(design, scan, free)
     numbers = start.array()
     state = samples.at(Pose.of(numbers))
     for _ in range(steps):
-        jacobian = state.jacobian[:, free]
+        jacobian = state.jacobian
         hessian = jacobian.T @ (state.weights[:, None] * jacobian)
         gradient = jacobian.T @ (state.weights * state.residuals)
         step = np.zeros(len(numbers))
@@ -100,7 +125,7 @@ def fit(
         deviations = state.spread_mm / np.sqrt(np.maximum(np.diag(hessian), np.finfo(float).tiny))
         if np.all(np.abs(step[free]) <= DONE * deviations):
             break
-    return state.ended(samples, free)
+    return state.ended(samples)
 
 
 def _solve(hessian: Array, gradient: Array) -> Array:
@@ -113,14 +138,15 @@ def _solve(hessian: Array, gradient: Array) -> Array:
 def _bounded(step: Array, design: DesignSpectrum) -> Array:
     """The step, shortened so that no point moves by more than a twentieth of the plate."""
     size = max(design.size_mm)
-    turn, scale, x, y = np.abs(step[:4])
-    farthest = max(0.5 * size * turn, 0.5 * size * scale, x, y) / (0.05 * size)
+    moves = dict(zip(NAMES, np.abs(step), strict=True))
+    across = max(moves[name] for name in ("turn", "log_scale", *STRETCHES))
+    farthest = max(0.5 * size * across, moves["shift_x_mm"], moves["shift_y_mm"]) / (0.05 * size)
     return step / max(1.0, farthest)
 
 
 @dataclass(frozen=True, eq=False)
 class _State:
-    """Residuals and derivatives at one pose, of the samples that lie on the design."""
+    """Residuals and derivatives by the free numbers at one pose, of the samples that lie on the design."""
 
     pose: Pose
     places: NDArray[np.intp]
@@ -129,6 +155,7 @@ class _State:
     values: Array
     model: Array
     spread_mm: float
+    box_mm: tuple[tuple[float, float], tuple[float, float]]
 
     @property
     def ratios(self) -> Array:
@@ -139,12 +166,12 @@ class _State:
         """Tukey's, 0 to 1."""
         return np.square(1.0 - self.ratios)
 
-    def ended(self, samples: "_Samples", free: NDArray[np.bool_]) -> Fit:
+    def ended(self, samples: "_Samples") -> Fit:
         weights, ratios = self.weights, self.ratios
         # Tukey's influence falls off, so the mean of its derivative is less than that of the weights.
         slope = float(np.mean((1.0 - ratios) * (1.0 - 5.0 * ratios)))
         covariance = np.zeros((len(NAMES), len(NAMES)))
-        jacobian = self.jacobian[:, free]
+        jacobian, free = self.jacobian, samples.free
         inverse = np.linalg.pinv(slope * jacobian.T @ jacobian, hermitian=True)
         middle = samples.correlated(self.places, weights * self.residuals, jacobian)
         covariance[np.ix_(free, free)] = inverse @ middle @ inverse
@@ -158,14 +185,15 @@ class _State:
             _correlation(self.values, self.model, weights),
             self.spread_mm,
             len(self.residuals) / max(1.0, min(samples.count, samples.of_plate(self.pose))),
+            self.box_mm,
         )
 
 
 class _Samples:
     """The measured samples of a scan, and the model of them at a pose."""
 
-    def __init__(self, design: DesignSpectrum, scan: Scan) -> None:
-        self._design = design
+    def __init__(self, design: DesignSpectrum, scan: Scan, free: NDArray[np.bool_]) -> None:
+        self._design, self.free = design, free
         self.shape, self.size = scan.heights.shape, scan.heights.size
         self._places = np.flatnonzero(scan.measured)
         x, y = (axis.ravel()[self._places] for axis in np.meshgrid(*scan.axes_mm()))
@@ -189,26 +217,10 @@ class _Samples:
         if len(x) < FEWEST:
             raise LostError(f"{len(x)} samples of the scan lie on the design")
         model = self._design.at(x, y, pose.variance_mm2)
-        tilt = pose.tilt_x * x + pose.tilt_y * y
-        shape = pose.height_scale * model.heights
-        slope_x = pose.height_scale * model.along_x + pose.tilt_x
-        slope_y = pose.height_scale * model.along_y + pose.tilt_y
-        c, s = np.cos(pose.turn) / pose.scale, np.sin(pose.turn) / pose.scale
-        jacobian = np.stack(
-            [
-                slope_x * y - slope_y * x,
-                -(slope_x * x + slope_y * y),
-                -c * slope_x + s * slope_y,
-                -s * slope_x - c * slope_y,
-                pose.height_scale * model.by_variance,
-                model.heights,
-                np.ones(len(x)),
-                x,
-                y,
-            ],
-            axis=-1,
-        )
-        residuals = heights - shape - pose.level_mm - tilt
+        base, shape = pose.base(x, y), pose.height_scale * model.heights
+        columns = _derivatives(pose, x, y, model)
+        jacobian = np.stack([column for column, free in zip(columns, self.free, strict=True) if free], axis=-1)
+        residuals = heights - shape - base
         centre = np.median(residuals)
         spread = MAD_TO_SIGMA * float(np.median(np.abs(residuals - centre)))
         least = 1e-9 * float(np.ptp(heights)) + np.finfo(float).tiny
@@ -217,9 +229,10 @@ class _Samples:
             self._places[inside],
             residuals,
             jacobian,
-            heights - pose.level_mm - tilt,
+            heights - base,
             shape,
             max(spread, least),
+            ((float(x.min()), float(x.max())), (float(y.min()), float(y.max()))),
         )
 
     def correlated(self, places: NDArray[np.intp], influences: Array, jacobian: Array) -> Array:
@@ -241,6 +254,33 @@ class _Samples:
         density = rfft2(covariance, shape).real
         columns = [spectrum(column) for column in jacobian.T]
         return _weighted_products(columns, np.maximum(density, 0.0), shape)
+
+
+def _derivatives(pose: Pose, x: Array, y: Array, model: Derivatives) -> list[Array]:
+    """Derivatives of the heights at fixed points of the scan by each number, at points of the design."""
+    slope_x = pose.height_scale * model.along_x + pose.tilt_x + 2.0 * pose.bow_xx * x + pose.bow_xy * y
+    slope_y = pose.height_scale * model.along_y + pose.tilt_y + 2.0 * pose.bow_yy * y + pose.bow_xy * x
+    # Slopes along the axes of a print that is stretched but not turned, and the points there.
+    on_x, on_y = pose.unstretched(slope_x, slope_y)
+    grown, shrunk = np.exp(pose.stretch), np.exp(-pose.stretch)
+    at_x, at_y = grown * x + pose.skew * y, pose.skew * x + shrunk * y
+    c, s = np.cos(pose.turn) / pose.scale, np.sin(pose.turn) / pose.scale
+    return [
+        on_x * at_y - on_y * at_x,
+        -(slope_x * x + slope_y * y),
+        -c * on_x + s * on_y,
+        -s * on_x - c * on_y,
+        pose.height_scale * model.by_variance,
+        model.heights,
+        np.ones(len(x)),
+        x,
+        y,
+        shrunk * on_y * y - grown * on_x * x,
+        -(on_x * y + on_y * x),
+        x**2,
+        x * y,
+        y**2,
+    ]
 
 
 def _window(length: int, lag: int) -> Array:

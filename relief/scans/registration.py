@@ -11,7 +11,8 @@ from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.relief import Relief
 from relief.scans.blurred import DesignSpectrum, samples_mm, surface_of
-from relief.scans.pose import Pose
+from relief.scans.distortions import refined
+from relief.scans.pose import NAMES, Pose
 from relief.scans.pose_fitting import TUKEY, Fit, LostError, fit
 from relief.scans.scans import Scan
 from relief.scans.searching import Candidate, Search
@@ -88,6 +89,8 @@ class Registration:
         surface: the design on the samples with which the pose was fitted.
         fitted: the pose, its covariance and the residuals, on the samples of `working`.
         working: the scan on the samples on which the pose was fitted.
+        distorted: a fit with stretch and bow, whether or not these are significant.
+        left_out: a line for each cause for which samples of the scan were left out.
     """
 
     scan: Scan
@@ -95,6 +98,8 @@ class Registration:
     surface: DesignSpectrum
     fitted: Fit
     working: Scan
+    distorted: Fit
+    left_out: tuple[str, ...]
 
     @property
     def pose(self) -> Pose:
@@ -121,6 +126,23 @@ class Registration:
         """Lengths of the print in the plane over those of the design."""
         sigma = self.pose.scale * self.fitted.sigma("log_scale")
         return Interval.about(self.pose.scale, sigma)
+
+    @property
+    def scales(self) -> tuple[Interval, Interval]:
+        """Lengths of the print along x and y of the design over those of the design."""
+        log_scale, found = NAMES.index("log_scale"), self.distorted
+        stretch, covariance = NAMES.index("stretch"), found.covariance
+        of_both = covariance[log_scale, log_scale] + covariance[stretch, stretch]
+        sigmas = (sqrt(max(0.0, of_both + times * covariance[log_scale, stretch])) for times in (2.0, -2.0))
+        along = zip(found.pose.scales, sigmas, strict=True)
+        first, second = (Interval.about(scale, scale * sigma) for scale, sigma in along)
+        return first, second
+
+    @property
+    def sag_mm(self) -> Interval:
+        """Height of the bow between its highest and lowest measured point."""
+        sag, sigma = self.distorted.sag_mm
+        return replace(Interval.about(sag, sigma), low=max(0.0, sag - NORMAL_95 * sigma))
 
     @property
     def height_scale(self) -> Interval:
@@ -152,15 +174,14 @@ class Registration:
             outlier: standard deviations of the residuals beyond which a sample is left out.
 
         Returns:
-            Heights (rows, cols) mm, at the level of the design and without its tilt, and the deviations from
+            Heights (rows, cols) mm, at the level of the design, without tilt and bow, and the deviations from
             the design as blurred; both NaN where nothing was measured, or outliers were.
         """
         # Blocks no finer than the design, so that each of its samples has their mean.
         times = max(1, int(self.design.pitch_mm * self.pose.scale / self.scan.pitch_mm))
         scan = self.scan.averaged(times)
         x, y = self.pose.on_design(*np.meshgrid(*scan.axes_mm()))
-        plane = self.pose.level_mm + self.pose.tilt_x * x + self.pose.tilt_y * y
-        left = scan.heights - plane - self._model(x, y, self._blocks_mm2(times))
+        left = scan.heights - self.pose.base(x, y) - self._model(x, y, self._blocks_mm2(times))
         left[~self.surface.inside(x, y) | (np.abs(left) > outlier * self.fitted.spread_mm)] = np.nan
         x, y = self.pose.on_scan(*samples_mm(self.design))
         rows, cols = scan.heights.shape
@@ -224,8 +245,10 @@ def register(scan: Scan, design: Relief) -> Registration:
     found = _found(surface.coarser(FIRST_SIDE), working, scan.name)
     with stage("fitting the pose"):
         fitted = fit(surface, working, found.pose)
-    _check_heights(fitted, scan.name)
-    return Registration(scan, design, surface, fitted, working)
+    with stage("looking for distortions"):
+        found_more = refined(surface, scan, working, fitted)
+    _check_heights(found_more.fitted, scan.name)
+    return Registration(design=design, surface=surface, **vars(found_more))
 
 
 def _found(design: DesignSpectrum, scan: Scan, name: str) -> Fit:
