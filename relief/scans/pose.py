@@ -1,7 +1,7 @@
-"""How a print lies in its scan: turned, shifted, shrunk, stretched, tilted, bowed, blurred, higher or lower."""
+"""How a print lies in its scan: turned, shifted, shrunk, stretched, tilted, bowed, blurred and higher."""
 
 from dataclasses import dataclass, fields
-from math import cos, exp, hypot, sin
+from math import atan2, cos, degrees, exp, sin
 from typing import Self
 
 import numpy as np
@@ -15,7 +15,7 @@ class Pose:
 
     A point p of the design, mm from its middle, lies in the scan at scale * R(turn) S p + shift from the
     middle of the scan; y is upward, and turns are counter-clockwise. S is symmetric and turns nothing: its
-    diagonal is exp(stretch), exp(-stretch), and skew stands beside the diagonal.
+    diagonal is exp(stretch) and exp(-stretch), and both other entries are skew.
 
     Attributes:
         turn: radians.
@@ -46,13 +46,13 @@ class Pose:
 
     @property
     def scale(self) -> float:
-        """Lengths in the plane of the print over those of its design; of a stretch, the mean over directions."""
+        """Lengths in the plane of the print over those of its design; with a stretch, the geometric mean."""
         return float(np.exp(self.log_scale))
 
     @property
-    def scales(self) -> tuple[float, float]:
-        """Lengths of the print over those of its design along x and y of the design."""
-        return self.scale * hypot(exp(self.stretch), self.skew), self.scale * hypot(exp(-self.stretch), self.skew)
+    def longest_degrees(self) -> float:
+        """Direction of the greatest stretch, from x of the design, counter-clockwise; 0 to 180."""
+        return 0.5 * degrees(atan2(self.skew, self.stretch)) % 180.0
 
     def array(self) -> Array:
         """The numbers in their order."""
@@ -77,11 +77,8 @@ class Pose:
 
     def unstretched(self, x: Array, y: Array) -> tuple[Array, Array]:
         """The inverse of S, of x and y."""
-        if self.stretch == self.skew == 0.0:
-            return x, y
         area = 1.0 - self.skew**2
-        along_x, along_y = exp(-self.stretch) / area, exp(self.stretch) / area
-        return along_x * x - self.skew / area * y, along_y * y - self.skew / area * x
+        return (exp(-self.stretch) * x - self.skew * y) / area, (exp(self.stretch) * y - self.skew * x) / area
 
     def base(self, x: Array, y: Array) -> Array:
         """Level, tilt and bow at points of the design, mm."""

@@ -8,6 +8,7 @@ Econometrica 55, 1987). C is taken to depend on the distance of places alone and
 """
 
 from dataclasses import dataclass
+from math import exp, hypot
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,9 @@ DONE = 1e-3
 LONGEST_CORRELATION = 0.25
 """Farthest distance, in sides of the scan, over which errors are taken to be correlated: beyond, the few
 independent parts of a scan give no estimate."""
+LEAST_SPREAD = 1e-3
+"""Least spread of the residuals, in ranges of the heights of the print: where most of an exact scan is flat,
+half of its residuals are 0, and all the others would be outliers."""
 FEWEST = 100
 """Fewest samples on the design of which a pose is fitted."""
 
@@ -62,15 +66,26 @@ class Fit:
         return self.pose.bow(*(np.clip(each, *ends) for each, ends in zip((x, y), self.box_mm, strict=True)))
 
     @property
+    def stretch(self) -> tuple[float, float]:
+        """The greatest scale along a direction over the least, less 1, and its standard deviation."""
+        size = hypot(self.pose.stretch, self.pose.skew)
+        slopes = np.array([self.pose.stretch, self.pose.skew]) / max(size, np.finfo(float).tiny)
+        grown = exp(2.0 * size)
+        return grown - 1.0, 2.0 * grown * self._sigma(STRETCHES, slopes)
+
+    @property
     def sag_mm(self) -> tuple[float, float]:
-        """Height of the bow between its highest and lowest point, and the standard deviation of that height."""
+        """Height of the bow between its highest and lowest point, and its standard deviation."""
         x, y = (each.ravel() for each in np.meshgrid(*(np.linspace(*ends, 9) for ends in self.box_mm)))
         bow = self.pose.bow(x, y)
         high, low = int(np.argmax(bow)), int(np.argmin(bow))
         terms = np.stack([x**2, x * y, y**2])
-        slopes, places = terms[:, high] - terms[:, low], [NAMES.index(name) for name in BOWS]
-        variance = slopes @ self.covariance[np.ix_(places, places)] @ slopes
-        return float(bow[high] - bow[low]), float(np.sqrt(max(variance, 0.0)))
+        return float(bow[high] - bow[low]), self._sigma(BOWS, terms[:, high] - terms[:, low])
+
+    def _sigma(self, names: tuple[str, ...], slopes: Array) -> float:
+        """Standard deviation of a function of some numbers, by its derivatives."""
+        places = [NAMES.index(name) for name in names]
+        return float(np.sqrt(max(0.0, slopes @ self.covariance[np.ix_(places, places)] @ slopes)))
 
     @property
     def quality(self) -> float:
@@ -79,8 +94,7 @@ class Fit:
 
     def sigma(self, name: str) -> float:
         """Standard deviation of a number of the pose."""
-        place = NAMES.index(name)
-        return float(np.sqrt(max(self.covariance[place, place], 0.0)))
+        return self._sigma((name,), np.ones(1))
 
 
 class LostError(ValueError):
@@ -219,11 +233,13 @@ class _Samples:
         model = self._design.at(x, y, pose.variance_mm2)
         base, shape = pose.base(x, y), pose.height_scale * model.heights
         columns = _derivatives(pose, x, y, model)
-        jacobian = np.stack([column for column, free in zip(columns, self.free, strict=True) if free], axis=-1)
+        jacobian = np.stack(
+            [column for column, free in zip(columns, self.free, strict=True) if free], axis=-1
+        )
         residuals = heights - shape - base
         centre = np.median(residuals)
         spread = MAD_TO_SIGMA * float(np.median(np.abs(residuals - centre)))
-        least = 1e-9 * float(np.ptp(heights)) + np.finfo(float).tiny
+        least = LEAST_SPREAD * float(np.ptp(shape)) + np.finfo(float).tiny
         return _State(
             pose,
             self._places[inside],

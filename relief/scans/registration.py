@@ -11,8 +11,8 @@ from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.relief import Relief
 from relief.scans.blurred import DesignSpectrum, samples_mm, surface_of
-from relief.scans.distortions import refined
-from relief.scans.pose import NAMES, Pose
+from relief.scans.distortions import SURE, refined
+from relief.scans.pose import Pose
 from relief.scans.pose_fitting import TUKEY, Fit, LostError, fit
 from relief.scans.scans import Scan
 from relief.scans.searching import Candidate, Search
@@ -128,21 +128,14 @@ class Registration:
         return Interval.about(self.pose.scale, sigma)
 
     @property
-    def scales(self) -> tuple[Interval, Interval]:
-        """Lengths of the print along x and y of the design over those of the design."""
-        log_scale, found = NAMES.index("log_scale"), self.distorted
-        stretch, covariance = NAMES.index("stretch"), found.covariance
-        of_both = covariance[log_scale, log_scale] + covariance[stretch, stretch]
-        sigmas = (sqrt(max(0.0, of_both + times * covariance[log_scale, stretch])) for times in (2.0, -2.0))
-        along = zip(found.pose.scales, sigmas, strict=True)
-        first, second = (Interval.about(scale, scale * sigma) for scale, sigma in along)
-        return first, second
+    def stretch_percent(self) -> Interval:
+        """How much longer lengths along one direction have become than across, %."""
+        return _size(*self.distorted.stretch).times(100.0)
 
     @property
     def sag_mm(self) -> Interval:
         """Height of the bow between its highest and lowest measured point."""
-        sag, sigma = self.distorted.sag_mm
-        return replace(Interval.about(sag, sigma), low=max(0.0, sag - NORMAL_95 * sigma))
+        return _size(*self.distorted.sag_mm)
 
     @property
     def height_scale(self) -> Interval:
@@ -193,6 +186,11 @@ class Registration:
         )
         deviations = _between_holes(left, places)
         return deviations + self.model(), deviations
+
+    def bow(self) -> Array:
+        """The bow (rows, cols) mm on the samples of the design, about its mean; 0 if not significant."""
+        bow = self.fitted.bow(*samples_mm(self.design))
+        return bow - float(bow.mean())
 
     def model(self) -> Array:
         """The design (rows, cols) mm, blurred and scaled in height as the print is."""
@@ -246,9 +244,15 @@ def register(scan: Scan, design: Relief) -> Registration:
     with stage("fitting the pose"):
         fitted = fit(surface, working, found.pose)
     with stage("looking for distortions"):
-        found_more = refined(surface, scan, working, fitted)
-    _check_heights(found_more.fitted, scan.name)
-    return Registration(design=design, surface=surface, **vars(found_more))
+        scan, fitted, working, distorted, left_out = refined(surface, scan, working, fitted)
+    _check_heights(fitted, scan.name)
+    return Registration(scan, design, surface, fitted, working, distorted, left_out)
+
+
+def _size(value: float, sigma: float) -> Interval:
+    """The interval of a size, which is above 0 by chance."""
+    low = value - NORMAL_95 * sigma if value > SURE * sigma else 0.0
+    return Interval(value, low, value + NORMAL_95 * sigma)
 
 
 def _found(design: DesignSpectrum, scan: Scan, name: str) -> Fit:
