@@ -14,6 +14,7 @@ from scipy.ndimage import median_filter, minimum_filter
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.scans.blurred import DesignSpectrum
+from relief.scans.pose import BOWS, STRETCHES, Pose
 from relief.scans.pose_fitting import Fit, LostError, fit
 from relief.scans.scans import Scan
 
@@ -42,7 +43,7 @@ FEWEST_IN_ROW = 20
 
 
 def refined(
-    design: DesignSpectrum, scan: Scan, working: Scan, start: Fit
+    design: DesignSpectrum, scan: Scan, working: Scan, start: Pose
 ) -> tuple[Scan, Fit, Scan, Fit, tuple[str, ...]]:
     """Model stretch and bow, and leave out saturated samples and bad rows.
 
@@ -50,7 +51,7 @@ def refined(
         design: of the print.
         scan: as read.
         working: the scan on the samples on which the pose is fitted.
-        start: the fit without distortions.
+        start: a pose near the true one.
 
     Returns:
         The scan less what was left out; the fit; the working scan; a fit with stretch and bow whether or not
@@ -58,8 +59,9 @@ def refined(
 
     Raises:
         InputError: much of the scan is saturated.
-        LostError: what is left of the scan does not overlap with the design.
+        LostError: scan and design do not overlap.
     """
+    start = replace(start, **dict.fromkeys(STRETCHES + BOWS, 0.0))
     fitted, distorted = _distorted(design, working, start)
     times, lines = round(working.pitch_mm / scan.pitch_mm), []
     for faults in (_saturated, _bad_rows):
@@ -68,30 +70,31 @@ def refined(
             lines.append(line)
             scan = replace(scan, heights=np.where(bad, np.nan, scan.heights))
             working = scan.averaged(times)
-            fitted, distorted = _distorted(design, working, fit(design, working, start.pose))
+            fitted, distorted = _distorted(design, working, start)
     return scan, fitted, working, distorted, tuple(lines)
 
 
-def _distorted(design: DesignSpectrum, scan: Scan, start: Fit) -> tuple[Fit, Fit]:
+def _distorted(design: DesignSpectrum, scan: Scan, start: Pose) -> tuple[Fit, Fit]:
     """The fit that is taken, and one with stretch and bow."""
+    plain = fit(design, scan, start)
     least_sag = LEAST_SAG * float(np.ptp(design.blurred(0.0)))
     # From the minimum without distortions one step shows whether there are any.
-    first = fit(design, scan, start.pose, steps=1, distorted=True)
+    first = fit(design, scan, plain.pose, steps=1, distorted=True)
     sizes = (first.stretch, LEAST_STRETCH), (first.sag_mm, least_sag)
     if not any(value > max(least, SURE * sigma) for (value, sigma), least in sizes):
-        return start, first
+        return plain, first
     try:
         full = fit(design, scan, first.pose, distorted=True)
     except LostError:
-        return start, first
-    better = full.spread_mm < start.spread_mm and full.stretch[0] < MOST_STRETCH
-    return (full, full) if better else (start, first)
+        return plain, first
+    better = full.spread_mm < plain.spread_mm and full.stretch[0] < MOST_STRETCH
+    return (full, full) if better else (plain, first)
 
 
 def _saturated(scan: Scan, working: Scan, fitted: Fit) -> tuple[Mask, str]:
     """Samples (rows, cols) at which the sensor was saturated, and a line about them."""
     bad, words, percent = np.zeros(scan.heights.shape, bool), [], 0.0
-    least, on_plate = max(fitted.spread_mm, BEYOND * _range(scan.heights)), np.isfinite(fitted.residuals)
+    least, on_plate = BEYOND * _range(scan.heights), np.isfinite(fitted.residuals)
     for word, sign in ENDS.items():
         beyond = -sign * fitted.residuals[_at_end(sign * working.heights) & on_plate]
         if beyond.size and np.percentile(beyond, 75) > least:

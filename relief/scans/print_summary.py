@@ -82,13 +82,13 @@ class PrintScanned:
             on_design = found.pose.longest_degrees
             on_scan = on_design + np.degrees(found.pose.turn)
             lines.append(
-                f"printer or scanner stretches by {percent:.2g} %, along a line {round(on_design) % 180} degrees "
-                f"from x of the design and {round(on_scan) % 180} degrees from x of the scan"
+                f"printer or scanner stretches by {percent:.2g} %, along a line at {round(on_design) % 180} "
+                f"degrees in the design and {round(on_scan) % 180} degrees in the scan"
             )
         if (correlation := found.fitted.correlation) < POOR:
             lines.append(
-                f"scan and design correlate by {correlation:.2f}, most prints by 0.94 and more: the scan is noisy "
-                "or distorted, the printer too coarse for the design, or this is another plate"
+                f"scan and design correlate by {correlation:.2f}, most prints by 0.94 and more: "
+                "the scan is noisy or distorted, the printer too coarse, or the plate another one"
             )
         if (blur_um := 1000.0 * found.blur_mm.value) > BLURRED_UM:
             lines.append(f"blurred by {blur_um:.0f} um, most prints by 20 to 200: is the scan in focus?")

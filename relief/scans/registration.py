@@ -12,7 +12,7 @@ from relief.ground.progress import stage
 from relief.relief import Relief
 from relief.scans.blurred import DesignSpectrum, samples_mm, surface_of
 from relief.scans.distortions import SURE, refined
-from relief.scans.pose import Pose
+from relief.scans.pose import STRETCHES, Pose
 from relief.scans.pose_fitting import TUKEY, Fit, LostError, fit
 from relief.scans.scans import Scan
 from relief.scans.searching import Candidate, Search
@@ -242,9 +242,7 @@ def register(scan: Scan, design: Relief) -> Registration:
     working = scan.averaged(-(-max(scan.heights.shape) // WORKING_SIDE))
     found = _found(surface.coarser(FIRST_SIDE), working, scan.name)
     with stage("fitting the pose"):
-        fitted = fit(surface, working, found.pose)
-    with stage("looking for distortions"):
-        scan, fitted, working, distorted, left_out = refined(surface, scan, working, fitted)
+        scan, fitted, working, distorted, left_out = refined(surface, scan, working, found.pose)
     _check_heights(fitted, scan.name)
     return Registration(scan, design, surface, fitted, working, distorted, left_out)
 
@@ -311,7 +309,7 @@ def _best(search: Search, design: DesignSpectrum, scan: Scan, scale: float = 1.0
     if not fits:
         return None
     best, start = max(fits, key=lambda each: each[0].quality)
-    fitted = fit(design, scan, best.pose)
+    fitted = fit(design, scan, best.pose, STRETCHES, distorted=True)
     return fitted if _plausible(fitted, start, design) else best
 
 
