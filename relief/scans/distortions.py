@@ -25,6 +25,8 @@ LEAST_STRETCH, LEAST_SAG = 0.001, 0.02
 """Least stretch that is modelled, as a share of lengths, and least sag, in ranges of the design's heights."""
 MOST_STRETCH = 0.4
 """Greatest stretch that is modelled; a fit with more has found no print."""
+LOOK_SIDE = 300
+"""Most samples a side of a scan on which a first step looks for a stretch and a bow; both are broad."""
 ENDS = {"highest": 1.0, "lowest": -1.0}
 """Heights at which a sensor is saturated, and the sign by which each becomes the greatest height."""
 AT_END, TIMES_NEXT = 0.002, 3
@@ -77,18 +79,33 @@ def refined(
 def _distorted(design: DesignSpectrum, scan: Scan, start: Pose) -> tuple[Fit, Fit]:
     """The fit that is taken, and one with stretch and bow."""
     plain = fit(design, scan, start)
-    least_sag = LEAST_SAG * float(np.ptp(design.blurred(0.0)))
     # From the minimum without distortions one step shows whether there are any.
-    first = fit(design, scan, plain.pose, steps=1, distorted=True)
-    sizes = (first.stretch, LEAST_STRETCH), (first.sag_mm, least_sag)
-    if not any(value > max(least, SURE * sigma) for (value, sigma), least in sizes):
+    coarse = scan.averaged(-(-max(scan.heights.shape) // LOOK_SIDE))
+    first = fit(design, coarse, plain.pose, steps=1, distorted=True)
+    if _insignificant(first, design) == STRETCHES + BOWS:
         return plain, first
     try:
         full = fit(design, scan, first.pose, distorted=True)
     except LostError:
         return plain, first
-    better = full.spread_mm < plain.spread_mm and full.stretch[0] < MOST_STRETCH
-    return (full, full) if better else (plain, first)
+    if full.spread_mm >= plain.spread_mm or full.stretch[0] > MOST_STRETCH:
+        return plain, first
+    if not (none := _insignificant(full, design)):
+        return full, full
+    without = replace(full.pose, **dict.fromkeys(none, 0.0))
+    return fit(design, scan, without, none, distorted=True), full
+
+
+def _insignificant(found: Fit, design: DesignSpectrum) -> tuple[str, ...]:
+    """Names of the distortions that a fit does not show, or shows too small to matter."""
+    none: tuple[str, ...] = ()
+    least_sag = LEAST_SAG * float(np.ptp(design.blurred(0.0)))
+    for (value, sigma), least, names in (
+        (found.stretch, LEAST_STRETCH, STRETCHES),
+        (found.sag_mm, least_sag, BOWS),
+    ):
+        none += () if value > max(least, SURE * sigma) else names
+    return none
 
 
 def _saturated(scan: Scan, working: Scan, fitted: Fit) -> tuple[Mask, str]:

@@ -85,7 +85,8 @@ class Fit:
     def _sigma(self, names: tuple[str, ...], slopes: Array) -> float:
         """Standard deviation of a function of some numbers, by its derivatives."""
         places = [NAMES.index(name) for name in names]
-        return float(np.sqrt(max(0.0, slopes @ self.covariance[np.ix_(places, places)] @ slopes)))
+        variance = float(slopes @ self.covariance[np.ix_(places, places)] @ slopes)
+        return float(np.sqrt(max(variance, 0.0)))
 
     @property
     def quality(self) -> float:
