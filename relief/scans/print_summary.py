@@ -15,7 +15,7 @@ COARSE_DEGREES = 5.0
 """Tilt from which heights that are taken along the axis of the scanner are off by 0.4 % and more."""
 POOR = 0.9
 """Correlation with the design as blurred below which a note warns. Simulated prints of the shipped textures,
-10 mm wide, reach 0.97 (resin), 0.94 (fine filament) and 0.83 to 0.99 (filament of 0.4 mm)."""
+10 mm wide, reach 0.997 (resin), 0.94 (fine filament) and 0.83 to 0.99 (filament of 0.4 mm)."""
 BLURRED_UM = 300.0
 """Blur from which a note warns: filament of 0.4 mm blurs by 200."""
 STRETCHED_PERCENT = 0.5
