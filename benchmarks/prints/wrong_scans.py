@@ -117,6 +117,10 @@ CASES: dict[str, tuple[Callable[[Relief], Scan], dict[str, float] | None]] = {
     "upside down": (_with(lambda heights: 8.0 - heights), None),
     "a mould": (_with(lambda heights: 8.0 - heights[:, ::-1]), None),
     "a mirrored quarter": (lambda design: scanned(design, 5.0, 3.0, (2.4, 2.4)).flipped(), None),
+    "of another texture": (
+        lambda design: scanned(design_of(TEXTURES[TEXTURES.index(design.name) - 2])),
+        None,
+    ),
     "x stretched by 2 %": (lambda design: scanned(design, 12.0, stretch=1.02), None),
     "x stretched by 30 %": (lambda design: scanned(design, 14.0, stretch=1.3), None),
     "bowed by 0.4 mm": (_with(_bowed), None),

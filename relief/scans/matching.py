@@ -13,7 +13,7 @@ import numpy as np
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.scans.blurred import DesignSpectrum
-from relief.scans.pose import Pose
+from relief.scans.pose import BOWS, PLAIN, Pose
 from relief.scans.pose_fitting import Fit, LostError, fit
 from relief.scans.scans import Scan
 from relief.scans.searching import Candidate, Search
@@ -88,7 +88,7 @@ def find_print(design: DesignSpectrum, scan: Scan) -> Found:
     if _is_print(chance, _quality(direct)) and EQUAL * _left(others[rival]) < left:
         raise InputError(f"{scan.name}: {REFUSALS[rival]}")
     if not _is_print(_quality(direct), chance):
-        raise _another_plate(scan, _quality(direct))
+        raise another_plate(scan, _quality(direct))
     best = max(direct, key=lambda each: each.quality)
     ways = [way for way, fits in others.items() if _left(fits) < EQUAL * left]
     alike = [each.pose for each in direct if _left([each]) < EQUAL * left]
@@ -96,20 +96,23 @@ def find_print(design: DesignSpectrum, scan: Scan) -> Found:
 
 
 def check_print(design: DesignSpectrum, scan: Scan, fitted: Fit) -> None:
-    """Raise InputError if a fit to more samples of the scan is none of a print any more."""
-    try:
-        judged = fit(design.coarser(FIRST_SIDE), _small(scan), fitted.pose, steps=0).quality
-    except LostError:
-        judged = 0.0
+    """Check that a fit to more samples of the scan is still one of a print.
+
+    Raises:
+        InputError: it is not.
+        LostError: scan and design do not overlap.
+    """
+    judged = fit(design.coarser(FIRST_SIDE), _small(scan), fitted.pose, steps=0).quality
     if judged < SAME_DESIGN:
-        raise _another_plate(scan, judged)
+        raise another_plate(scan, judged)
 
 
 def _small(scan: Scan) -> Scan:
     return scan.averaged(-(-max(scan.heights.shape) // FIRST_SIDE))
 
 
-def _another_plate(scan: Scan, quality: float) -> InputError:
+def another_plate(scan: Scan, quality: float) -> InputError:
+    """The error of a scan that fits its design no better than another plate does."""
     return InputError(
         f"{scan.name}: shows another plate than this design: the two correlate by {max(0.0, quality):.2f} at "
         "the best place"
@@ -160,13 +163,16 @@ def _fits(search: Search, design: DesignSpectrum, scan: Scan, candidates: Sequen
         best = max(fits, key=lambda each: each.quality)
         shifts = search.shifts(scan, best.pose)
         candidates = [one for one in shifts if one.score > shifts[0].score - WORTH]
-    return fits
+    # A print that is bowed by half of its height correlates by 0.8 until its bow is fitted.
+    best = max(fits, key=lambda each: each.quality, default=None)
+    return fits + (_fitted(design, scan, best.pose, BOWS) if best else [])
 
 
-def _fitted(design: DesignSpectrum, scan: Scan, start: Pose) -> list[Fit]:
-    """The fit from a pose, if it shows a print of this design."""
+def _fitted(design: DesignSpectrum, scan: Scan, start: Pose, more: tuple[str, ...] = ()) -> list[Fit]:
+    """The fit of plain numbers, and more, from a pose, if it shows a print of this design."""
     try:
-        fitted = fit(design, scan, _heights_fitted(design, scan, start), steps=FIRST_STEPS)
+        begin = start if more else _heights_fitted(design, scan, start)
+        fitted = fit(design, scan, begin, PLAIN + more, FIRST_STEPS)
     except LostError:
         return []
     # A fit that grows, blurs away or leaves the plate shows no print.
@@ -212,6 +218,6 @@ def _beside(best: Pose, others: Sequence[Pose], design: DesignSpectrum) -> list[
 
 def _heights_fitted(design: DesignSpectrum, scan: Scan, start: Pose) -> Pose:
     """The pose with heights and tilt by least squares, and unchanged other numbers."""
-    plane = ("turn", "log_scale", "shift_x_mm", "shift_y_mm", "variance_mm2")
+    free = ("height_scale", "level_mm", "tilt_x", "tilt_y")
     level = float(np.median(scan.heights[scan.measured]))
-    return fit(design, scan, replace(start, level_mm=level), fixed=plane, steps=3).pose
+    return fit(design, scan, replace(start, level_mm=level), free, steps=3, robust=False).pose

@@ -7,15 +7,17 @@ covariance of e between places (P. J. Huber, Robust Statistics, 1981, chapter 7;
 Econometrica 55, 1987). C is taken to depend on the distance of places alone and comes from the influences.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import exp, hypot
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft2, next_fast_len, rfft2
 
 from relief.ground.arrays import Array
-from relief.scans.blurred import DesignSpectrum
-from relief.scans.pose import NAMES, Pose
+from relief.scans.blurred import Derivatives, DesignSpectrum
+from relief.scans.pose import BOWS, NAMES, PLAIN, STRETCHES, Pose
 from relief.scans.scans import MAD_TO_SIGMA, Scan
 
 TUKEY = 6.0
@@ -28,6 +30,9 @@ DONE = 1e-3
 LONGEST_CORRELATION = 0.25
 """Farthest distance, in sides of the scan, over which errors are taken to be correlated: beyond, the few
 independent parts of a scan give no estimate."""
+LEAST_SPREAD = 1e-3
+"""Least spread of the residuals, in ranges of the heights of the print: where most of an exact scan is flat,
+half of its residuals are 0, and all the others would be outliers."""
 FEWEST = 100
 """Fewest samples on the design of which a pose is fitted."""
 PRIOR = {
@@ -37,6 +42,8 @@ PRIOR = {
     "shift_y_mm": 0.1,
     "variance_mm2": 4e-4,
     "height_scale": 1.0,
+    "stretch": 0.05,
+    "skew": 0.05,
 }
 """Standard deviations of what is known before all numbers are fitted: no blur, and the others as they are at
 the start of the fit. Shifts are in sides of the design, variance in squared sides, height in its own start.
@@ -57,7 +64,7 @@ class Fit:
 
     Attributes:
         pose: how the print lies.
-        covariance: (9, 9) of the numbers of the pose, in the order of `NAMES`.
+        covariance: (n, n) of the numbers of the pose, in the order of `NAMES`.
         residuals: (rows, cols) mm, heights of the scan less the model; NaN off the design and in holes.
         outliers: (rows, cols), samples without weight.
         correlation: of model and scan over the samples with weight, each weighted; -1 to 1.
@@ -65,6 +72,7 @@ class Fit:
         overlap: share that the samples on the plate have of all the scan's, or of those that the whole plate
             would have if these are fewer.
         undetermined: numbers that the scan does not determine; their intervals are those known before.
+        box_mm: least and greatest x, and y, of the design between which the samples lie.
     """
 
     pose: Pose
@@ -74,7 +82,35 @@ class Fit:
     correlation: float
     spread_mm: float
     overlap: float
-    undetermined: tuple[str, ...] = ()
+    box_mm: tuple[tuple[float, float], tuple[float, float]]
+    undetermined: tuple[str, ...]
+
+    def bow(self, x: Array, y: Array) -> Array:
+        """The bow at points of the design, mm; beyond the samples it goes on level."""
+        return self.pose.bow(*(np.clip(each, *ends) for each, ends in zip((x, y), self.box_mm, strict=True)))
+
+    @property
+    def stretch(self) -> tuple[float, float]:
+        """The greatest scale along a direction over the least, less 1, and its standard deviation."""
+        size = hypot(self.pose.stretch, self.pose.skew)
+        slopes = np.array([self.pose.stretch, self.pose.skew]) / max(size, np.finfo(float).tiny)
+        grown = exp(2.0 * size)
+        return grown - 1.0, 2.0 * grown * self._sigma(STRETCHES, slopes)
+
+    @property
+    def sag_mm(self) -> tuple[float, float]:
+        """Height of the bow between its highest and lowest point, and its standard deviation."""
+        x, y = (each.ravel() for each in np.meshgrid(*(np.linspace(*ends, 9) for ends in self.box_mm)))
+        bow = self.pose.bow(x, y)
+        high, low = int(np.argmax(bow)), int(np.argmin(bow))
+        terms = np.stack([x**2, x * y, y**2])
+        return float(bow[high] - bow[low]), self._sigma(BOWS, terms[:, high] - terms[:, low])
+
+    def _sigma(self, names: tuple[str, ...], slopes: Array) -> float:
+        """Standard deviation of a function of some numbers, by its derivatives."""
+        places = [NAMES.index(name) for name in names]
+        variance = float(slopes @ self.covariance[np.ix_(places, places)] @ slopes)
+        return float(np.sqrt(max(variance, 0.0)))
 
     @property
     def quality(self) -> float:
@@ -83,8 +119,7 @@ class Fit:
 
     def sigma(self, name: str) -> float:
         """Standard deviation of a number of the pose."""
-        place = NAMES.index(name)
-        return float(np.sqrt(max(self.covariance[place, place], 0.0)))
+        return self._sigma((name,), np.ones(1))
 
 
 class LostError(ValueError):
@@ -92,7 +127,12 @@ class LostError(ValueError):
 
 
 def fit(
-    design: DesignSpectrum, scan: Scan, start: Pose, fixed: tuple[str, ...] = (), steps: int = MOST_STEPS
+    design: DesignSpectrum,
+    scan: Scan,
+    start: Pose,
+    free: Sequence[str] = PLAIN,
+    steps: int = MOST_STEPS,
+    robust: bool = True,
 ) -> Fit:
     """Fit a pose to a scan.
 
@@ -100,45 +140,45 @@ def fit(
         design: of the print.
         scan: of the print.
         start: a pose near the true one: within about half of the finest detail that both show.
-        fixed: numbers of the pose that stay; with some, nothing is known beforehand of the others, and only
-            residuals beyond six times their root mean square are outliers.
+        free: numbers of the pose that are fitted; the others stay.
         steps: most steps.
+        robust: whether outliers are those of most residuals, and `PRIOR` is known beforehand. Without,
+            nothing is, and outliers are six times the root mean square of all residuals.
 
     Raises:
         LostError: scan and design do not overlap.
     """
-    free = np.array([name not in fixed for name in NAMES])
-    samples = _Samples(design, scan, robust=not fixed)
-    prior = _Prior.about(start, design, anything=not fixed)
+    is_free = np.isin(NAMES, free)
+    samples = _Samples(design, scan, free, robust)
+    prior = _Prior.about(start, design, free, robust)
     numbers = start.array()
     state = samples.at(Pose.of(numbers))
     for _ in range(steps):
-        jacobian = state.jacobian[:, free]
-        known = state.alike_mm2 * prior.precision
-        hessian = jacobian.T @ (state.weights[:, None] * jacobian) + np.diag(known[free])
-        gradient = jacobian.T @ (state.weights * state.residuals) + (known * (prior.middle - numbers))[free]
+        jacobian, known = state.jacobian, state.alike_mm2 * prior.precision
+        hessian = jacobian.T @ (state.weights[:, None] * jacobian) + np.diag(known)
+        gradient = jacobian.T @ (state.weights * state.residuals) + known * (prior.middle - numbers)[is_free]
         step = np.zeros(len(numbers))
-        step[free] = _solve(hessian, gradient)
+        step[is_free] = _solve(hessian, gradient)
         numbers = numbers + _bounded(step, design)
         state = samples.at(Pose.of(numbers))
         deviations = state.spread_mm / np.sqrt(np.maximum(np.diag(hessian), np.finfo(float).tiny))
-        if np.all(np.abs(step[free]) <= DONE * deviations):
+        if np.all(np.abs(step[is_free]) <= DONE * deviations):
             break
-    return state.ended(samples, free, prior)
+    return state.ended(samples, prior)
 
 
 @dataclass(frozen=True, eq=False)
 class _Prior:
-    """What is known of the numbers of a pose beforehand: (9,) middles, and inverse variances."""
+    """What is known beforehand: middles of all numbers, and inverse variances of the free ones."""
 
     middle: Array
     precision: Array
 
     @classmethod
-    def about(cls, start: Pose, design: DesignSpectrum, anything: bool) -> "_Prior":
+    def about(cls, start: Pose, design: DesignSpectrum, free: Sequence[str], anything: bool) -> "_Prior":
         side, height = max(design.size_mm), max(abs(start.height_scale), 1e-9)
         units = {"shift_x_mm": side, "shift_y_mm": side, "variance_mm2": side**2, "height_scale": height}
-        deviations = [PRIOR.get(name, np.inf) * units.get(name, 1.0) for name in NAMES]
+        deviations = [PRIOR.get(name, np.inf) * units.get(name, 1.0) for name in free]
         return cls(replace(start, variance_mm2=0.0).array(), anything * np.array(deviations) ** -2.0)
 
 
@@ -152,14 +192,15 @@ def _solve(hessian: Array, gradient: Array) -> Array:
 def _bounded(step: Array, design: DesignSpectrum) -> Array:
     """The step, shortened so that no point moves by more than a twentieth of the plate."""
     size = max(design.size_mm)
-    turn, scale, x, y = np.abs(step[:4])
-    farthest = max(0.5 * size * turn, 0.5 * size * scale, x, y) / (0.05 * size)
+    moves = dict(zip(NAMES, np.abs(step), strict=True))
+    across = max(moves[name] for name in ("turn", "log_scale", *STRETCHES))
+    farthest = max(0.5 * size * across, moves["shift_x_mm"], moves["shift_y_mm"]) / (0.05 * size)
     return step / max(1.0, farthest)
 
 
 @dataclass(frozen=True, eq=False)
 class _State:
-    """Residuals and derivatives at one pose, of the samples that lie on the design."""
+    """Residuals and derivatives by the free numbers at one pose, of the samples that lie on the design."""
 
     pose: Pose
     places: NDArray[np.intp]
@@ -168,6 +209,7 @@ class _State:
     values: Array
     model: Array
     spread_mm: float
+    box_mm: tuple[tuple[float, float], tuple[float, float]]
 
     @property
     def alike_mm2(self) -> float:
@@ -183,18 +225,18 @@ class _State:
         """Tukey's, 0 to 1."""
         return np.square(1.0 - self.ratios)
 
-    def ended(self, samples: "_Samples", free: NDArray[np.bool_], prior: _Prior) -> Fit:
+    def ended(self, samples: "_Samples", prior: _Prior) -> Fit:
         weights, ratios = self.weights, self.ratios
         # Tukey's influence falls off, so the mean of its derivative is less than that of the weights.
         slope = float(np.mean((1.0 - ratios) * (1.0 - 5.0 * ratios)))
         covariance = np.zeros((len(NAMES), len(NAMES)))
-        jacobian = self.jacobian[:, free]
-        known = self.alike_mm2 * np.diag(prior.precision[free])
+        jacobian, free = self.jacobian, [NAMES.index(name) for name in samples.free]
+        known = self.alike_mm2 * np.diag(prior.precision)
         inverse = np.linalg.pinv(slope * jacobian.T @ jacobian + known, hermitian=True)
         middle = samples.correlated(self.places, weights * self.residuals, jacobian)
         middle += self.alike_mm2 * known
         covariance[np.ix_(free, free)] = inverse @ middle @ inverse
-        open_ = np.diag(covariance) * prior.precision > OPEN**2
+        open_ = np.diag(covariance)[free] * prior.precision > OPEN**2
         residuals, outliers = np.full((2, samples.size), np.nan)
         residuals[self.places], outliers[self.places] = self.residuals, weights <= 0.0
         return Fit(
@@ -205,15 +247,16 @@ class _State:
             _correlation(self.values, self.model, weights),
             self.spread_mm,
             samples.overlap(self.pose),
-            tuple(name for name, each in zip(NAMES, open_, strict=True) if each),
+            self.box_mm,
+            tuple(name for name, each in zip(samples.free, open_, strict=True) if each),
         )
 
 
 class _Samples:
     """The measured samples of a scan, and the model of them at a pose."""
 
-    def __init__(self, design: DesignSpectrum, scan: Scan, robust: bool) -> None:
-        self._design, self._robust = design, robust
+    def __init__(self, design: DesignSpectrum, scan: Scan, free: Sequence[str], robust: bool) -> None:
+        self._design, self.free, self._robust = design, free, robust
         self.shape, self.size = scan.heights.shape, scan.heights.size
         self._places = np.flatnonzero(scan.measured)
         x, y = (axis.ravel()[self._places] for axis in np.meshgrid(*scan.axes_mm()))
@@ -238,39 +281,24 @@ class _Samples:
         if len(x) < FEWEST:
             raise LostError(f"{len(x)} samples of the scan lie on the design")
         model = self._design.at(x, y, pose.variance_mm2, self._pitch_mm)
-        tilt = pose.tilt_x * x + pose.tilt_y * y
-        shape = pose.height_scale * model.heights
-        slope_x = pose.height_scale * model.along_x + pose.tilt_x
-        slope_y = pose.height_scale * model.along_y + pose.tilt_y
-        c, s = np.cos(pose.turn) / pose.scale, np.sin(pose.turn) / pose.scale
-        jacobian = np.stack(
-            [
-                slope_x * y - slope_y * x,
-                -(slope_x * x + slope_y * y),
-                -c * slope_x + s * slope_y,
-                -s * slope_x - c * slope_y,
-                pose.height_scale * model.by_variance,
-                model.seen,
-                np.ones(len(x)),
-                x,
-                y,
-            ],
-            axis=-1,
-        )
-        residuals = heights - shape - pose.level_mm - tilt
+        base, shape = pose.base(x, y), pose.height_scale * model.heights
+        columns = _derivatives(pose, x, y, model)
+        jacobian = np.stack([columns[NAMES.index(name)] for name in self.free], axis=-1)
+        residuals = heights - shape - base
         centre = np.median(residuals)
         # Of dots on a floor the median sees the floor alone, and dots of another height are outliers.
         spread = MAD_TO_SIGMA * float(np.median(np.abs(residuals - centre)))
         spread = spread if self._robust else float(np.sqrt(np.mean(residuals**2)))
-        least = 1e-9 * float(np.ptp(heights)) + np.finfo(float).tiny
+        least = LEAST_SPREAD * float(np.ptp(shape)) + np.finfo(float).tiny
         return _State(
             pose,
             self._places[inside],
             residuals,
             jacobian,
-            heights - pose.level_mm - tilt,
+            heights - base,
             shape,
             max(spread, least),
+            ((float(x.min()), float(x.max())), (float(y.min()), float(y.max()))),
         )
 
     def correlated(self, places: NDArray[np.intp], influences: Array, jacobian: Array) -> Array:
@@ -292,6 +320,33 @@ class _Samples:
         density = rfft2(covariance, shape).real
         columns = [spectrum(column) for column in jacobian.T]
         return _weighted_products(columns, np.maximum(density, 0.0), shape)
+
+
+def _derivatives(pose: Pose, x: Array, y: Array, model: Derivatives) -> list[Array]:
+    """Derivatives of the heights at fixed points of the scan by each number, at points of the design."""
+    slope_x = pose.height_scale * model.along_x + pose.tilt_x + 2.0 * pose.bow_xx * x + pose.bow_xy * y
+    slope_y = pose.height_scale * model.along_y + pose.tilt_y + 2.0 * pose.bow_yy * y + pose.bow_xy * x
+    # Slopes along the axes of a print that is stretched but not turned, and the points there.
+    on_x, on_y = pose.unstretched(slope_x, slope_y)
+    grown, shrunk = np.exp(pose.stretch), np.exp(-pose.stretch)
+    at_x, at_y = grown * x + pose.skew * y, pose.skew * x + shrunk * y
+    c, s = np.cos(pose.turn) / pose.scale, np.sin(pose.turn) / pose.scale
+    return [
+        on_x * at_y - on_y * at_x,
+        -(slope_x * x + slope_y * y),
+        -c * on_x + s * on_y,
+        -s * on_x - c * on_y,
+        pose.height_scale * model.by_variance,
+        model.seen,
+        np.ones(len(x)),
+        x,
+        y,
+        shrunk * on_y * y - grown * on_x * x,
+        -(on_x * y + on_y * x),
+        x**2,
+        x * y,
+        y**2,
+    ]
 
 
 def _window(length: int, lag: int) -> Array:

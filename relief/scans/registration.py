@@ -11,9 +11,10 @@ from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.relief import Relief
 from relief.scans.blurred import DesignSpectrum, samples_mm, surface_of
-from relief.scans.matching import check_print, find_print
+from relief.scans.distortions import SURE, refined
+from relief.scans.matching import another_plate, check_print, find_print
 from relief.scans.pose import Pose
-from relief.scans.pose_fitting import TUKEY, Fit, fit
+from relief.scans.pose_fitting import TUKEY, Fit, LostError
 from relief.scans.scans import Scan
 
 NORMAL_95 = 1.959964
@@ -69,6 +70,8 @@ class Registration:
         fitted: the pose, its covariance and the residuals, on the samples of `working`.
         working: the scan on the samples on which the pose was fitted.
         rivals: other ways in which the scan fits its design as well, such as "mirrored".
+        distorted: a fit with stretch and bow, whether or not these are significant.
+        left_out: a line for each cause for which samples of the scan were left out.
     """
 
     scan: Scan
@@ -76,7 +79,9 @@ class Registration:
     surface: DesignSpectrum
     fitted: Fit
     working: Scan
-    rivals: tuple[str, ...] = ()
+    distorted: Fit
+    left_out: tuple[str, ...]
+    rivals: tuple[str, ...]
 
     @property
     def pose(self) -> Pose:
@@ -103,6 +108,16 @@ class Registration:
         """Lengths of the print in the plane over those of the design."""
         sigma = self.pose.scale * self.fitted.sigma("log_scale")
         return Interval.about(self.pose.scale, sigma)
+
+    @property
+    def stretch_percent(self) -> Interval:
+        """How much longer lengths along one direction have become than across, %."""
+        return _size(*self.distorted.stretch).times(100.0)
+
+    @property
+    def sag_mm(self) -> Interval:
+        """Height of the bow between its highest and lowest measured point."""
+        return _size(*self.distorted.sag_mm)
 
     @property
     def height_scale(self) -> Interval:
@@ -134,15 +149,14 @@ class Registration:
             outlier: standard deviations of the residuals beyond which a sample is left out.
 
         Returns:
-            Heights (rows, cols) mm, at the level of the design and without its tilt, and the deviations from
+            Heights (rows, cols) mm, at the level of the design, without tilt and bow, and the deviations from
             the design as blurred; both NaN where nothing was measured, or outliers were.
         """
         # Blocks no finer than the design, so that each of its samples has their mean.
         times = max(1, int(self.design.pitch_mm * self.pose.scale / self.scan.pitch_mm))
         scan = self.scan.averaged(times)
         x, y = self.pose.on_design(*np.meshgrid(*scan.axes_mm()))
-        plane = self.pose.level_mm + self.pose.tilt_x * x + self.pose.tilt_y * y
-        left = scan.heights - plane - self._model(x, y, self._blocks_mm2(times))
+        left = scan.heights - self.pose.base(x, y) - self._model(x, y, self._blocks_mm2(times))
         left[~self.surface.inside(x, y) | (np.abs(left) > outlier * self.fitted.spread_mm)] = np.nan
         x, y = self.pose.on_scan(*samples_mm(self.design))
         rows, cols = scan.heights.shape
@@ -154,6 +168,11 @@ class Registration:
         )
         deviations = _between_holes(left, places)
         return deviations + self.model(), deviations
+
+    def bow(self) -> Array:
+        """The bow (rows, cols) mm on the samples of the design, about its mean; 0 if not significant."""
+        bow = self.fitted.bow(*samples_mm(self.design))
+        return bow - float(bow.mean())
 
     def model(self) -> Array:
         """The design (rows, cols) mm, blurred and scaled in height as the print is."""
@@ -205,10 +224,19 @@ def register(scan: Scan, design: Relief) -> Registration:
     working = scan.averaged(-(-max(scan.heights.shape) // WORKING_SIDE))
     found = find_print(surface, working)
     with stage("fitting the pose"):
-        fitted = fit(surface, working, found.fit.pose)
-    check_print(surface, working, fitted)
+        try:
+            scan, fitted, working, distorted, left_out = refined(surface, scan, working, found.fit.pose)
+            check_print(surface, working, fitted)
+        except LostError:
+            raise another_plate(scan, 0.0) from None
     _check_heights(fitted, scan.name)
-    return Registration(scan, design, surface, fitted, working, found.rivals)
+    return Registration(scan, design, surface, fitted, working, distorted, left_out, found.rivals)
+
+
+def _size(value: float, sigma: float) -> Interval:
+    """The interval of a size, which is above 0 by chance."""
+    low = value - NORMAL_95 * sigma if value > SURE * sigma else 0.0
+    return Interval(value, low, value + NORMAL_95 * sigma)
 
 
 def _check_size(scan: Scan, size_mm: float) -> None:

@@ -23,12 +23,16 @@ class FeltPrint:
         roughness: V of the print; the interval takes in noise of the scan.
         jnd: just-noticeable differences from the design, with the ends of the interval; None if smooth.
         of_design: V of the design.
+        flat: V of the print without its bow.
+        jnd_flat: just-noticeable differences of the print without its bow from the design.
     """
 
     shown: PrintScanned
     roughness: Interval
     jnd: tuple[float | None, float | None, float | None]
     of_design: float
+    flat: float
+    jnd_flat: float | None
 
     def as_json(self) -> dict[str, Any]:
         """The numbers of the print: where it lies, what was lost, and how it feels."""
@@ -38,8 +42,9 @@ class FeltPrint:
             **self.shown.numbers(),
             **self.roughness.as_json("roughness"),
             **{"jnd_from_design": jnd, "jnd_from_design_low": low, "jnd_from_design_high": high},
+            **{"roughness_flat": self.flat, "jnd_from_design_flat": self.jnd_flat},
             "kept": self.shown.kept.as_json(),
-            "notes": self.shown.notes(),
+            "notes": self.notes(),
         }
 
     def lines(self) -> Iterator[tuple[str, str]]:
@@ -64,8 +69,19 @@ class FeltPrint:
             yield "feel", smooth_change(self.of_design, self.roughness.value)
         else:
             yield "feel", f"{interval(*self.jnd, '+.2f')} JND from the design"
-        for note in self.shown.notes():
+        for note in self.notes():
             yield "note", note
+
+    def notes(self) -> list[str]:
+        """Warnings for a person, a line each."""
+        lines, sag = self.shown.notes(), self.shown.registration.sag_mm.value
+        if self.flat != self.roughness.value:
+            flat = "smooth" if self.jnd_flat is None else f"{self.jnd_flat:+.2f} JND from the design"
+            lines.append(
+                f"print or scanner is bowed by {sag:.2g} mm; without the bow the print is {flat}, "
+                "as if pressed flat or bowed by the scanner alone"
+            )
+        return lines
 
 
 def _text(measured: Interval, form: str) -> str:

@@ -160,9 +160,10 @@ class _Pressing:
         """A print and how it feels."""
         with stage(f"pressing on {Path(shown.registration.scan.name).name}"):
             felt = self._felt(shown)
-        ends = (felt.value, felt.low, felt.high)
-        jnd, low, high = (jnd_unless_smooth(each, self.of_design) for each in ends)
-        return FeltPrint(shown, felt, (jnd, low, high), self.of_design)
+            flat = self.roughness(shown.flat) if shown.registration.bow().any() else felt.value
+        ends = (felt.value, felt.low, felt.high, flat)
+        jnd, low, high, jnd_flat = (jnd_unless_smooth(each, self.of_design) for each in ends)
+        return FeltPrint(shown, felt, (jnd, low, high), self.of_design, flat, jnd_flat)
 
     def _felt(self, shown: PrintScanned) -> Interval:
         """Roughness of a print; the interval takes in what noise adds, and what lies between samples.
@@ -191,4 +192,4 @@ def _noisier(shown: PrintScanned) -> Iterator[Array]:
         noise = found.scan.noise_mm * random.standard_normal(found.scan.heights.shape)
         noisy = replace(found, scan=replace(found.scan, heights=found.scan.heights + noise))
         heights = noisy.levelled()[0]
-        yield np.where(np.isfinite(heights), heights, shown.heights)
+        yield np.where(np.isfinite(heights), heights, shown.flat) + found.bow()

@@ -54,7 +54,7 @@ def scanned(relief: Relief, pose: Pose, scanner: Scanner, random: np.random.Gene
     scan = Scan(np.zeros((rows, cols)), scanner.pitch_mm, "simulated")
     x, y = pose.on_design(*np.meshgrid(*scan.axes_mm()))
     read = design.at(x.ravel(), y.ravel(), pose.variance_mm2).heights.reshape(rows, cols)
-    values = pose.height_scale * read + pose.level_mm + pose.tilt_x * x + pose.tilt_y * y
+    values = pose.height_scale * read + pose.base(x, y)
     values += scanner.noise_mm * _noise((rows, cols), scanner.noise_length_mm / scanner.pitch_mm, random)
     if scanner.spikes:
         spiked = random.random((rows, cols)) < scanner.spikes

@@ -31,6 +31,7 @@ def test_a_scan_upside_down_is_refused_though_its_ridges_are_like_its_grooves() 
         laid(replace(scan, heights=8.0 - scan.heights), design)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("degrees", "middle"), [(0.0, (2.5, 2.5)), (90.0, (-2.5, -2.5))])
 def test_a_part_of_a_knit_lies_at_its_place_and_not_a_stitch_beside(
     degrees: float, middle: tuple[float, float]
@@ -50,6 +51,7 @@ def waves(along: bool) -> Relief:
     return Relief(0.25 * (1.0 + heights), 8.0, name="waves")
 
 
+@pytest.mark.slow
 def test_ridges_tell_nothing_of_the_shift_along_them() -> None:
     design = waves(along=True)
     found = laid(scanned(design, 8.0), design)
@@ -60,6 +62,7 @@ def test_ridges_tell_nothing_of_the_shift_along_them() -> None:
     assert any("fits its design as well" in line and "mirrored" in line for line in lines)
 
 
+@pytest.mark.slow
 def test_one_wavelength_does_not_tell_height_from_blur() -> None:
     design = waves(along=False)
     found = laid(scanned(design, 4.0, 17.19, (-1.9, -1.1)), design)
@@ -73,6 +76,7 @@ def test_one_wavelength_does_not_tell_height_from_blur() -> None:
     assert contrast == pytest.approx(HEIGHT * np.exp(-((2.0 * np.pi * 0.05) ** 2)), abs=0.03)
 
 
+@pytest.mark.slow
 def test_a_part_of_another_plate_is_refused_whatever_it_shows() -> None:
     with pytest.raises(InputError, match="shows another plate"):
         laid(scanned(design_of("leather"), 4.0), waves(along=False))
