@@ -127,9 +127,9 @@ def _ways(search: Search, design: DesignSpectrum, scan: Scan) -> tuple[list[Fit]
     best = max(map(max, candidates)).score
     inverse = (replace(each, heights=-each.heights) for each in (scan, flipped))
     scans = scan, next(inverse), flipped, next(inverse)
-    # A candidate that is much worse than the best is no rival.
+    # A way whose candidates are much worse than the best is no rival.
     fits = [
-        _fits(search, design, each, [one for one in of if one.score > best - WORTH] or [max(of)])
+        _fits(search, design, each, [one for one in of if one.score > best - WORTH])
         for each, of in zip(scans, candidates, strict=True)
     ]
     return fits[0], dict(zip((UPSIDE_DOWN, MIRRORED, MOULD), fits[1:], strict=True))

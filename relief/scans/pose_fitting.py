@@ -7,8 +7,9 @@ covariance of e between places (P. J. Huber, Robust Statistics, 1981, chapter 7;
 Econometrica 55, 1987). C is taken to depend on the distance of places alone and comes from the influences.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from math import exp, hypot
 
 import numpy as np
@@ -64,26 +65,37 @@ class Fit:
 
     Attributes:
         pose: how the print lies.
-        covariance: (n, n) of the numbers of the pose, in the order of `NAMES`.
         residuals: (rows, cols) mm, heights of the scan less the model; NaN off the design and in holes.
         outliers: (rows, cols), samples without weight.
         correlation: of model and scan over the samples with weight, each weighted; -1 to 1.
         spread_mm: robust standard deviation of the residuals.
         overlap: share that the samples on the plate have of all the scan's, or of those that the whole plate
             would have if these are fewer.
-        undetermined: numbers that the scan does not determine; their intervals are those known before.
         box_mm: least and greatest x, and y, of the design between which the samples lie.
+        known: (n,) inverse variances of the numbers of the pose beforehand; 0: nothing is known.
+        computed: the covariance, computed at its first use, as a search needs none.
     """
 
     pose: Pose
-    covariance: Array
     residuals: Array
     outliers: NDArray[np.bool_]
     correlation: float
     spread_mm: float
     overlap: float
     box_mm: tuple[tuple[float, float], tuple[float, float]]
-    undetermined: tuple[str, ...]
+    known: Array
+    computed: Callable[[], Array]
+
+    @cached_property
+    def covariance(self) -> Array:
+        """(n, n) of the numbers of the pose, in the order of `NAMES`."""
+        return self.computed()
+
+    @property
+    def undetermined(self) -> tuple[str, ...]:
+        """Names of numbers that the scan does not determine; their intervals are those known before."""
+        open_ = np.diag(self.covariance) * self.known > OPEN**2
+        return tuple(name for name, each in zip(NAMES, open_, strict=True) if each)
 
     def bow(self, x: Array, y: Array) -> Array:
         """The bow at points of the design, mm; beyond the samples it goes on level."""
@@ -148,38 +160,38 @@ def fit(
     Raises:
         LostError: scan and design do not overlap.
     """
-    is_free = np.isin(NAMES, free)
-    samples = _Samples(design, scan, free, robust)
-    prior = _Prior.about(start, design, free, robust)
+    samples = _Samples(design, scan, np.isin(NAMES, free), robust)
+    prior = _Prior.about(start, design, samples.free & robust)
     numbers = start.array()
     state = samples.at(Pose.of(numbers))
     for _ in range(steps):
         jacobian, known = state.jacobian, state.alike_mm2 * prior.precision
-        hessian = jacobian.T @ (state.weights[:, None] * jacobian) + np.diag(known)
-        gradient = jacobian.T @ (state.weights * state.residuals) + known * (prior.middle - numbers)[is_free]
+        hessian = jacobian.T @ (state.weights[:, None] * jacobian) + np.diag(known[samples.free])
+        gradient = jacobian.T @ (state.weights * state.residuals)
+        gradient += (known * (prior.middle - numbers))[samples.free]
         step = np.zeros(len(numbers))
-        step[is_free] = _solve(hessian, gradient)
+        step[samples.free] = _solve(hessian, gradient)
         numbers = numbers + _bounded(step, design)
         state = samples.at(Pose.of(numbers))
         deviations = state.spread_mm / np.sqrt(np.maximum(np.diag(hessian), np.finfo(float).tiny))
-        if np.all(np.abs(step[is_free]) <= DONE * deviations):
+        if np.all(np.abs(step[samples.free]) <= DONE * deviations):
             break
     return state.ended(samples, prior)
 
 
 @dataclass(frozen=True, eq=False)
 class _Prior:
-    """What is known beforehand: middles of all numbers, and inverse variances of the free ones."""
+    """What is known of the numbers of a pose beforehand: (n,) middles, and inverse variances."""
 
     middle: Array
     precision: Array
 
     @classmethod
-    def about(cls, start: Pose, design: DesignSpectrum, free: Sequence[str], anything: bool) -> "_Prior":
+    def about(cls, start: Pose, design: DesignSpectrum, free: NDArray[np.bool_]) -> "_Prior":
         side, height = max(design.size_mm), max(abs(start.height_scale), 1e-9)
         units = {"shift_x_mm": side, "shift_y_mm": side, "variance_mm2": side**2, "height_scale": height}
-        deviations = [PRIOR.get(name, np.inf) * units.get(name, 1.0) for name in free]
-        return cls(replace(start, variance_mm2=0.0).array(), anything * np.array(deviations) ** -2.0)
+        deviations = [PRIOR.get(name, np.inf) * units.get(name, 1.0) for name in NAMES]
+        return cls(replace(start, variance_mm2=0.0).array(), free * np.array(deviations) ** -2.0)
 
 
 def _solve(hessian: Array, gradient: Array) -> Array:
@@ -226,36 +238,36 @@ class _State:
         return np.square(1.0 - self.ratios)
 
     def ended(self, samples: "_Samples", prior: _Prior) -> Fit:
-        weights, ratios = self.weights, self.ratios
-        # Tukey's influence falls off, so the mean of its derivative is less than that of the weights.
-        slope = float(np.mean((1.0 - ratios) * (1.0 - 5.0 * ratios)))
-        covariance = np.zeros((len(NAMES), len(NAMES)))
-        jacobian, free = self.jacobian, [NAMES.index(name) for name in samples.free]
-        known = self.alike_mm2 * np.diag(prior.precision)
-        inverse = np.linalg.pinv(slope * jacobian.T @ jacobian + known, hermitian=True)
-        middle = samples.correlated(self.places, weights * self.residuals, jacobian)
-        middle += self.alike_mm2 * known
-        covariance[np.ix_(free, free)] = inverse @ middle @ inverse
-        open_ = np.diag(covariance)[free] * prior.precision > OPEN**2
         residuals, outliers = np.full((2, samples.size), np.nan)
-        residuals[self.places], outliers[self.places] = self.residuals, weights <= 0.0
+        residuals[self.places], outliers[self.places] = self.residuals, self.weights <= 0.0
         return Fit(
             self.pose,
-            covariance,
             residuals.reshape(samples.shape),
             outliers.reshape(samples.shape) > 0.0,
-            _correlation(self.values, self.model, weights),
+            _correlation(self.values, self.model, self.weights),
             self.spread_mm,
             samples.overlap(self.pose),
             self.box_mm,
-            tuple(name for name, each in zip(samples.free, open_, strict=True) if each),
+            prior.precision,
+            partial(self._covariance, samples, prior),
         )
+
+    def _covariance(self, samples: "_Samples", prior: _Prior) -> Array:
+        """(n, n) of all numbers of the pose, 0 of those that are not free."""
+        # Tukey's influence falls off, so the mean of its derivative is less than that of the weights.
+        slope = float(np.mean((1.0 - self.ratios) * (1.0 - 5.0 * self.ratios)))
+        covariance, jacobian = np.zeros((len(NAMES), len(NAMES))), self.jacobian
+        known = self.alike_mm2 * np.diag(prior.precision[samples.free])
+        inverse = np.linalg.pinv(slope * jacobian.T @ jacobian + known, hermitian=True)
+        middle = samples.correlated(self.places, self.weights * self.residuals, jacobian)
+        covariance[np.ix_(samples.free, samples.free)] = inverse @ (middle + self.alike_mm2 * known) @ inverse
+        return covariance
 
 
 class _Samples:
     """The measured samples of a scan, and the model of them at a pose."""
 
-    def __init__(self, design: DesignSpectrum, scan: Scan, free: Sequence[str], robust: bool) -> None:
+    def __init__(self, design: DesignSpectrum, scan: Scan, free: NDArray[np.bool_], robust: bool) -> None:
         self._design, self.free, self._robust = design, free, robust
         self.shape, self.size = scan.heights.shape, scan.heights.size
         self._places = np.flatnonzero(scan.measured)
@@ -283,7 +295,7 @@ class _Samples:
         model = self._design.at(x, y, pose.variance_mm2, self._pitch_mm)
         base, shape = pose.base(x, y), pose.height_scale * model.heights
         columns = _derivatives(pose, x, y, model)
-        jacobian = np.stack([columns[NAMES.index(name)] for name in self.free], axis=-1)
+        jacobian = np.stack([columns[place] for place in np.flatnonzero(self.free)], axis=-1)
         residuals = heights - shape - base
         centre = np.median(residuals)
         # Of dots on a floor the median sees the floor alone, and dots of another height are outliers.
