@@ -123,7 +123,7 @@ CASES: dict[str, tuple[Callable[[Relief], Scan], dict[str, float] | None]] = {
     ),
     "x stretched by 2 %": (lambda design: scanned(design, 12.0, stretch=1.02), None),
     "x stretched by 30 %": (lambda design: scanned(design, 14.0, stretch=1.3), None),
-    "bowed by 0.4 mm": (_with(_bowed), None),
+    "bowed by 0.4 mm": (_with(_bowed), {}),
     "saturated above 80 %": (_with(_saturated), None),
     "a bad row": (_with(_bad_row), {}),
 }
