@@ -250,7 +250,7 @@ def compared(question: Question, plates: Mapping[str, SetPlate]) -> PairResults:
 def _halves_reversed(question: Question, plates: Mapping[str, SetPlate], quantity: str) -> Iterator[str]:
     """A line for each person who answered one half of the pairs, in their order, the other way round."""
     halves = (
-        (f"the {'second' if 2 * k >= len(each) else 'first'} half of {pair.person}'s answers", _ascending(pair))
+        (f"the {('first', 'second')[2 * k >= len(each)]} half of {pair.person}'s answers", _ascending(pair))
         for each in question.pairs
         for k, pair in enumerate(each)
     )
