@@ -3,7 +3,9 @@
 import argparse
 import csv
 import itertools
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import retouch
 from relief.ground.errors import InputError
@@ -83,18 +85,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_talk(parser, "the content of answers.json")
 
 
-def _equations(text: str) -> list[tuple[str, str]]:
-    """Read `a=b,c=d`; quotes as in CSV keep commas. Raises argparse.ArgumentTypeError."""
-    pairs = [cell.rpartition("=") for row in csv.reader([text], skipinitialspace=True) for cell in row]
+def _equations(text: str, last: bool = False) -> list[tuple[str, str]]:
+    """Read `a=b,c=d`, at first or last `=`; quotes as in CSV keep commas. Raises ArgumentTypeError."""
+    cells = itertools.chain(*csv.reader([text], skipinitialspace=True))
+    pairs = [cell.rpartition("=") if last else cell.partition("=") for cell in cells]
     if not all(name and equals for name, equals, _ in pairs):
         raise argparse.ArgumentTypeError(f"{text!r}: expected name=value,name=value")
     return [(name.strip(), value.strip()) for name, _, value in pairs]
 
 
-def _meanings(text: str) -> tuple[str, dict[str, str]]:
+def _once(argument: str, pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    """The pairs as a dictionary. Raises InputError for a name that is there twice."""
+    values: dict[str, Any] = {}
+    for name, value in pairs:
+        if values.setdefault(name, value) is not value:
+            raise InputError(f"{argument}: {name!r} is there twice")
+    return values
+
+
+def _meanings(text: str) -> tuple[str, list[tuple[str, str]]]:
     """Read `column:a=b,c=d`. Raises argparse.ArgumentTypeError."""
     column, _, pairs = text.partition(":")
-    return column, dict(_equations(pairs))
+    return column, _equations(pairs, last=True)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -105,14 +117,15 @@ def run(arguments: argparse.Namespace) -> int:
         from retouch.verbs.answering import serve  # with all that the verb loads
 
         serve(arguments.set)
+    meanings = _once("values", arguments.values or ())
     answered = retouch.answers(
         arguments.set,
         arguments.files,
         arguments.out,
         partial=arguments.partial,
         without=arguments.without,
-        columns=dict(itertools.chain(*arguments.columns or ())),
-        values=dict(arguments.values or ()),
+        columns=_once("columns", itertools.chain(*arguments.columns or ())),
+        values={name: _once("values", pairs) for name, pairs in meanings.items()},
         skin_out=arguments.skin_out,
         press=arguments.press,
         skin=arguments.skin,

@@ -10,7 +10,7 @@ from typing import Any
 from relief.ground.errors import InputError
 from retouch.laboratory.people.comparisons import QUANTITIES, PairResults, Question, compared
 from retouch.laboratory.people.own_finger import Proposal
-from retouch.laboratory.people.plan import pairs_of, planned
+from retouch.laboratory.people.plan import planned
 from retouch.laboratory.people.plates import SetPlate, read_plates
 from retouch.laboratory.people.power import Power, power
 from retouch.laboratory.people.ranks import (
@@ -22,7 +22,7 @@ from retouch.laboratory.people.ranks import (
     sorted_plates,
 )
 from retouch.laboratory.people.reading import COLDER, ROUGHER, SAME, Answers, read_answers
-from retouch.laboratory.people.tables import ColumnMap, CsvRow
+from retouch.laboratory.people.tables import ColumnMap, Plan
 from retouch.laboratory.people.whose_finger import FingerFit, fingers
 
 BEHIND = 3.0
@@ -134,9 +134,7 @@ def analysed(
     return replace(results, notes=(*answers.notes, *_notes(results))), answers, plates
 
 
-def _power(
-    plans: Mapping[str, Mapping[tuple[str, int], CsvRow]], plates: Mapping[str, SetPlate]
-) -> dict[str, Power | None]:
+def _power(plans: Mapping[str, Plan], plates: Mapping[str, SetPlate]) -> dict[str, Power | None]:
     """What the plan can say, by question."""
     found: dict[str, Power | None] = {}
     for question, (quantity, ratio) in QUANTITIES.items():
@@ -148,7 +146,7 @@ def _power(
         try:
             differences = [
                 math.log(getattr(plates[second], quantity) / getattr(plates[first], quantity))
-                for first, second in pairs_of(trials)
+                for first, second in trials.values()
             ]
         except KeyError as error:
             raise InputError(f"the plan of {question} has {error}, which is no plate of this set") from None

@@ -239,8 +239,23 @@ def compared(question: Question, plates: Mapping[str, SetPlate]) -> PairResults:
         matrix=tuple(_matrix(question, plates, quantity, ratio)),
         order=correlations(scores, plates, quantity),
         left_out=turned.left_out,
-        notes=(*turned.lines, *scores.notes(question.name)),
+        notes=(
+            *turned.lines,
+            *_halves_reversed(question.without(tuple(turned.notes)), plates, quantity),
+            *scores.notes(question.name),
+        ),
     )
+
+
+def _halves_reversed(question: Question, plates: Mapping[str, SetPlate], quantity: str) -> Iterator[str]:
+    """A line for each person who answered one half of the pairs, in their order, the other way round."""
+    halves = (
+        (f"the {('first', 'second')[2 * k >= len(each)]} half of {pair.person}'s answers", _ascending(pair))
+        for each in question.pairs
+        for k, pair in enumerate(each)
+    )
+    for half, note in people_reversed(question.name, halves, plates, quantity).notes.items():
+        yield f"{question.name}: {half} {note}; were keys or columns exchanged in between?"
 
 
 def _ascending(pair: JudgedPair) -> tuple[str, str]:

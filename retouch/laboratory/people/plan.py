@@ -21,7 +21,7 @@ from relief.ground.errors import InputError
 from relief.ground.files import write_atomically
 from retouch.laboratory.people.plates import SetPlate, areas_of, levels_of, read_plates
 from retouch.laboratory.people.reading import COLDER, HEADINGS, MAGNITUDES, ROUGHER, SAME, SORTS, TRIAL
-from retouch.laboratory.people.tables import CsvRow, read_table
+from retouch.laboratory.people.tables import PLATES, read_table
 from retouch.laboratory.stimulus_sets.levels import CONTACT, ROUGHNESS
 from retouch.laboratory.stimulus_sets.stimulus_set import Experiment
 
@@ -200,13 +200,13 @@ def write_plan(folder: Path, experiment: Experiment) -> TrialPlan | None:
     return trial_plan
 
 
-def planned(folder: Path) -> dict[str, dict[tuple[str, int], CsvRow]]:
-    """The first row of each trial of a set's plan, by question, person and number; empty without a plan.
+def planned(folder: Path) -> dict[str, dict[tuple[str, int], tuple[str, ...]]]:
+    """Labels of each trial of a set's plan, by question, person and number; empty without a plan.
 
     Raises:
         InputError: a table of the plan is damaged.
     """
-    found: dict[str, dict[tuple[str, int], CsvRow]] = {}
+    found: dict[str, dict[tuple[str, int], tuple[str, ...]]] = {}
     for question, headings in HEADINGS.items():
         file = folder / FOLDER / f"{question}.csv"
         if not file.is_file():
@@ -218,10 +218,8 @@ def planned(folder: Path) -> dict[str, dict[tuple[str, int], CsvRow]]:
             )
         trials = found.setdefault(question, {})
         for row in table.rows:
-            trials.setdefault((row.text("person"), row.whole(TRIAL)), row)
+            key = row.text("person"), row.whole(TRIAL)
+            if key in trials and question != SORTS:
+                raise row.fault(f"trial: {key[1]} of {key[0]} is there twice")
+            trials[key] = (*trials.get(key, ()), *(row.text(name) for name in PLATES[question]))
     return found
-
-
-def pairs_of(trials: Mapping[tuple[str, int], CsvRow]) -> list[tuple[str, str]]:
-    """First and second plate of the trials of a question about pairs."""
-    return [(row.text("first"), row.text("second")) for row in trials.values()]

@@ -1,5 +1,7 @@
 """Answers of people: pairs, sorts and magnitudes, checked against the set and its plan."""
 
+import itertools
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,6 +12,7 @@ from retouch.laboratory.people.tables import (
     ANSWER,
     MAGNITUDES,
     MISSED,
+    PLATES,
     ROUGHER,
     SAME,
     SORTS,
@@ -29,6 +32,8 @@ from tactile.jnd import SMOOTH_BELOW, smooth_clause
 YES, NO = "yes", "no"
 MOST_PEOPLE = 300
 """Most people of an experiment: their likelihoods take 0.5 MB each."""
+LEAST_TO_COMPARE = 20
+"""Answers from which on the same ones, there twice, are taken for a copy."""
 LEAST_TO_JUDGE = 6
 """Answers from which on one side alone says that a person always answers the same: by chance 1 of 32 does."""
 
@@ -132,21 +137,22 @@ def read_answers(
 
 
 def _tables(files: Sequence[Path], mapped: ColumnMap) -> list[CsvTable]:
-    """Tables of files that are all different. Raises InputError."""
+    """Tables of files that are all different, long ones not by their order alone. Raises InputError."""
     tables: dict[object, CsvTable] = {}
     for file in files:
         table = read_table(file, mapped.names)
-        answers = table.headings, tuple(tuple(row.cells.values()) for row in table.rows)
-        if (same := tables.setdefault(answers, table)) is not table:
+        rows = [tuple(sorted(row.cells.items())) for row in table.rows]
+        if len(rows) >= LEAST_TO_COMPARE:
+            rows.sort()
+        if (same := tables.setdefault(tuple(rows), table)) is not table:
             raise InputError(f"{file}: is the same table as {same.file}, whose answers would count twice")
     mapped.check_found(list(tables.values()))
     return list(tables.values())
 
 
 def _check_labels(question: str, rows: Sequence[CsvRow], plates: Mapping[str, SetPlate]) -> None:
-    names = ("plate",) if question in (SORTS, MAGNITUDES) else ("first", "second")
     for row in rows:
-        for name in names:
+        for name in PLATES[question]:
             if row.text(name) not in plates:
                 raise row.fault(f"{name}: {row.cells[name]!r} is no plate of this set")
             roughness = plates[row.text(name)].roughness
@@ -165,6 +171,7 @@ def _answered(
     answered = [row for row in rows if row.cells[answer].lower() not in MISSED]
     trials = _trials(question, answered, plan)
     _check_complete(question, trials, plan, partial, notes)
+    _check_copies(question, answered, notes)
     people = {person for person, _ in trials}
     for row in answered:
         if TRIAL not in row.cells and (person := row.text("person")) in people:
@@ -199,9 +206,10 @@ def _check_planned(question: str, row: CsvRow, key: tuple[str, int], plan: Plan)
     """Raise InputError for a row whose trial the plan does not have, or has with other plates."""
     if (planned := plan.get(key)) is None:
         raise row.fault(f"trial: {key[0]} has no trial {key[1]} in the plan")
-    for name in {MAGNITUDES: ("plate",), SORTS: ()}.get(question, ("first", "second")):
-        if (plate := row.text(name)) != planned.cells[name]:
-            raise row.fault(f"{name}: {plate!r} is not the plan's {planned.cells[name]!r} of trial {key[1]}")
+    for name, label in zip(PLATES[question], planned, strict=question != SORTS):
+        if (plate := row.text(name)) != label and (question != SORTS or plate not in planned):
+            of_plan = " or ".join(map(repr, planned if question == SORTS else (label,)))
+            raise row.fault(f"{name}: {plate!r} is not the plan's {of_plan} of trial {key[1]}")
 
 
 def _check_complete(
@@ -209,7 +217,8 @@ def _check_complete(
 ) -> None:
     """Check that everybody of the plan who has answered any trial has answered all. Raises InputError."""
     come = {person: rows[0].file for (person, _), rows in trials.items()}
-    gaps = [key for key in plan if key[0] in come and key not in trials]
+    least = {key: len(plates) if question == SORTS else 1 for key, plates in plan.items()}
+    gaps = [key for key in plan if key[0] in come and len(trials.get(key, ())) < least[key]]
     if gaps and not partial:
         person, trial = gaps[0]
         raise InputError(
@@ -220,6 +229,38 @@ def _check_complete(
         notes.append(f"{question}: {len(gaps)} trials of the plan are missing")
     if come and (waiting := len({person for person, _ in plan} - come.keys())):
         notes.append(f"{question}: {waiting} people of the plan have not answered yet")
+
+
+def _check_copies(question: str, rows: Sequence[CsvRow], notes: list[str]) -> None:
+    """Refuse a person's answers that are there twice, in any order, and note those of several people.
+
+    People may sort plates or judge looks twice alike, and may answer a trial again that has another number.
+
+    Raises:
+        InputError: all answers of a person in one file, without trials, are there again.
+    """
+    if question in (SAME, SORTS):
+        return
+    each: dict[tuple[str, Path, bool], list[tuple[str, ...]]] = {}
+    for row in rows:
+        answer = tuple(row.cells[name] for name in (*PLATES[question], ANSWER[question]))
+        each.setdefault((row.text("person"), row.file, TRIAL in row.cells), []).append(answer)
+    judged = {key: Counter(answers) for key, answers in each.items() if len(answers) >= LEAST_TO_COMPARE}
+    same = [pair for pair in itertools.permutations(judged, 2) if judged[pair[0]] <= judged[pair[1]]]
+    for key, answers in each.items():
+        middle = len(answers) // 2
+        if middle >= LEAST_TO_COMPARE and answers[:middle] == answers[middle:]:
+            same.append((key, key))
+    for (person, file, named), (other, again, _) in same:
+        if person == other and not named:
+            raise InputError(
+                f"{file}: {question}: {person}'s answers are in {again} again, and would count twice; "
+                "if they were given twice, number them in a column trial"
+            )
+    if copies := {one[0]: other[0] for one, other in same if one[0] != other[0]}:
+        person, other = next(iter(copies.items()))
+        alike = f"{len(copies)} people's answers are all among those of another person"
+        notes.append(f"{question}: {alike}, as {person}'s among {other}'s; are these copies?")
 
 
 def _take(question: str, rows: Sequence[CsvRow], answers: Answers) -> None:
@@ -266,8 +307,9 @@ def _check_sides(question: str, pairs: Sequence[JudgedPair], rows: Sequence[CsvR
     for person, seconds in sides.items():
         if len(seconds) >= LEAST_TO_JUDGE and len(set(seconds)) == 1:
             side = "second" if seconds[0] else "first"
+            file = next(row.file for row in rows if row.cells["person"] == person)
             raise InputError(
-                f"{rows[0].file}: {question}: {person} always answers the {side} plate, which tells nothing; "
+                f"{file}: {question}: {person} always answers the {side} plate, which tells nothing; "
                 f"--without {person} leaves this person out"
             )
 

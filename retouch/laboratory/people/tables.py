@@ -18,6 +18,7 @@ import io
 import itertools
 import math
 import re
+import unicodedata
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -35,6 +36,8 @@ LONGEST_CELL = 300
 """Most characters of a cell that is read: more than a label or a name has."""
 NUMBER = re.compile(r"[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)(e[+-]?[0-9]+)?", re.IGNORECASE)
 """A number with a decimal point or, as spreadsheets of many countries write, a decimal comma."""
+WHOLE = re.compile(r"([0-9]{1,9})([.,]00?)?")
+"""A whole number, or one as pandas (1.0) and SPSS (1,00) write it beside empty cells."""
 THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}")
 """A number whose comma may stand before decimals or between thousands."""
 ROUGHER, COLDER, SAME, SORTS, MAGNITUDES = "rougher", "colder", "same", "sorts", "magnitudes"
@@ -45,6 +48,11 @@ HEADINGS = {question: ("person", "first", "second", question) for question in PA
     MAGNITUDES: ("person", "plate", "magnitude"),
 }
 """Headings of the files of each question."""
+PLATES = {
+    question: tuple(name for name in headings if name in ("first", "second", "plate"))
+    for question, headings in HEADINGS.items()
+}
+"""Headings of the plates, by question."""
 TRIAL = "trial"
 ANSWER = {question: "place" if question == SORTS else headings[-1] for question, headings in HEADINGS.items()}
 """Heading of the answer to each question."""
@@ -56,8 +64,8 @@ READ = dict.fromkeys((*(name for headings in HEADINGS.values() for name in headi
 """Headings that are read."""
 EMPTY = ("", "na", "nan")
 """Cells, in lower case, of rows that are no trials; R and pandas write the words when they join files."""
-MISSED = ("", "none", "null")
-"""Cells, in lower case, of trials without an answer; PsychoPy and jsPsych write the words."""
+MISSED = (*EMPTY, "none", "null")
+"""Cells, in lower case, of trials without an answer; PsychoPy and jsPsych write the other words."""
 IMPORT_ID = '{"importid"'
 """Begin, in lower case, of a cell of the last of Qualtrics's three rows of headings."""
 MOST_SORTED = 99
@@ -105,9 +113,9 @@ class CsvRow:
     def whole(self, heading: str) -> int:
         """A cell that must be a whole number from 1 on. Raises InputError."""
         text = self.text(heading)
-        if not (text.isascii() and text.isdecimal() and len(text) < 10 and int(text) > 0):
+        if not (found := WHOLE.fullmatch(text)) or int(found[1]) < 1:
             raise self.fault(f"{heading}: {text!r} is not a whole number from 1 on")
-        return int(text)
+        return int(found[1])
 
 
 @dataclass(frozen=True)
@@ -140,9 +148,11 @@ def read_table(file: Path, names: Callable[[Sequence[str]], Sequence[str]] = tup
     content = read_limited(file, LARGEST_FILE)
     wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
-        text = content.decode("utf-16" if wide else "utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError(f"{file}: is no CSV table in UTF-8") from None
+        # One name may be written with combined letters or with single ones, as macOS does.
+        text = unicodedata.normalize("NFC", content.decode("utf-16" if wide else "utf-8-sig"))
+    except UnicodeDecodeError as error:
+        row = len(content[: error.start + 1].splitlines())
+        raise InputError(f"{file}: row {row}: is no CSV table in UTF-8; save it as one") from None
     if "\0" in text:
         raise InputError(f"{file}: is no CSV table: has zero bytes")
     first = re.sub('"[^"]*"', "", text.partition("\n")[0])
@@ -195,8 +205,8 @@ def _lines(file: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[st
         csv.field_size_limit(limit)
 
 
-Plan = Mapping[tuple[str, int], CsvRow]
-"""First row of each trial of a question's plan, by person and number."""
+Plan = Mapping[tuple[str, int], tuple[str, ...]]
+"""Labels of the plates of each trial of a question's plan, by person and number."""
 
 
 @dataclass(frozen=True)
@@ -210,7 +220,7 @@ class ColumnMap:
             plate of the pair; empty for no answer.
 
     Raises:
-        InputError: a heading is none of Retouch's.
+        InputError: a heading is none of Retouch's; two headings stand for one column.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -221,6 +231,9 @@ class ColumnMap:
         wrong += [("values", name) for name in self.values if name not in READ]
         for argument, name in wrong:
             raise InputError(f"{argument}: {name!r} is no column of answers: {', '.join(READ)}")
+        for column, count in Counter(column.lower() for column in self.columns.values()).items():
+            if count > 1:
+                raise InputError(f"columns: {column!r} cannot stand for two columns of answers")
 
     def names(self, headings: Sequence[str]) -> list[str]:
         """Retouch's names of the columns of a file, empty for columns that are not read.
@@ -322,11 +335,12 @@ def _answers(question: str, row: CsvRow, foreign: bool, plan: Plan) -> Iterator[
         return
     for heading in _of_trials(question, row.cells):
         name, _, number = heading.partition(" ")
-        cells = {"sort": str(row.line), **row.cells}
+        cells = {"sort": f"{row.file}, row {row.line}", **row.cells}
         if number:
-            person, none = row.cells["person"], dict.fromkeys(HEADINGS[question], "")
-            planned = plan.get((person, int(number)))
-            cells = (planned.cells if planned else none) | {"person": person, TRIAL: number}
+            person = row.cells["person"]
+            planned = plan.get((person, int(number)), itertools.repeat(""))
+            plates = dict(zip(PLATES[question], planned, strict=False))
+            cells = plates | {"person": person, TRIAL: number, "sort": f"trial {number}"}
         cells = {**cells, name: row.cells[heading]}
         of_trial = replace(row, cells=cells, column=f"{heading}: " * bool(number))
         if cells[name].lower() not in EMPTY:
@@ -335,6 +349,6 @@ def _answers(question: str, row: CsvRow, foreign: bool, plan: Plan) -> Iterator[
 
 def _sorted(row: CsvRow) -> Iterator[CsvRow]:
     """A row for each plate of a sort whose labels stand in one cell, with commas or semicolons."""
-    labels = re.split("[,;]", row.cells[SORTS].strip("[]"), maxsplit=MOST_SORTED)
+    labels = re.split("[,;]", row.cells[SORTS].strip("[],; "), maxsplit=MOST_SORTED)
     for place, label in enumerate(labels, start=1):
         yield replace(row, cells=row.cells | {"place": str(place), "plate": label.strip(" '\"")})

@@ -139,7 +139,11 @@ function keep(person, question, trial, answer) {
   } catch (error) { notKept(error); }
   book.push(act);
   send();
+  const all = Object.values(books).flat();
   return transact("readwrite", (acts) => acts.add(act))
+    .then(() => transact("readonly", (acts) => acts.count()))
+    // Somebody has cleared what the browser keeps of this page, which still has all of it.
+    .then((count) => count < all.length && transact("readwrite", (acts) => all.map((one) => acts.put(one)).at(-1)))
     .catch((error) => (error?.name === "ConstraintError" ? overtaken() : notKept(error)));
 }
 

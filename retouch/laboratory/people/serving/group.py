@@ -63,8 +63,9 @@ class Group:
     def __init__(self, folder: Path, plan: Plan) -> None:
         self.plan, self._within = plan, folder
         self.acts: dict[tuple[Any, ...], Act] = {}
-        groups = self._folder_of("[0-9]*").name
-        self.name = max((group.name.split("-")[1] for group in folder.glob(groups)), default="")
+        begin, end = self._folder_of("*").name.split("*")
+        groups = folder.glob(f"{begin}[0-9]*{end}")
+        self.name = max((one.name.removeprefix(begin).removesuffix(end) for one in groups), default="")
         if not self.name:
             self.begin()
         elif (self.folder / ACTS).is_file():

@@ -233,6 +233,18 @@ def test_answers_to_another_set_or_group_are_offered_and_not_shown(
     browser.evaluate("localStorage.removeItem('retouch-experiment-0123456789abcdef')")
 
 
+def test_what_is_cleared_while_the_page_is_open_is_kept_again(made: Path, tmp_path: Path) -> None:
+    with Browser() as browser:
+        page = page_of(made, tmp_path)
+        browser.open(page, 1280)
+        press(browser, "Enter", "Enter", "1", "Enter", "2")
+        browser.evaluate("localStorage.clear(); transact('readwrite', (acts) => acts.clear())")
+        press(browser, "Enter", "1")
+        browser.evaluate(SOON)
+        browser.open(page, 1280)
+        assert "Answers kept in this browser: 3" in shown(browser)
+
+
 @pytest.mark.parametrize(
     ("script", "sentence"),
     [

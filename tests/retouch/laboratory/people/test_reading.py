@@ -3,6 +3,7 @@
 import csv
 import io
 import re
+import unicodedata
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -89,6 +90,73 @@ def test_doubles_of_people_outside_the_plan_are_found(reader: Reader) -> None:
 def test_one_table_does_not_count_twice(reader: Reader, changed: Callable[[str], str]) -> None:
     text = LOOSE + "P2,gravel +2,gravel -1,gravel +2\n"
     assert "1.csv: is the same table as" in reader.refused(text, changed(text))
+
+
+def columns(text: str, *names: str) -> list[list[str]]:
+    rows = list(csv.DictReader(io.StringIO(text)))
+    return [list(names), *([row[name] for name in names] for row in rows)]
+
+
+@pytest.mark.parametrize(
+    "copied",
+    [
+        lambda rows: (rows, [rows[0], *rows[:0:-1]]),
+        lambda rows: (rows[:81], rows),
+        lambda rows: (rows + rows[1:],),
+        lambda rows: (rows, [[*row[::-1], "note"] for row in rows]),
+    ],
+    ids=["reordered", "exported again", "in one file", "other columns"],
+)
+def test_copies_without_trials_do_not_count_twice(reader: Reader, copied: Callable) -> None:
+    rows = columns(reader.own, "person", "first", "second", "rougher")
+    fault = reader.refused(*map(text_of, copied(rows)))
+    assert "would count twice" in fault and "0.csv" in fault
+    # A person may be asked the same twice, as trial numbers say.
+    numbered = [[*row, str(k) if k else "trial"] for k, row in enumerate(rows + rows[1:])]
+    again = text_of(numbered).replace("P", "Q")
+    assert len(reader.read(again).pairs["rougher"]) == 240
+
+
+@pytest.mark.parametrize("question", ["rougher", "magnitudes"])
+def test_people_whose_answers_are_copies_are_named(reader: Reader, question: str) -> None:
+    own = (reader.made / "answers" / f"answers-{question}.csv").read_text()
+    notes = reader.read(own, own.replace("P", "Q")).notes
+    assert any("6 people's answers are all among those of another person" in note for note in notes)
+    assert not any("copies" in note for note in reader.read(own).notes)
+
+
+def test_a_sort_has_the_plates_of_its_trial(reader: Reader) -> None:
+    own = (reader.made / "answers" / "answers-sorts.csv").read_text()
+    other = own.replace("P1,1,", "P1,0,").replace("P1,2,", "P1,1,").replace("P1,0,", "P1,2,")
+    assert "row 2: plate: " in reader.refused(other) and "of trial 2" in reader.refused(other)
+    lines = [line for line in own.splitlines() if ",5," not in line]
+    assert "6 trials of the plan are missing" in reader.refused("\n".join(lines))
+    assert len(reader.read("\n".join(lines), partial=True).sorts) == 6
+
+
+def test_a_person_may_sort_twice_in_the_same_row_of_two_files(reader: Reader) -> None:
+    texts = [f"person,sorts\nAnn,{texture} -1; {texture} +1;\n" for texture in ("gravel", "bark")]
+    assert len(reader.read(*texts).sorts) == 2
+
+
+def test_words_of_r_and_pandas(reader: Reader) -> None:
+    rows = list(csv.reader(io.StringIO(reader.own)))
+    floats = text_of([rows[0], *([row[0], f"{row[1]}.0", *row[2:]] for row in rows[1:])])
+    assert reader.read(floats) == reader.read(reader.own)
+    rows[4][-1] = "NA"
+    assert "row 5: rougher: missing; --partial" in reader.refused(text_of(rows))
+    assert len(reader.read(text_of(rows), partial=True).pairs["rougher"]) == 119
+
+
+def test_letters_count_however_they_are_composed(reader: Reader) -> None:
+    text = LOOSE.replace("P1", "Zo\u00eb")
+    assert "is the same table as" in reader.refused(text, unicodedata.normalize("NFD", text))
+    assert "0.csv: row 2: is no CSV table in UTF-8" in reader.refused(text.encode("cp1252"))
+
+
+def test_who_always_answers_the_same_is_named_with_the_file(reader: Reader) -> None:
+    same = "person,first,second,rougher\n" + 6 * "Ann,gravel -1,gravel +2,second\n"
+    assert "1.csv: rougher: Ann always answers the second" in reader.refused(LOOSE, same)
 
 
 MAGNITUDES = "person;plate;magnitude\nP1;gravel -1;{}\nP1;gravel +1;{}\n"
@@ -268,6 +336,11 @@ def test_a_sort_may_stand_in_one_cell(reader: Reader) -> None:
         (("--values", "left=first"), "--values: 'left=first' is no column of answers"),
         (("--values", "rugher:left=first"), "--values: 'rugher' is no column of answers"),
         (("--columns", "person=who"), "--columns: person: "),
+        (("--columns", "rougher=a=b"), "has no column 'a=b'"),
+        (("--columns", "person=a", "--columns", "person=b"), "--columns: 'person' is there twice"),
+        (("--columns", "first=key,second=Key"), "--columns: 'key' cannot stand for two columns"),
+        (("--values", "rougher:1=first,1=second"), "--values: '1' is there twice"),
+        (("--values", "rougher:1=first", "--values", "rougher:2=second"), "'rougher' is there twice"),
     ],
 )
 def test_bad_maps_are_refused(

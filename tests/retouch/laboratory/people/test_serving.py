@@ -175,6 +175,15 @@ def test_two_writers_lose_nothing(
         assert "another command is writing into this folder" in capsys.readouterr().err
 
 
+def test_a_folder_of_answers_may_get_a_longer_name(planned: tuple[Path, TrialPlan]) -> None:
+    with serving(*planned) as served:
+        assert served.give(["P1", ROUGHER, 0, 0, 1]) == 200
+    begin, name, end = served.answers.name.split("-")
+    served.answers.rename(served.answers.with_name(f"{begin}-{name}-first-group-{end}"))
+    with serving(*planned) as again:
+        assert again.give(["P1", ROUGHER, 1, 1, 1]) == 200 and len(again.rows(ROUGHER)) == 2
+
+
 def test_what_cannot_be_served_is_refused(
     planned: tuple[Path, TrialPlan], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -144,6 +144,13 @@ def test_who_guesses_is_not_reversed(plates: Path) -> None:
     assert found["left_out"] == [] and "no better than guessing" in found["people"][2]["note"]
 
 
+def test_who_exchanged_the_keys_in_between_is_named(plates: Path) -> None:
+    pairs = [*pairs_of(("P1", "P2"), ()), *pairs_of(("P3",), (), 40), *pairs_of(("P3",), ("P3",), 40)]
+    found = compared(plates, pairs)
+    (line,) = (note for note in found["notes"] if "half of P" in note)
+    assert line.startswith("rougher: the second half of P3's answers told") and found["left_out"] == []
+
+
 def test_most_people_are_not_left_out(plates: Path) -> None:
     """Where most are reversed, the values may be."""
     found = compared(plates, pairs_of(("P1", "P2", "P3"), ("P1", "P3")))
