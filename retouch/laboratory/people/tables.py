@@ -166,7 +166,7 @@ def read_table(file: Path, names: Callable[[Sequence[str]], Sequence[str]] = tup
     for heading, count in Counter(headings).items():
         if heading and count > 1:
             raise InputError(f"{file}: has two columns {heading[:LONGEST_CELL]!r}")
-    return CsvTable(file, columns, headings, _without_headings(tuple(_rows(file, headings, lines))))
+    return CsvTable(file, columns, headings, _without_headings(tuple(_rows(file, columns, headings, lines))))
 
 
 def _without_headings(rows: tuple[CsvRow, ...]) -> tuple[CsvRow, ...]:
@@ -177,7 +177,9 @@ def _without_headings(rows: tuple[CsvRow, ...]) -> tuple[CsvRow, ...]:
     return rows
 
 
-def _rows(file: Path, headings: Sequence[str], lines: Iterator[tuple[int, list[str]]]) -> Iterator[CsvRow]:
+def _rows(
+    file: Path, columns: Sequence[str], headings: Sequence[str], lines: Iterator[tuple[int, list[str]]]
+) -> Iterator[CsvRow]:
     count = 0
     for line, cells in lines:
         if not any(cells):
@@ -188,6 +190,9 @@ def _rows(file: Path, headings: Sequence[str], lines: Iterator[tuple[int, list[s
             raise InputError(
                 f"{file}: row {line}: has {len(cells)} cells, and the table {len(headings)} columns"
             )
+        if cells[-1] and not columns[-1]:
+            # As the second half of a number with a decimal comma, where commas separate the cells.
+            raise InputError(f"{file}: row {line}: {cells[-1][:LONGEST_CELL]!r} stands under no heading")
         yield CsvRow(file, line, {name: cell for name, cell in zip(headings, cells, strict=True) if name})
 
 

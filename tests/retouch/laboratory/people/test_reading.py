@@ -183,6 +183,11 @@ def test_a_number_that_may_be_two_is_refused(reader: Reader, numbers: tuple[str,
     assert line in reader.refused(MAGNITUDES.format(*numbers))
 
 
+def test_a_decimal_comma_among_commas_is_refused(reader: Reader) -> None:
+    text = "person,plate,magnitude,\nP1,gravel -1,7,\nP1,gravel +2,12,5\n"
+    assert "row 3: '5' stands under no heading" in reader.refused(text)
+
+
 def test_points_are_decimal_where_no_number_has_a_comma(reader: Reader) -> None:
     assert reader.read(MAGNITUDES.format("1.000", "2.5")).magnitudes[0].magnitude == 1.0
 
