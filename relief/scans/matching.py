@@ -164,8 +164,9 @@ def _fits(search: Search, design: DesignSpectrum, scan: Scan, candidates: Sequen
         shifts = search.shifts(scan, best.pose)
         candidates = [one for one in shifts if one.score > shifts[0].score - WORTH]
     # A print that is bowed by half of its height correlates by 0.8 until its bow is fitted.
-    best = max(fits, key=lambda each: each.quality, default=None)
-    return fits + (_fitted(design, scan, best.pose, BOWS) if best else [])
+    for best in sorted(fits, key=lambda each: -each.quality)[:1]:
+        fits += _fitted(design, scan, best.pose, BOWS)
+    return fits
 
 
 def _fitted(design: DesignSpectrum, scan: Scan, start: Pose, more: tuple[str, ...] = ()) -> list[Fit]:
