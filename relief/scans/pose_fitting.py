@@ -278,7 +278,8 @@ class _Samples:
     def _margin_mm(self, pose: Pose) -> float:
         """Width of the rim of the design that is left out, mm: at the rim a print is rounded."""
         blur_mm = float(np.sqrt(max(pose.variance_mm2, 0.0)))
-        return min(self._design.pitch_mm + 2.0 * blur_mm, 0.1 * min(self._design.size_mm))
+        side_mm = min(self._design.size_mm)
+        return min(max(0.02 * side_mm, self._design.pitch_mm + 3.0 * blur_mm), 0.1 * side_mm)
 
     def overlap(self, pose: Pose) -> float:
         """Share of the smaller of plate and scan that lies on the other."""

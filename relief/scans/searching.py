@@ -31,8 +31,6 @@ CLIPPED = 4.0
 """Robust standard deviations at which heights are clipped, because of spikes and walls around a plate."""
 LEAST_OVERLAP = 0.4
 """Least overlap of plate and scan, as a share of the smaller of both."""
-APART = 3
-"""Samples of the coarse grid between two shifts that are candidates."""
 MOST_SHIFTS = 8
 """Most candidates of one turn."""
 
@@ -87,7 +85,7 @@ class Search:
         """The best shifts at the turn and scale of a pose, at most `MOST_SHIFTS`, from the best on."""
         coarse = self._coarse(scan)
         scores = coarse.scores(self._turned(pose))
-        peaks = scores.values == maximum_filter(scores.values, 2 * APART + 1)
+        peaks = scores.values == maximum_filter(scores.values, 3)
         places = np.flatnonzero(peaks & (scores.overlap >= LEAST_OVERLAP))
         best = places[np.argsort(-scores.values.flat[places])][:MOST_SHIFTS]
         return [
