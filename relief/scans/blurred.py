@@ -134,9 +134,7 @@ class DesignSpectrum:
         if pitch_mm > 0.0:
             shown = np.where(self._squares < (np.pi / pitch_mm) ** 2, spectrum, 0.0)
         by_variance = idctn(-0.5 * self._squares * shown, norm="ortho")
-        heights, seen = (
-            idctn(each, norm="ortho") + negative * by_variance for each in (spectrum, shown)
-        )
+        heights, seen = (idctn(each, norm="ortho") + negative * by_variance for each in (spectrum, shown))
         down, along = np.gradient(seen, *self._steps)
         places = self.places(x, y)
         return Derivatives(
