@@ -126,7 +126,7 @@ class DesignSpectrum:
 
         Waves shorter than two samples of a pitch are in `heights` alone: a scan does not tell where they lie,
         how high they are or how blurred. Negative variances, which noise can cause, are extrapolated linearly
-        from 0 without them, as they would make spikes of the edges of a surface that is linear between samples.
+        from 0 without them, as they would make spikes of the edges of a surface linear between samples.
         """
         positive, negative = max(variance_mm2, 0.0), min(variance_mm2, 0.0)
         spectrum = self._coefficients * np.exp(-0.5 * positive * self._squares)

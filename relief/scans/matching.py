@@ -39,7 +39,7 @@ EQUAL = 1.5
 EXACT = 2e-3
 """Least that a fit to so few samples can leave over: the same place of a weave left 0.0009 to 0.0016."""
 ON_WALLS = 0.04
-"""Share of the samples that may lie on the walls around a plate, and least share of what lies below or above."""
+"""Share of the samples that may lie on the walls around a plate, and least share of the parts they divide."""
 OTHER_SCALES = (0.93, 1.075, 0.86, 1.16)
 """Scales that are tried where nothing is found at the size of the design."""
 FARTHEST_SCALE = 0.08
