@@ -99,9 +99,9 @@ def find_print(design: DesignSpectrum, scan: Scan) -> Found:
     if not _is_print(_quality(direct), chance):
         raise another_plate(scan, _quality(direct))
     best = max(direct, key=lambda each: each.quality)
-    ways = [way for way, fits in others.items() if _left(fits) < EQUAL * left]
+    as_well = [way for way, fits in others.items() if _left(fits) < EQUAL * left]
     alike = [each.pose for each in direct if _left([each]) < EQUAL * left]
-    return Found(best, (*ways, *_beside(best.pose, alike, design)))
+    return Found(best, (*as_well, *_beside(best.pose, alike, design)))
 
 
 def check_print(design: DesignSpectrum, scan: Scan, fitted: Fit) -> None:
@@ -185,14 +185,16 @@ def _fits(search: Search, design: DesignSpectrum, scan: Scan, candidates: Sequen
         for candidate in _distinct(candidates, tried, design):
             tried.append(candidate.pose)
             fits += _fitted(design, scan, replace(candidate.pose, variance_mm2=search.variance_mm2))
-        if not fits or _quality(fits) <= before:
+        if not fits:
+            return []
+        if _quality(fits) <= before:
             break
         best = max(fits, key=lambda each: each.quality)
         shifts = search.shifts(scan, best.pose)
         candidates = [one for one in shifts if one.score > shifts[0].score - WORTH]
     # A print that is bowed by half of its height correlates by 0.8 until its bow is fitted.
-    best = max(fits, key=lambda each: each.quality, default=None)
-    return fits + (_fitted(design, scan, best.pose, BOWS) if best else [])
+    best = max(fits, key=lambda each: each.quality)
+    return fits + _fitted(design, scan, best.pose, BOWS)
 
 
 def _fitted(design: DesignSpectrum, scan: Scan, start: Pose, more: tuple[str, ...] = ()) -> list[Fit]:
