@@ -124,27 +124,25 @@ class DesignSpectrum:
     def at(self, x: Array, y: Array, variance_mm2: float, pitch_mm: float = 0.0) -> Derivatives:
         """The blurred design and its derivatives at points, mm from the middle, y upward.
 
-        Negative variances, which noise can cause, are extrapolated linearly from 0. Waves shorter than two
-        samples of a pitch, of which a scan tells neither blur nor height, are left out of `seen` and
-        `by_variance`.
+        Waves shorter than two samples of a pitch are in `heights` alone: a scan does not tell where they lie,
+        how high they are or how blurred. Negative variances, which noise can cause, are extrapolated linearly
+        from 0 without them, as they would make spikes of the edges of a surface linear between samples.
         """
         positive, negative = max(variance_mm2, 0.0), min(variance_mm2, 0.0)
         spectrum = self._coefficients * np.exp(-0.5 * positive * self._squares)
-        by_variance = idctn(-0.5 * self._squares * spectrum, norm="ortho")
-        heights = idctn(spectrum, norm="ortho") + negative * by_variance
-        down, along = np.gradient(heights, *self._steps)
-        places = self.places(x, y)
-        read = seen = _read(heights, places, CUBIC)
+        shown = spectrum
         if pitch_mm > 0.0:
-            spectrum = np.where(self._squares < (np.pi / pitch_mm) ** 2, spectrum, 0.0)
-            by_variance = idctn(-0.5 * self._squares * spectrum, norm="ortho")
-            seen = _read(idctn(spectrum, norm="ortho") + negative * by_variance, places, LINEAR)
+            shown = np.where(self._squares < (np.pi / pitch_mm) ** 2, spectrum, 0.0)
+        by_variance = idctn(-0.5 * self._squares * shown, norm="ortho")
+        heights, seen = (idctn(each, norm="ortho") + negative * by_variance for each in (spectrum, shown))
+        down, along = np.gradient(seen, *self._steps)
+        places = self.places(x, y)
         return Derivatives(
-            read,
+            _read(heights, places, CUBIC),
             _read(along, places, LINEAR),
             -_read(down, places, LINEAR),
             _read(by_variance, places, LINEAR),
-            seen,
+            _read(seen, places, LINEAR),
         )
 
     def places(self, x: Array, y: Array) -> Array:

@@ -27,6 +27,8 @@ POOR = 0.9
 10 mm wide, reach 0.997 (resin), 0.94 (fine filament) and 0.83 to 0.99 (filament of 0.4 mm)."""
 BLURRED_UM = 300.0
 """Blur from which a note warns: filament of 0.4 mm blurs by 200."""
+USUAL_HEIGHTS = (0.67, 1.5)
+"""Heights over those of the design that prints have; beyond, the whole interval of a height has a note."""
 STRETCHED_PERCENT = 0.5
 """Stretch from which a note warns."""
 
@@ -101,6 +103,9 @@ class PrintScanned:
             )
         if (blur_um := 1000.0 * found.blur_mm.value) > BLURRED_UM:
             lines.append(f"blurred by {blur_um:.0f} um, most prints by 20 to 200: is the scan in focus?")
+        height, (least, most) = found.height_scale, USUAL_HEIGHTS
+        if height.high < least or height.low > most:
+            lines.append(f"heights are {height.value:.2g} times those of the design: is the unit of z right?")
         if self.covered_percent < LITTLE_COVERED:
             lines.append(
                 f"{self.covered_percent:.0f} % of the plate is measured; elsewhere its design is pressed"

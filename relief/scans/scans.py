@@ -94,6 +94,12 @@ class Scan:
         means = block_means(padded.heights, times, times)
         return replace(padded, heights=means, pitch_mm=self.pitch_mm * times)
 
+    def cropped(self) -> Self:
+        """The scan without rows and columns at its ends in which nothing is measured."""
+        rows, cols = (np.flatnonzero(self.measured.any(axis=axis)) for axis in (1, 0))
+        top, left = int(rows[0]), int(cols[0])
+        return self.cut(self.heights[top : rows[-1] + 1, left : cols[-1] + 1], top, left)
+
     def cut(self, heights: Array, top: int, left: int) -> Self:
         """The scan with other heights, whose first sample lies at this row and column of the old ones."""
         (rows, cols), (down, across) = self.heights.shape, heights.shape
@@ -134,9 +140,7 @@ def check_scan(scan: Scan) -> Scan:
     if abs(farthest) > LARGEST_MM:
         unmeasured = "is it in another unit, or does the number stand for no measurement?"
         raise InputError(f"{scan.name}: holds a height of {farthest:g} mm; {unmeasured}")
-    rows, cols = (np.flatnonzero(measured.any(axis=axis)) for axis in (1, 0))
-    top, left = int(rows[0]), int(cols[0])
-    cut = scan.cut(scan.heights[top : rows[-1] + 1, left : cols[-1] + 1], top, left)
+    cut = scan.cropped()
     down, across = cut.heights.shape
     if min(down, across) < SMALLEST_SIDE:
         raise InputError(

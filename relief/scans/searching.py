@@ -31,9 +31,7 @@ CLIPPED = 4.0
 """Robust standard deviations at which heights are clipped, because of spikes and walls around a plate."""
 LEAST_OVERLAP = 0.4
 """Least overlap of plate and scan, as a share of the smaller of both."""
-APART = 3
-"""Samples of the coarse grid between two shifts that are candidates."""
-MOST_SHIFTS = 8
+MOST_SHIFTS = 12
 """Most candidates of one turn."""
 
 
@@ -87,12 +85,12 @@ class Search:
         """The best shifts at the turn and scale of a pose, at most `MOST_SHIFTS`, from the best on."""
         coarse = self._coarse(scan)
         scores = coarse.scores(self._turned(pose))
-        peaks = scores.values == maximum_filter(scores.values, 2 * APART + 1)
+        peaks = scores.values == maximum_filter(scores.values, 3)
         places = np.flatnonzero(peaks & (scores.overlap >= LEAST_OVERLAP))
-        best = places[np.argsort(-scores.values.flat[places])][:MOST_SHIFTS]
+        heights = _peaks(scores.values).flat[places]
+        best = np.argsort(-heights)[:MOST_SHIFTS]
         return [
-            Candidate(float(scores.values.flat[place]), coarse.shifted(pose, scores, int(place)))
-            for place in best
+            Candidate(float(heights[one]), coarse.shifted(pose, scores, int(places[one]))) for one in best
         ]
 
     def _coarse(self, scan: Scan) -> "_Coarse":
@@ -184,6 +182,16 @@ class _Coarse:
             fields = self._values, np.square(self._values), self._there
             self._spectra = {shape: tuple(rfft2(each, shape) for each in fields)}
         return self._spectra[shape]
+
+
+def _peaks(values: Array) -> Array:
+    """Heights of peaks between samples, by a parabola along each axis through values (rows, cols)."""
+    peaks = values.astype(np.float64)
+    for axis in (0, 1):
+        before, after = np.roll(values, 1, axis), np.roll(values, -1, axis)
+        bend = np.maximum(2.0 * values - before - after, np.finfo(np.float32).eps)
+        peaks += np.square(after - before) / (8.0 * bend)
+    return peaks
 
 
 def _half_turn(turn: float) -> float:

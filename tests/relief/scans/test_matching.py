@@ -80,3 +80,34 @@ def test_one_wavelength_does_not_tell_height_from_blur() -> None:
 def test_a_part_of_another_plate_is_refused_whatever_it_shows() -> None:
     with pytest.raises(InputError, match="shows another plate"):
         laid(scanned(design_of("leather"), 4.0), waves(along=False))
+
+
+@pytest.mark.slow
+def test_a_plate_lies_on_a_table_two_millimetres_below() -> None:
+    design = design_of("gravel")
+    scan = scanned(design, 14.0, 5.0)
+    found = laid(replace(scan, heights=np.where(scan.measured, scan.heights, 2.0)), design)
+    assert found.turned_degrees.value == pytest.approx(5.0, abs=0.1)
+    assert found.height_scale.value == pytest.approx(HEIGHT, abs=0.005) and found.fitted.correlation > 0.999
+
+
+@pytest.mark.slow
+def test_checks_are_no_mould_of_themselves_though_half_a_period_beside_they_are() -> None:
+    design = waves(along=False)
+    found = laid(scanned(design, 8.8, 3.0), design)
+    assert abs(found.shift_x_mm.value) < 0.01 and abs(found.shift_y_mm.value) < 0.01
+
+
+@pytest.mark.slow
+def test_one_hill_tells_no_turn() -> None:
+    x, y = np.meshgrid(*2 * [np.linspace(-5.0, 5.0, 128)])
+    design = Relief(0.5 * np.exp(-((x - 1.2) ** 2 + (y - 0.7) ** 2) / 4.5), 10.0)
+    found = laid(scanned(design, 11.0, 3.0), design)
+    assert found.turned_degrees.holds(3.0) and "turn" in found.fitted.undetermined
+
+
+def test_heights_in_another_unit_have_a_line() -> None:
+    design = design_of("gravel")
+    scan = scanned(design)
+    notes = print_scanned(laid(replace(scan, heights=2.0 * scan.heights), design)).notes()
+    assert notes == ["heights are 2 times those of the design: is the unit of z right?"]
