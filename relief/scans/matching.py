@@ -5,7 +5,7 @@ mirrored scan by 0.94, and leaves over a hundred times as much as the right way.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import degrees, hypot, pi
 
 import numpy as np
@@ -60,21 +60,8 @@ REFUSALS = {
 """What is said of a scan that fits its design in another way."""
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """The print in its scan.
-
-    Attributes:
-        fit: of the scan to the design.
-        rivals: other ways in which the scan fits as well.
-    """
-
-    fit: Fit
-    rivals: tuple[str, ...]
-
-
-def find_print(design: DesignSpectrum, scan: Scan) -> Found:
-    """The best pose of a scan.
+def find_print(design: DesignSpectrum, scan: Scan) -> tuple[Pose, tuple[str, ...]]:
+    """The best pose of a scan, and other ways in which the scan fits its design as well.
 
     Raises:
         InputError: the scan is mirrored, upside down, of a mould or of another plate.
@@ -101,7 +88,7 @@ def find_print(design: DesignSpectrum, scan: Scan) -> Found:
     best = max(direct, key=lambda each: each.quality)
     as_well = [way for way, fits in others.items() if _left(fits) < EQUAL * left]
     alike = [each.pose for each in direct if _left([each]) < EQUAL * left]
-    return Found(best, (*as_well, *_beside(best.pose, alike, design)))
+    return best.pose, (*as_well, *_beside(best.pose, alike, design))
 
 
 def check_print(design: DesignSpectrum, scan: Scan, fitted: Fit) -> None:
@@ -152,8 +139,7 @@ def _ways(search: Search, design: DesignSpectrum, scan: Scan) -> tuple[list[Fit]
     with stage("finding the print in its scan", total=2 * search.angles):
         candidates = *search.turns(scan), *search.turns(flipped)
     best = max(map(max, candidates)).score
-    inverse = (replace(each, heights=-each.heights) for each in (scan, flipped))
-    scans = scan, next(inverse), flipped, next(inverse)
+    scans = [replace(each, heights=sign * each.heights) for each in (scan, flipped) for sign in (1.0, -1.0)]
     # A way whose candidates are much worse than the best is no rival.
     fits = [
         _fits(search, design, each, [one for one in of if one.score > best - WORTH])

@@ -222,15 +222,15 @@ def register(scan: Scan, design: Relief) -> Registration:
     side = min(MOST_SIDE, max(DESIGN_SIDE, *design.heights.shape))
     surface = DesignSpectrum(surface_of(design, side), design.width_mm, side)
     working = scan.averaged(-(-max(scan.heights.shape) // WORKING_SIDE))
-    found = find_print(surface, working)
+    start, rivals = find_print(surface, working)
     with stage("fitting the pose"):
         try:
-            scan, fitted, working, distorted, left_out = refined(surface, scan, working, found.fit.pose)
+            scan, fitted, working, distorted, left_out = refined(surface, scan, working, start)
             check_print(surface, working, fitted)
         except LostError:
             raise another_plate(scan, 0.0) from None
     _check_heights(fitted, scan.name)
-    return Registration(scan, design, surface, fitted, working, distorted, left_out, found.rivals)
+    return Registration(scan, design, surface, fitted, working, distorted, left_out, rivals)
 
 
 def _size(value: float, sigma: float) -> Interval:
