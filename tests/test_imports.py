@@ -113,7 +113,7 @@ _ALLOWED = {
     "retouch.laboratory.people": (
         "optimize.run_directory relief.ground retouch.laboratory.stimulus_sets retouch.pages tactile"
     ),
-    "retouch.laboratory.people.serving": "relief.ground retouch.laboratory.people",
+    "retouch.laboratory.people.serving": "relief.ground retouch.laboratory.people retouch.pages",
     "retouch.laboratory.people.skin_fit": (
         "mitsuba_scenes optimize.settings optimize.verification relief relief.ground "
         "retouch.laboratory.people retouch.laboratory.stimulus_sets tactile"

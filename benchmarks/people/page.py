@@ -20,8 +20,8 @@ from typing import Any
 
 from benchmarks.shared.browser import Browser
 from benchmarks.shared.common import machine, save
-from retouch.laboratory.people.experiment_page import write_experiment_page
 from retouch.laboratory.people.plan import TrialPlan, write_plan
+from retouch.laboratory.people.serving.experiment_page import write_experiment_page
 from retouch.laboratory.stimulus_sets.document import PLATES
 from retouch.laboratory.stimulus_sets.stimulus_set import Experiment
 

@@ -28,17 +28,17 @@ from benchmarks.people.coverage import PAGE
 from benchmarks.people.observers import Observer
 from benchmarks.shared.common import machine, parser_of, put, save, table
 from retouch.laboratory.people.plates import SetPlate
-from retouch.laboratory.people.ranks import (
+from retouch.laboratory.people.ranks import rated_plates
+from retouch.laboratory.people.reading import MAGNITUDES, ROUGHER, SORTS, Magnitude
+from retouch.laboratory.people.scores import (
     RankCorrelation,
     Scores,
     correlations,
     people_reversed,
     ranked,
     rated,
-    rated_plates,
     wilson,
 )
-from retouch.laboratory.people.reading import MAGNITUDES, ROUGHER, SORTS, Magnitude
 from retouch.laboratory.stimulus_sets.levels import ROUGHNESS
 from tactile.jnd import ROUGHNESS_JND
 

@@ -16,8 +16,8 @@ from relief.ground.files import only_writer
 from relief.ground.lengths import Lengths
 from relief.ground.progress import Progress, say
 from relief.heightmap import check_scales
-from retouch.laboratory.people.experiment_page import write_experiment_page
 from retouch.laboratory.people.plan import write_plan
+from retouch.laboratory.people.serving.experiment_page import write_experiment_page
 from retouch.laboratory.stimulus_sets.making import MakeRunner, StimulusPlates, make
 from retouch.laboratory.stimulus_sets.stimulus_set import FILE, StimulusSet, read_set
 from retouch.laboratory.workers.choice import runner

@@ -13,14 +13,14 @@ from relief.ground.progress import stage
 from retouch.laboratory.people.likelihood import PairAnswers
 from retouch.laboratory.people.plates import SetPlate
 from retouch.laboratory.people.population import Estimate, Fitted, fit, weber
-from retouch.laboratory.people.ranks import (
+from retouch.laboratory.people.reading import COLDER, ROUGHER, JudgedPair
+from retouch.laboratory.people.scores import (
     RankCorrelation,
     correlations,
     people_reversed,
     ranked,
     wilson,
 )
-from retouch.laboratory.people.reading import COLDER, ROUGHER, JudgedPair
 from retouch.laboratory.stimulus_sets.prediction import CONTACT_JND
 from tactile.jnd import ROUGHNESS_JND
 

@@ -18,8 +18,8 @@ from pydantic import BaseModel, ValidationError
 
 from relief.ground.errors import InputError
 from relief.ground.files import only_writer, read_limited
-from retouch.laboratory.people.experiment_page import PAGE, PLAN_BEGINS, PLAN_ENDS
 from retouch.laboratory.people.plan import FOLDER
+from retouch.laboratory.people.serving.experiment_page import PAGE, PLAN_BEGINS, PLAN_ENDS
 from retouch.laboratory.people.serving.group import LARGEST_FILE, Act, Group, Plan
 
 HOST, PORTS = "127.0.0.1", (*range(8643, 8653), 0)

@@ -10,10 +10,10 @@ import pytest
 
 from benchmarks.docs.pages import WIDTHS, faults
 from benchmarks.shared.browser import Browser, chromium
-from retouch.laboratory.people.experiment_page import write_experiment_page
 from retouch.laboratory.people.plan import TrialPlan, plan
 from retouch.laboratory.people.plates import read_plates
 from retouch.laboratory.people.reading import read_answers
+from retouch.laboratory.people.serving.experiment_page import write_experiment_page
 from retouch.laboratory.stimulus_sets.stimulus_set import Experiment
 
 pytestmark = [

@@ -18,10 +18,10 @@ import pytest
 from benchmarks.shared.browser import Browser, chromium
 from optimize.runs.interrupts import INTERRUPTED
 from retouch.commands.main import BAD_INPUT, main
-from retouch.laboratory.people.experiment_page import PAGE, write_experiment_page
 from retouch.laboratory.people.plan import FOLDER, TrialPlan, write_plan
 from retouch.laboratory.people.plates import read_plates
 from retouch.laboratory.people.reading import MAGNITUDES, ROUGHER, SAME, SORTS, read_answers
+from retouch.laboratory.people.serving.experiment_page import PAGE, write_experiment_page
 from retouch.laboratory.people.serving.group import ACTS
 from retouch.laboratory.people.serving.server import LARGEST_BODY
 from retouch.laboratory.stimulus_sets.stimulus_set import Experiment

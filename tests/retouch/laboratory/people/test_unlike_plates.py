@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import retouch
-from retouch.laboratory.people.ranks import bradley_terry
+from retouch.laboratory.people.scores import bradley_terry
 
 LABELS = ["smoothest", "smooth", "middle", "rough", "roughest"]
 VALUES = dict(zip(LABELS, (0.03, 0.036, 0.043, 0.051, 0.061), strict=True))
