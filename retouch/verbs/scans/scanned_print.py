@@ -78,8 +78,8 @@ class FeltPrint:
         if self.flat != self.roughness.value:
             flat = "smooth" if self.jnd_flat is None else f"{self.jnd_flat:+.2f} JND from the design"
             lines.append(
-                f"print or scanner is bowed by {sag:.2g} mm; without the bow the print is {flat}, "
-                "as if pressed flat or bowed by the scanner alone"
+                f"the scan is bowed by {sag:.2g} mm; pressed flat, or if the scanner made the bow, the print "
+                f"is {flat}"
             )
         return lines
 

@@ -165,4 +165,4 @@ def test_a_bow_is_told_with_the_feel_without_it(tmp_path: Path, design: Relief, 
     assert bowed["jnd_from_design_flat"] == pytest.approx(straight["jnd_from_design"], abs=0.02)
     assert bowed["jnd_from_design"] > bowed["jnd_from_design_flat"] + 0.2  # type: ignore[operator]
     assert bowed["sag_mm_low"] < bowed["sag_mm"] < bowed["sag_mm_high"]  # type: ignore[operator]
-    assert "print or scanner is bowed by 0.6 mm; without the bow" in str(bowed["notes"])
+    assert "the scan is bowed by 0.6 mm; pressed flat, or if the scanner" in str(bowed["notes"])
