@@ -25,7 +25,7 @@ from relief.solids.meshes import self_intersections
 from relief.solids.meshes.crops import Cropper
 from relief.solids.meshes.mesh import Mesh, read_mesh
 from relief.solids.objects.table import OBJECTS
-from relief.solids.wrapping.surfaces import Settings
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.wrapped_body import Covering, wrap
 from retouch.verbs.solid_evaluation import read_solid
 

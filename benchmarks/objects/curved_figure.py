@@ -39,7 +39,7 @@ from relief.ground.arrays import Array
 from relief.solids.body import Body
 from relief.solids.export.plate_export import plate_mesh
 from relief.solids.objects.table import OBJECTS
-from relief.solids.wrapping.surfaces import Settings
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.texture_tiles import Tile
 from relief.solids.wrapping.wrapped_body import Covering, wrap
 

@@ -38,10 +38,11 @@ from relief.solids.meshes.mesh import Mesh
 from relief.solids.objects.implicit import body_of
 from relief.solids.objects.smooth import ball
 from relief.solids.objects.swept import cylinder
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.laying import Laid, TexturePlacer
 from relief.solids.wrapping.options import PlacingOptions
 from relief.solids.wrapping.placement import placement_of
-from relief.solids.wrapping.surfaces import BaseSurface, Settings
+from relief.solids.wrapping.surfaces import BaseSurface
 from relief.solids.wrapping.texture_tiles import Covering
 from relief.solids.wrapping.wrapped_body import Wrapped, wrap
 from tactile.jnd import ROUGHNESS_JND

@@ -32,10 +32,11 @@ from relief.solids.meshes.unrolling import Unroller, feet
 from relief.solids.objects.table import OBJECTS
 from relief.solids.remeshing.smooth_surface import smooth_object
 from relief.solids.wrapping.coordinates.layout import Layout
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.laying import TexturePlacer
 from relief.solids.wrapping.masks import Regions
 from relief.solids.wrapping.placement import Placement
-from relief.solids.wrapping.surfaces import BaseSurface, FineSurface, Settings
+from relief.solids.wrapping.surfaces import BaseSurface, FineSurface
 from relief.solids.wrapping.texture_tiles import Covering, Tile
 from relief.solids.wrapping.wrapped_body import Wrapped, wrap
 from tactile.jnd import ROUGHNESS_JND, jnd_apart

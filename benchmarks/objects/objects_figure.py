@@ -19,7 +19,7 @@ from relief.ground.srgb import srgb
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
 from relief.solids.objects.table import OBJECTS
-from relief.solids.wrapping.surfaces import Settings
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.wrapped_body import Covering, wrap
 from visual.backend.variants import choose_variant
 

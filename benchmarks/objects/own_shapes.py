@@ -26,7 +26,7 @@ from relief.solids.meshes.crops import Cropper
 from relief.solids.meshes.mesh import Mesh
 from relief.solids.meshes.mesh_places import frames, surface_points
 from relief.solids.objects.table import OBJECTS
-from relief.solids.wrapping.surfaces import Settings
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.wrapped_body import Covering, wrap
 from tactile.jnd import ROUGHNESS_JND, jnd_apart
 

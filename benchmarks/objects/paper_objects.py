@@ -33,8 +33,8 @@ from relief.solids.export.plate_export import plate_mesh
 from relief.solids.meshes.mesh import Mesh
 from relief.solids.objects.swept import LINKS
 from relief.solids.objects.table import OBJECTS, Region
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.options import MOST_FACES
-from relief.solids.wrapping.surfaces import Settings
 from relief.solids.wrapping.texture_tiles import Tile
 from relief.solids.wrapping.wrapped_body import Covering, Wrapped, wrap
 from retouch.verbs.comparison import compare

@@ -30,7 +30,7 @@ from relief.solids.mending.repair import mended
 from relief.solids.meshes import check_solid, read_mesh
 from relief.solids.meshes.intersections import self_intersections
 from relief.solids.meshes.neighbourhood import edge_pairs
-from relief.solids.wrapping.surfaces import Settings
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.texture_tiles import Tile
 from relief.solids.wrapping.wrapped_body import Covering, wrap
 

@@ -28,7 +28,7 @@ from relief.solids.meshes.mesh_places import spread, surface_points
 from relief.solids.meshes.unrolling import Unroller
 from relief.solids.objects.table import OBJECTS
 from relief.solids.remeshing.smooth_surface import smooth_object
-from relief.solids.wrapping.surfaces import Settings
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.texture_tiles import Covering, Tile
 from relief.solids.wrapping.wrapped_body import wrap
 from tactile.jnd import ROUGHNESS_JND, jnd_apart

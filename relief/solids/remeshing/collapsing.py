@@ -122,8 +122,10 @@ class Collapses:
         around = corners.ravel()
         rank = np.repeat(number, 3)
         beside = (around != gone[rank]) & (around != stays[rank])
-        joined = among(edge_keys(around[beside], stays[rank[beside]]), edges)
+        keys = edge_keys(around[beside], stays[rank[beside]])
+        joined = among(keys, edges)
         sound = np.bincount(rank[beside][joined], minlength=len(gone)) == 4
+        sound[rank[beside][~joined & among(keys, self.triangles.taken)]] = False
         moved = ~(corners == stays[number][:, None]).any(axis=1)
         number, corners = number[moved], corners[moved]
         old = self.triangles.vertices[corners]

@@ -17,7 +17,8 @@ from relief.solids.remeshing.features import held_lines, regions
 from relief.solids.remeshing.flipping import Flips
 from relief.solids.remeshing.lifting import lifted
 from relief.solids.remeshing.nearest import NearestPoints
-from relief.solids.remeshing.smooth_surface import SmoothSurface, bulges, corner_angles, smooth_surface
+from relief.solids.remeshing.patch import Patch
+from relief.solids.remeshing.smooth_surface import bulges, corner_angles
 from relief.solids.remeshing.triangles import Triangles, repeated
 
 ARC = 0.35
@@ -25,8 +26,6 @@ ARC = 0.35
 are then within 1 um of a circle of 4 mm radius."""
 LEAST_PART = 0.15
 """Shortest edges wanted where the surface bends, in those of the rest."""
-COARSE = 4.0
-"""Edges on a flat side that stays, in those of the rest: it needs few triangles, but no slivers."""
 ROUNDS = 4
 """Rounds of splitting, collapsing, flipping and relaxing; five change little more."""
 COARSER = (128.0, 64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0)
@@ -51,64 +50,54 @@ class EvenMesh:
     """Even triangles whose vertices lie on a smooth surface.
 
     Attributes:
-        body: The triangles.
+        body: The triangles; the border of the patch comes first, unchanged.
         normals: (faces, 3, 3) outward unit normals of the surface at the corners; of a noisy one, smoothed.
         bulges: (faces, 3, 3) as in `SmoothSurface`, mm.
-        uv: (faces, 3, 2) texture coordinates of the corners, or None.
-        origin: (faces,) a face of the input that each face lies on or near.
+        facet: (faces, 3) facet that each corner lies on or near, on its face's side of creases.
+        share: (faces, 3, 3) barycentric coordinates there.
+        farthest_mm: Largest distance from the facets, at vertices and in the middles of edges.
     """
 
     body: Body
     normals: Array
     bulges: Array
-    uv: Array | None
-    origin: Index
+    facet: Index
+    share: Array
+    farthest_mm: float
 
 
-def even_mesh(
-    body: Body,
-    edge_mm: float,
-    uv: Array | None = None,
-    side: NDArray[np.bool_] | None = None,
-    arc: float = ARC,
-) -> EvenMesh:
-    """Even triangles on the smooth surface behind a body's facets.
+def even_mesh(patch: Patch, edge_mm: float, arc: float = ARC) -> EvenMesh:
+    """Even triangles on the smooth surface behind the facets of a patch.
 
-    Edges of the part and seams of texture coordinates are held within `HELD_MM`.
+    Edges of the part and seams of texture coordinates are held within `HELD_MM`; the border stays as it is.
 
     Args:
-        body: A closed body, each vertex once.
+        patch: Of a closed body, each vertex once.
         edge_mm: Edges wanted where the surface is flat; elsewhere they are shorter.
-        uv: (faces, 3, 2) texture coordinates of the corners, or None.
-        side: (faces,) facets of a flat side, whose rim is held and which stays coarse, or None.
         arc: Angle over which an edge spans at most where the surface bends, rad.
     """
-    with stage("normals"):
-        surface = smooth_surface(body, side)
     with stage("even triangles", float(ROUNDS)) as advance:
-        side = np.zeros(len(body.faces), bool) if side is None else side
-        remesher = _Remesher(surface, edge_mm, uv, side, arc)
+        remesher = _Remesher(patch, edge_mm, arc)
         for number in range(ROUNDS):
             remesher.round(COARSER if number == 0 else COARSER[-1:], STIR if number == 0 else 0.0)
             advance()
-        return remesher.result(uv)
+        return remesher.result()
 
 
 class _Remesher:
     """The current triangles, and the surface that they lie on."""
 
-    def __init__(
-        self, surface: SmoothSurface, edge_mm: float, uv: Array | None, side: NDArray[np.bool_], arc: float
-    ) -> None:
-        self.surface, self.edge_mm = surface, edge_mm
-        body = surface.body
-        held, corner = held_lines(surface, uv, side)
+    def __init__(self, patch: Patch, edge_mm: float, arc: float) -> None:
+        self.patch, self.edge_mm = patch, edge_mm
+        body = patch.body
+        held, corner = held_lines(patch)
+        corner[: patch.border] = True
         self.region = regions(body, held)
         self.nearest = NearestPoints(body, held, self.region, edge_mm)
-        self.size = np.where(side, COARSE * edge_mm, _sizes(surface, edge_mm, arc))
-        size = np.full(len(body.vertices), COARSE * edge_mm)
+        self.size = _sizes(patch, edge_mm, arc)
+        size = np.full(len(body.vertices), edge_mm)
         np.minimum.at(size, body.faces, self.size[:, None])
-        self.triangles = Triangles(body, held, corner, size)
+        self.triangles = Triangles(body, held, corner, size, patch.taken)
 
     def round(self, coarser: Sequence[float], stir: float) -> None:
         """Bring the edges nearer to their wanted lengths, and the triangles to even shape.
@@ -141,7 +130,7 @@ class _Remesher:
             rows = np.unique(np.stack([vertex, self.region[start]]), axis=1, return_index=True)[1]
             vertex, start = vertex[rows], start[rows]
             face, share = self.nearest.at(triangles.vertices[vertex], self.region[start], start)
-            triangles.size[first:] = COARSE * self.edge_mm
+            triangles.size[first:] = self.edge_mm
             np.minimum.at(triangles.size, vertex, self.size[face])
             moved = triangles.vertices.copy()
             free = triangles.held_count()[vertex] == 0
@@ -205,15 +194,15 @@ class _Remesher:
         start[self.triangles.faces] = self.triangles.origin[:, None]
         return self.nearest.at(points, self.region[start[rows]], start[rows])
 
-    def result(self, uv: Array | None) -> EvenMesh:
+    def result(self) -> EvenMesh:
         """The mesh with the normals of the surface, its vertices on the smooth surface."""
-        triangles, surface = self.triangles, self.surface
+        triangles, patch = self.triangles, self.patch
         faces = triangles.faces
         free = ~triangles.corner & (triangles.held_count() == 0)
         rows = np.flatnonzero(free)
         face, share = self._project(triangles.vertices[rows], rows)
         onto = triangles.vertices.copy()
-        onto[rows] = surface.places_at(face, share)
+        onto[rows] = self.nearest.places(face, share) + patch.lift(face, share)
         vertices, stayed = lifted(triangles.vertices, onto, faces, free)
         at, shares = np.zeros(len(vertices), np.int64), np.zeros((len(vertices), 3))
         at[rows], shares[rows] = face, share
@@ -225,40 +214,46 @@ class _Remesher:
         start = triangles.origin[number]
         side, _ = self.nearest.at(inner, self.region[start], start)
         at[held], shares[held] = self.nearest.walk_from(place, side)
-        normals = surface.normals_at(at.ravel(), shares.reshape(-1, 3)).reshape(-1, 3, 3)
+        rise = (shares * patch.rise[patch.body.faces[at]]).sum(axis=2)
+        facet, shares = (
+            part.reshape(len(faces), 3, *part.shape[1:])
+            for part in patch.located(at.ravel(), shares.reshape(-1, 3))
+        )
+        normals = patch.surface.normals_at(facet.ravel(), shares.reshape(-1, 3)).reshape(-1, 3, 3)
         body = Body(vertices, faces)
-        pairs = edge_pairs(faces)
         creases = triangles.is_held(triangles.keys()).reshape(-1, 3)
-        corners_uv = None if uv is None else np.einsum("fkc,fkcd->fkd", shares, uv[at])
-        bulge = bulges(body, pairs, creases, normals)
-        bulge[stayed[faces] | np.roll(stayed[faces], -1, axis=1)] = 0.0
+        bulge = bulges(body, edge_pairs(faces), creases, normals)
+        rise[stayed[faces] | (faces < patch.border)] = 0.0
+        bulge *= np.minimum(rise, np.roll(rise, -1, axis=1))[:, :, None]
         if turns_by_chance(body, normals):
             say("facets turn by chance, as in a scan; normals are smoothed")
             normals = smoothed(body, normals)
-        return EvenMesh(body, normals, bulge, corners_uv, triangles.origin)
+        return EvenMesh(body, normals, bulge, facet, shares, self._farthest(body, bulge))
+
+    def _farthest(self, body: Body, bulge: Array) -> float:
+        """Largest distance of a mesh with bulges from the facets, mm."""
+        corners = body.vertices[body.faces]
+        middles = 0.5 * (corners + np.roll(corners, -1, axis=1)) + 0.25 * bulge
+        start = np.repeat(self.triangles.origin, 6)
+        points = np.concatenate([corners, middles], axis=1).reshape(-1, 3)
+        face, share = self.nearest.at(points, self.region[start], start)
+        return float(np.linalg.norm(self.nearest.places(face, share) - points, axis=1).max())
 
 
-def _sizes(surface: SmoothSurface, edge_mm: float, arc: float) -> Array:
+def _sizes(patch: Patch, edge_mm: float, arc: float) -> Array:
     """(faces,) lengths of edges wanted by how the surface bends, mm."""
-    corners, normals = surface.body.vertices[surface.body.faces], surface.normals
+    corners, normals, surface = patch.body.vertices[patch.body.faces], patch.normals, patch.surface
     turn = np.linalg.norm(np.roll(normals, -1, axis=1) - normals, axis=2)
     length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     bend = np.maximum(turn - 0.01, 0.0) / np.maximum(length, 0.02 * edge_mm)
     sizes = np.clip(arc / np.maximum(bend.max(axis=1), 1e-9), LEAST_PART * edge_mm, edge_mm)
-    if turns_by_chance(surface.body, normals, FACETS_NOISE):
+    if turns_by_chance(surface.body, surface.normals, FACETS_NOISE):
         # What bends by chance is no smaller than the facets of a scan.
         sizes = np.clip(length.min(axis=1), sizes, edge_mm)
     return np.asarray(sizes)
 
 
-def vertex_normals(mesh: EvenMesh, ignored: NDArray[np.bool_]) -> Array:
-    """Normals at the vertices, (n, 3): on creases means over the triangles around, by their angles.
-
-    Args:
-        mesh: The mesh.
-        ignored: (faces,) triangles that count only where a vertex has no others: those of a flat bottom.
-    """
-    angle = corner_angles(mesh.body)
-    angle[ignored] *= 1e-9
-    weighted = (angle[:, :, None] * mesh.normals).reshape(-1, 3)
+def vertex_normals(mesh: EvenMesh) -> Array:
+    """Normals at the vertices, (n, 3): on creases means over the triangles around, by their angles."""
+    weighted = (corner_angles(mesh.body)[:, :, None] * mesh.normals).reshape(-1, 3)
     return units(sums_by(mesh.body.faces, weighted, len(mesh.body.vertices)))

@@ -3,25 +3,25 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Index
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import connected, edge_pairs
-from relief.solids.remeshing.smooth_surface import SmoothSurface, corner_groups
+from relief.solids.remeshing.patch import Patch
+from relief.solids.remeshing.smooth_surface import corner_groups
 
 
-def held_lines(
-    surface: SmoothSurface, uv: Array | None, side: NDArray[np.bool_]
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """(faces, 3) edges that stay, and (vertices,) vertices that stay."""
-    body = surface.body
+def held_lines(patch: Patch) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """(faces, 3) edges of a patch that stay, and (vertices,) vertices that stay."""
+    body = patch.body
     faces = body.faces
     pairs = edge_pairs(faces)
-    held = surface.creases.ravel().copy()
-    held[pairs[side[pairs[:, 0] // 3] != side[pairs[:, 1] // 3]].ravel()] = True
-    if uv is not None:
-        flat, ahead = uv.reshape(-1, 2), np.roll(uv, -1, axis=1).reshape(-1, 2)
+    held = patch.creases.ravel().copy()
+    if patch.uv is not None:
+        flat = np.einsum("fkc,fcd->fkd", patch.corners, patch.uv[patch.facet])
+        flat, ahead = flat.reshape(-1, 2), np.roll(flat, -1, axis=1).reshape(-1, 2)
         one, other = pairs.T
-        seam = (flat[one] != ahead[other]).any(axis=1) | (ahead[one] != flat[other]).any(axis=1)
+        seam = ~np.isclose(flat[one], ahead[other]).all(axis=1)
+        seam |= ~np.isclose(ahead[one], flat[other]).all(axis=1)
         held[pairs[seam].ravel()] = True
     # Edges of more than two faces, and vertices where several fans meet.
     single = np.ones(len(held), bool)

@@ -46,7 +46,7 @@ class Flips:
         for normal in after:
             sound &= (normal * middle).sum(1) > TURN * np.maximum(length, 1e-12)
         new = edge_keys(c, d)
-        sound &= ~among(new, edges) & (c != d)
+        sound &= ~among(new, edges) & ~among(new, self.triangles.taken) & (c != d)
         order = np.flatnonzero(sound)
         self._turned = np.zeros(len(faces), bool)
         self._turned[one[order]] = self._turned[other[order]] = True

@@ -35,13 +35,18 @@ class Triangles:
         corner: (n,) vertices that stay.
         moved: (n,) displacement of held lines at a vertex so far, mm.
         size: (n,) length of edges that the surface at each vertex allows, mm.
+        taken: (k,) sorted keys of edges that lie outside, between corners that keep their numbers: none of
+            them may be divided or made anew.
     """
 
-    def __init__(self, body: Body, held: NDArray[np.bool_], corner: NDArray[np.bool_], size: Array) -> None:
+    def __init__(
+        self, body: Body, held: NDArray[np.bool_], corner: NDArray[np.bool_], size: Array, taken: Index
+    ) -> None:
         self.vertices, self.faces = body.vertices.copy(), np.asarray(body.faces, np.int64).copy()
         self.origin = np.arange(len(self.faces))
         self.held = np.unique(self.keys()[held.ravel()])
         self.corner, self.moved, self.size = corner.copy(), np.zeros(len(self.vertices)), size
+        self.taken = taken
 
     def keys(self) -> Index:
         """(m * 3,) keys of the edges from corner k to k + 1."""
@@ -73,6 +78,7 @@ class Triangles:
         length = self.lengths(one, other)
         # Both sides of an edge have the same key and the same length.
         chosen = np.unique(self.keys()[length > LONG * 0.5 * (size[one] + size[other])])
+        chosen = chosen[~among(chosen, self.taken)]
         if not len(chosen):
             return 0
         keys, first = self.keys(), len(self.vertices)

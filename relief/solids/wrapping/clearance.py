@@ -1,9 +1,10 @@
 """Clearance: how far a surface can be displaced along its normals without self-intersection."""
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Index, in_blocks, units
+from relief.ground.arrays import Array, Index, extents, in_blocks, units
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import edge_ends
@@ -29,6 +30,8 @@ BESIDE = 2.0
 """Distance, in the edges at a vertex, up to which a side of another direction is that of a crease there."""
 FACING = -0.5
 """Largest cosine of the angle between normals of two points that face one another at any distance."""
+PIECE = 0.5
+"""Longest edge of the pieces of what lies beside a surface, in the distance up to which they are needed."""
 AT_ONCE = 1 << 13
 """Points whose balls are computed together, which bounds the memory."""
 
@@ -41,30 +44,37 @@ class LocalFeatureSize:
         curvature, in a gap half the width.
     """
 
-    def __init__(self, mesh: EvenMesh, most_mm: float) -> None:
+    def __init__(self, mesh: EvenMesh, most_mm: float, beside: Body | None = None) -> None:
         """Take samples of the surface.
 
         Args:
             mesh: The surface.
             most_mm: Radius at which the search ends.
+            beside: Flat triangles beside the surface, none far from it; None: there are none.
         """
         self.mesh, self.most_mm = mesh, most_mm
-        spacing = max(
-            SPACING * most_mm, LEAST_SPACING_MM, float(np.sqrt(mesh.body.areas.sum() / MOST_SAMPLES))
-        )
+        area = mesh.body.areas.sum() + (0.0 if beside is None else beside.areas.sum())
+        spacing = max(SPACING * most_mm, LEAST_SPACING_MM, float(np.sqrt(area / MOST_SAMPLES)))
         fine = refined(mesh.body, 1.5 * spacing)
         share = fine.corners.mean(axis=1).astype(np.float64)
         flat = fine.body.vertices[fine.body.faces].mean(axis=1)
         self.samples = flat + raised(mesh.bulges, fine.parent, share)
         self.normals = units(np.einsum("nc,ncd->nd", share, mesh.normals[fine.parent]))
         self.offset_mm = np.sqrt(fine.body.areas / np.pi)
+        if beside is not None:
+            flat_body = refined(beside, 1.5 * spacing).body
+            middles = flat_body.vertices[flat_body.faces].mean(axis=1)
+            self.samples = np.concatenate([self.samples, middles])
+            self.normals = np.concatenate([self.normals, units(flat_body.normals)])
+            self.offset_mm = np.concatenate([self.offset_mm, np.sqrt(flat_body.areas / np.pi)])
         self.tree = cKDTree(self.samples)
 
-    def radii(self, side: float) -> Array:
+    def radii(self, side: float, chosen: NDArray[np.bool_] | None = None) -> Array:
         """Radii at the vertices, (n,) mm, the least on all sides of creases.
 
         Args:
             side: 1 for balls outside, -1 for balls inside.
+            chosen: (n,) vertices that are needed; the others get `most_mm`. None: all are.
         """
         vertices, corners = self.mesh.body.vertices, self.mesh.body.faces.ravel()
         normals = self.mesh.normals.reshape(-1, 3)
@@ -72,6 +82,8 @@ class LocalFeatureSize:
         rows = np.concatenate([corners[:, None], np.round(1e3 * normals)], axis=1).astype(np.int64)
         order = np.lexsort(rows.T)
         own = order[np.append(True, (np.diff(rows[order], axis=0) != 0).any(axis=1))]
+        if chosen is not None:
+            own = own[chosen[corners[own]]]
         near = self._edges()
         radii = np.full(len(vertices), self.most_mm)
         for some in in_blocks(own, AT_ONCE):
@@ -118,7 +130,9 @@ class LocalFeatureSize:
         return np.where(cosine > SAME_SHEET, self.most_mm, np.maximum(radius, fillet))
 
 
-def clearance_factor(mesh: EvenMesh, carried: Array, out_mm: float, in_mm: float, falloff_mm: float) -> Array:
+def clearance_factor(
+    mesh: EvenMesh, carried: Array, out_mm: float, in_mm: float, falloff_mm: float, rest: Body | None = None
+) -> Array:
     """Factors (n,) in [0, 1] of the displacements of vertices, with which none can intersect.
 
     Args:
@@ -127,13 +141,33 @@ def clearance_factor(mesh: EvenMesh, carried: Array, out_mm: float, in_mm: float
         out_mm: Farthest displacement outward, mm.
         in_mm: Farthest displacement inward, mm.
         falloff_mm: Least distance on the surface over which the factor goes from 0 to 1, mm.
+        rest: What stays beside the surface; None: nothing does.
     """
-    factor = np.ones(len(mesh.body.vertices))
+    factor, moving = np.ones(len(mesh.body.vertices)), carried > 0.0
     for side, need in ((1.0, out_mm), (-1.0, in_mm)):
         if need > 0.0:
-            room = SAFE * LocalFeatureSize(mesh, need / SAFE * 1.01).radii(side)
+            most = need / SAFE * 1.01
+            beside = None if rest is None else near_pieces(rest, mesh.body.vertices[moving], 2.0 * most)
+            room = SAFE * LocalFeatureSize(mesh, most, beside).radii(side, moving)
             factor = np.minimum(factor, room / np.maximum(need * carried, 1e-9))
     return evened(mesh.body, factor, falloff_mm)
+
+
+def near_pieces(body: Body, points: Array, reach_mm: float) -> Body:
+    """Pieces of a body's triangles that hold all of them within a distance of points (n, 3), mm."""
+    low, high = extents(body.vertices[body.faces])
+    meets = (low <= points.max(axis=0) + reach_mm) & (high >= points.min(axis=0) - reach_mm)
+    corners = body.vertices[body.faces[meets.all(axis=1)]]
+    if not len(corners):
+        return Body(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
+    pieces = refined(
+        Body(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)), PIECE * reach_mm
+    )
+    vertices, faces = pieces.body
+    far, _ = cKDTree(points).query(
+        vertices[faces].mean(axis=1), distance_upper_bound=(1.0 + PIECE) * reach_mm
+    )
+    return Body(vertices, faces[np.isfinite(far)])
 
 
 def evened(body: Body, factor: Array, falloff_mm: float) -> Array:

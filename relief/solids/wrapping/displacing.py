@@ -4,18 +4,18 @@ Intersections shallower than any printer shows count as well, since other progra
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index, renumbered
+from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.ground.progress import say
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import crossing_faces
-from relief.solids.meshes.neighbourhood import near_faces
 from relief.solids.wrapping.clearance import evened
-from relief.solids.wrapping.surfaces import FineSurface, Settings
+from relief.solids.wrapping.surfaces import FineSurface
 
 MENDINGS = 6
 """Most rounds in which the relief is lowered where triangles intersect; two are usual."""
@@ -26,30 +26,31 @@ LEAST_FACTOR = 0.05
 
 
 def displaced(
-    surface: FineSurface, offset: Array, factor: Array, settings: Settings, written: Callable[[Body], Body]
+    surface: FineSurface, offset: Array, factor: Array, written: Callable[[Body], Body]
 ) -> tuple[Body, Array]:
-    """The body with its vertices moved, and the factors, lowered where triangles pass through one another.
+    """The body with the patch moved, and the factors, lowered where its triangles pass through others.
 
     Args:
         surface: The fine body.
         offset: (fine vertices,) displacements, mm.
         factor: (base vertices,) by which they are lowered where there is too little room.
-        settings: How the body is wrapped.
         written: Gives a body with the coordinates that the file will hold.
 
     Raises:
         InputError: Triangles pass through one another however low the relief is.
     """
     before, changed = surface.points.places, np.ones(len(surface.fine.body.faces), bool)
+    rest = replace(surface.rest, vertices=written(Body(surface.rest.vertices, surface.rest.faces)).vertices)
     tight = np.zeros(len(factor), bool)
     for left in reversed(range(MENDINGS)):
         body, moved = surface.fine.body, offset * surface.of_vertices(factor)
         places = body.vertices + moved[:, None] * surface.points.normals
-        places[:, 2] = np.maximum(places[:, 2], surface.base.bed_mm)
-        wrapped = written(Body(places, body.faces))
+        places[:, 2] = np.maximum(places[:, 2], surface.base.file.bed_mm)
+        own = written(Body(places, body.faces))
+        wrapped = rest.joined(own)
         # Triangles that were not lowered since the last search do not intersect each other.
-        changed |= (wrapped.vertices != before).any(axis=1)[body.faces].any(axis=1)
-        crossing = _crossing(surface, wrapped, settings, changed, shallow=True)
+        changed |= (own.vertices != before).any(axis=1)[body.faces].any(axis=1)
+        crossing = _crossing(surface, wrapped, changed, shallow=True)
         if not left or not len(crossing):
             break
         at = np.zeros(len(factor), bool)
@@ -58,15 +59,15 @@ def displaced(
         # Remaining intersections may be those of the smooth surface between vertices of the base.
         if not surface.flatten(at & (tight | (not away))) and not away:
             break
-        before, changed, tight = wrapped.vertices, np.zeros(len(body.faces), bool), tight | at
+        before, changed, tight = own.vertices, np.zeros(len(body.faces), bool), tight | at
         changed[crossing] = True
         lower = np.where(at, MENDED * factor, factor)
         lower[lower < LEAST_FACTOR] = 0.0
-        factor = evened(surface.base.body, lower, settings.falloff_mm)
+        factor = evened(surface.base.body, lower, surface.base.file.settings.falloff_mm)
         say(f"{len(crossing):,} triangles pass through others; the relief is lowered there")
     # The object's own surface may have intersections that no printer shows.
     if len(crossing):
-        _refuse(wrapped, _crossing(surface, wrapped, settings, changed))
+        _refuse(wrapped, _crossing(surface, wrapped, changed))
     return wrapped, factor
 
 
@@ -83,20 +84,11 @@ def _refuse(wrapped: Body, crossing: Index) -> None:
 
 
 def _crossing(
-    surface: FineSurface,
-    wrapped: Body,
-    settings: Settings,
-    changed: NDArray[np.bool_],
-    shallow: bool = False,
+    surface: FineSurface, wrapped: Body, changed: NDArray[np.bool_], shallow: bool = False
 ) -> Index:
-    """Numbers of the triangles, those that changed or meet such, that pass through others and may not."""
-    if settings.draft:
+    """Numbers of the patch's triangles with texture, among changed ones, that pass through any others."""
+    if surface.base.file.settings.draft:
         return np.zeros(0, np.intp)
-    if changed.all():
-        crossing = crossing_faces(wrapped, shallow)
-    else:
-        near = np.flatnonzero(near_faces(wrapped.vertices, wrapped.faces, changed))
-        used, faces = renumbered(wrapped.faces[near], len(wrapped.vertices))
-        crossing = near[crossing_faces(Body(wrapped.vertices[used], faces), shallow)]
-    # Where a body passes through itself without texture, it is as it was read.
-    return crossing[surface.base.textured[surface.fine.parent[crossing]]] if settings.crosses else crossing
+    of = np.zeros(len(wrapped.faces), bool)
+    of[: len(changed)] = changed & surface.base.textured[surface.fine.parent]
+    return crossing_faces(wrapped, shallow, of)

@@ -8,20 +8,31 @@ from numpy.typing import NDArray
 from relief.ground.progress import say
 from relief.solids.body import Body
 from relief.solids.meshes.refining import AREA_PER_FACE, edge_for, expected_faces
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.options import MOST_FACES
-from relief.solids.wrapping.surfaces import ENOUGH_MM2, BaseSurface, Settings, check_count
+from relief.solids.wrapping.surfaces import ENOUGH_MM2, BaseSurface, check_count
 from relief.solids.wrapping.texture_tiles import Covering
 
 BYTES_A_FACE = 21.0
 """Bytes of a 3MF file for a triangle: 20.5 on a capsule and 20.8 on a knob, in gravel."""
 
 
-def edge_of(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], settings: Settings) -> float:
-    """Longest edge of the textured triangles, mm; logs the face count."""
+def edge_of(
+    body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], settings: Settings, rest: int = 0
+) -> float:
+    """Longest edge of the textured triangles, mm; logs the face count.
+
+    Args:
+        body: The patch with texture.
+        where: (faces,) triangles that carry texture.
+        coverings: The textures.
+        settings: How fine the triangles are.
+        rest: Number of triangles beside the patch.
+    """
     pitch, edge = _pitch(coverings, settings), settings.edge_mm
     if edge is None:
-        edge = max(pitch, edge_for(body, where, _most(body, where, settings)))
-    count = expected_faces(body, edge, where)
+        edge = max(pitch, edge_for(body, where, _most(body, where, settings, rest)))
+    count = expected_faces(body, edge, where) + rest
     if settings.edge_mm is not None:
         check_count(count, settings)
     finest = "printer" if settings.finest_mm == pitch else "texture"
@@ -39,15 +50,15 @@ def expected_file(base: BaseSurface, coverings: Sequence[Covering], settings: Se
         coverings: The textures.
         settings: Settings of the file.
     """
-    body, where = base.body, base.textured
+    body, where, rest = base.body, base.textured, len(base.rest.faces)
     edge_mm = settings.edge_mm or _pitch(coverings, settings)
     others = int(np.count_nonzero(~where))
     # The base of the file has as many more triangles as its edges are shorter, of the same shapes.
-    divided = expected_faces(body, base.coarser * edge_mm, where) - others
-    count, most = others + round(base.coarser**2 * divided), _most(body, where, settings)
+    divided = expected_faces(body, base.file.coarser * edge_mm, where) - others
+    count, most = others + round(base.file.coarser**2 * divided), _most(body, where, settings, rest)
     if settings.edge_mm is None and count > most:
-        return float(np.sqrt(body.areas[where].sum() / (AREA_PER_FACE * most))), most
-    return edge_mm, count
+        return float(np.sqrt(body.areas[where].sum() / (AREA_PER_FACE * most))), most + rest
+    return edge_mm, count + rest
 
 
 def _pitch(coverings: Sequence[Covering], settings: Settings) -> float:
@@ -55,7 +66,9 @@ def _pitch(coverings: Sequence[Covering], settings: Settings) -> float:
     return max(settings.finest_mm, min(covering.tile.pitch_mm for covering in coverings))
 
 
-def _most(body: Body, where: NDArray[np.bool_], settings: Settings) -> int:
-    """Number of triangles that the settings allow, in all."""
+def _most(body: Body, where: NDArray[np.bool_], settings: Settings, rest: int) -> int:
+    """Number of triangles that the settings allow a patch, beside those that stay."""
+    if settings.faces:
+        return max(settings.faces - rest, settings.faces // 2)
     enough = int(body.areas[where].sum() / ENOUGH_MM2) + int(np.count_nonzero(~where))
-    return settings.faces or min(enough, MOST_FACES)
+    return min(enough, MOST_FACES)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from relief.ground.arrays import Array, quantiles, smooth_step
 from relief.ground.errors import InputError
@@ -16,7 +17,8 @@ from relief.solids.wrapping.coordinates.closing import change_line, closed
 from relief.solids.wrapping.coordinates.found import OFF_SIZE, Coordinates, found_coordinates, shown_vector
 from relief.solids.wrapping.coordinates.geodesic_patches import lay_once
 from relief.solids.wrapping.coordinates.layout import Layout, one_patch
-from relief.solids.wrapping.masks import mask_at
+from relief.solids.wrapping.file_surface import LEAST_SHARE, FileSurface, Near
+from relief.solids.wrapping.masks import Points, mask_at
 from relief.solids.wrapping.placement import Placement, turned
 from relief.solids.wrapping.surfaces import BaseSurface, FineSurface
 from relief.solids.wrapping.texture_tiles import Covering
@@ -161,22 +163,63 @@ class TexturePlacer:
     def _place(self, covering: Covering) -> tuple[int, Array]:
         """The triangle that a texture is placed around once, and where in it, by three shares."""
         base = self.base
-        carried, vertices, faces = base.carried, base.body.vertices, base.body.faces
-        if covering.mask is not None:
-            carried = carried * mask_at(covering.mask, base.points, self.falloff_mm)
-        if not (carried > 0.0).any():
-            raise InputError("mask: leaves nothing of the surface to the texture; take a wider mask")
-        if self.placement.at is not None:
-            middle = np.array(self.placement.at)
-        else:
-            if not base.masked and covering.mask is None:
-                top = vertices[carried > 0.0, 2].max() - TOP_MM
-                carried = np.where(vertices[:, 2] >= top, carried, 0.0)
-            weight = base.body.areas * carried[faces].min(axis=1) + LEAST_WEIGHT * carried[faces].sum(axis=1)
-            middle = np.average(vertices[faces].mean(axis=1), axis=0, weights=weight)
-        carrying = np.flatnonzero((carried > 0.0)[faces].any(axis=1))
-        face, share = feet(middle[None], Body(vertices, faces[carrying]))
+        middle = middle_of(base.file, self.placement, covering.mask)
+        carrying = np.flatnonzero(base.textured)
+        face, share = feet(middle[None], Body(base.body.vertices, base.body.faces[carrying]))
         return int(carrying[face[0]]), share[0]
+
+
+def middle_of(file: FileSurface, placement: Placement, mask: str | None) -> Array:
+    """The point (3,) around which a texture with a mask is placed once, mm, near the surface.
+
+    Raises InputError if the masks leave nothing.
+    """
+    if placement.at is not None:
+        return np.array(placement.at)
+    samples = file.samples
+    carried, places = samples.share, samples.points.places
+    if mask is not None:
+        carried = carried * mask_at(mask, samples.points, file.settings.falloff_mm)
+    if not (carried > LEAST_SHARE).any():
+        raise InputError("mask: leaves nothing of the surface to the texture; take a wider mask")
+    if file.settings.mask is None and mask is None:
+        top = places[carried > LEAST_SHARE, 2].max() - TOP_MM
+        carried = np.where(places[:, 2] >= top, carried, 0.0)
+    return np.asarray(np.average(places, axis=0, weights=samples.areas * carried + LEAST_WEIGHT))
+
+
+def reach_of(file: FileSurface, coverings: Sequence[Covering], placement: Placement) -> Near | None:
+    """Where textures may lie of which each is placed once; None: everywhere."""
+    if not all(covering.once for covering in coverings):
+        return None
+    middles = [middle_of(file, placement, covering.mask) for covering in coverings]
+    reaches = [0.5 * math.hypot(*covering.tile.size_mm) for covering in coverings]
+    samples, shift = file.samples, math.hypot(*placement.offset_mm)
+    carrying = samples.points.places[samples.share > LEAST_SHARE]
+    # The middle may lie off the surface, and the texture around the place next to it.
+    places = [carrying[np.argmin(((carrying - middle) ** 2).sum(axis=1))] for middle in middles]
+
+    def near(points: Points) -> NDArray[np.bool_]:
+        far = [np.linalg.norm(points.places - place, axis=1) for place in places]
+        return np.any(
+            [way < reach + shift + BLEND_MM for way, reach in zip(far, reaches, strict=True)], axis=0
+        )
+
+    return near
+
+
+def beside(base: BaseSurface) -> Near:
+    """Whether points are next to places of the base that carry a texture, and on the same side of a wall."""
+    carrying = base.carried > 0.0
+    tree, normals = cKDTree(base.body.vertices[carrying]), base.normals[carrying]
+
+    def near(points: Points) -> NDArray[np.bool_]:
+        far, place = tree.query(points.places, distance_upper_bound=1.5 * base.file.edge_mm)
+        there = np.isfinite(far)
+        there[there] = (points.normals[there] * normals[place[there]]).sum(axis=1) > 0.0
+        return np.asarray(there)
+
+    return near
 
 
 def off_size(laid: Laid, body_areas: Array, where: NDArray[np.bool_]) -> tuple[float, float]:

@@ -10,8 +10,8 @@ from relief.ground.errors import InputError
 from relief.ground.lengths import shown
 from relief.ground.options import checked
 from relief.solids.body import Body
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.masks import Regions, check_mask
-from relief.solids.wrapping.surfaces import Settings
 
 FEW_SAMPLES = 4
 """Side of the least square that carries a texture, in its samples."""

@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 from relief.ground.arrays import Array, FloatArray
 from relief.ground.progress import stage
 from relief.solids.body import Body
-from relief.solids.meshes.refining import refined
 from relief.solids.wrapping.bending import Bending, bending
 from relief.solids.wrapping.clearance import clearance_factor
 from relief.solids.wrapping.displacing import displaced
 from relief.solids.wrapping.edges import edge_of
-from relief.solids.wrapping.laying import Laid, TexturePlacer, off_size
+from relief.solids.wrapping.file_surface import FileSurface, Settings
+from relief.solids.wrapping.laying import Laid, TexturePlacer, beside, off_size, reach_of
 from relief.solids.wrapping.lowering import Lowering, lowering
 from relief.solids.wrapping.masks import Regions
 from relief.solids.wrapping.placement import Placement
-from relief.solids.wrapping.surfaces import BaseSurface, FineSurface, Settings
+from relief.solids.wrapping.surfaces import BaseSurface, FineSurface
 from relief.solids.wrapping.texture_tiles import Covering
 from relief.solids.wrapping.wrap_checks import check_area, check_choices, check_room, check_size
 
@@ -45,6 +45,7 @@ class Wrapped:
         lowering: Area, factors and places where the relief is lowered.
         bending: Curvatures of the textured surface along the first texture's x and y.
         base: The coarse triangles.
+        farthest_mm: Largest distance of the textured surface from the file, the relief apart.
     """
 
     body: Body
@@ -63,6 +64,7 @@ class Wrapped:
     lowering: Lowering
     bending: tuple[Bending, Bending]
     base: BaseSurface
+    farthest_mm: float
 
 
 @stage("wrapping")
@@ -103,36 +105,33 @@ def wrap(
     )
     tallest = max(float(covering.tile.heights.max()) for covering in coverings)
     check_size(body, tallest)
-    base = BaseSurface(body, uv, regions, settings, colours)
-    layer = TexturePlacer(base, placement or Placement(), settings.falloff_mm)
-    check_area(base.body, base.carried, coverings[0].tile.pitch_mm, coverings[0].mask)
-    laid = layer.laid(coverings) if any(covering.once for covering in coverings) else []
-    if laid:
-        base.carried = base.carried * _present([each.on_base(base, settings.falloff_mm) for each in laid])
-        check_area(base.body, base.carried, coverings[0].tile.pitch_mm, coverings[0].mask)
+    file = FileSurface(body, uv, regions, settings, colours)
+    placement = placement or Placement()
+    base, layer, laid = _placed(file, coverings, placement)
     where = base.textured
-    edge_mm = edge_of(base.body, where, coverings, settings)
+    edge_mm = edge_of(base.body, where, coverings, settings, len(base.rest.faces))
     with stage("room"):
         out_mm, in_mm = (1.0 - settings.level) * tallest, settings.level * tallest
-        factor = clearance_factor(base.mesh, base.carried, out_mm, in_mm, settings.falloff_mm)
+        whole = base.rest.joined(base.body)
+        around = Body(whole.vertices, whole.faces[len(base.body.faces) :])
+        factor = clearance_factor(base.mesh, base.carried, out_mm, in_mm, settings.falloff_mm, around)
     factor = np.where(base.carried > 0.0, factor, 1.0)
     check_room(base.body, where, factor, tallest)
-    laid = laid or layer.laid(coverings)
     with stage("dividing triangles"):
-        fine = refined(base.body, edge_mm, where)
+        fine, rest = base.rest.divided(base.body, edge_mm, where)
     with stage("displacing"):
-        surface = FineSurface(base, fine, np.any([each.layout.laid() for each in laid], axis=0))
+        surface = FineSurface(base, fine, rest, np.any([each.layout.laid() for each in laid], axis=0))
         height, textured = _heights(laid, surface, settings)
         offset = np.minimum((height - settings.level * tallest) * textured, surface.to_bed())
-    wrapped, factor = displaced(surface, offset, factor, settings, written)
+    wrapped, factor = displaced(surface, offset, factor, written)
     check_room(base.body, where, factor, tallest)
     seams = _unfit(*laid[0].layout.at(surface.parent, surface.share))
     off, stretch = off_size(laid[0], base.body.areas, where)
     return Wrapped(
         body=wrapped,
-        original=surface.fine.body,
-        textured=textured,
-        seams=seams,
+        original=rest.joined(surface.fine.body),
+        textured=surface.padded(textured),
+        seams=surface.padded(seams),
         area_mm2=float(base.body.areas[where].sum()),
         edge_mm=edge_mm,
         coordinates=layer.coordinates,
@@ -141,11 +140,32 @@ def wrap(
         stretch=stretch,
         notes=tuple(layer.notes),
         blended=float(seams[textured > 0.0].mean()),
-        factor=surface.of_vertices(factor),
+        factor=surface.padded(surface.of_vertices(factor)),
         lowering=lowering(base.body, where, factor),
         bending=bending(base.body, base.mesh.normals, laid[0].layout, where),
         base=base,
+        farthest_mm=base.mesh.farthest_mm,
     )
+
+
+def _placed(
+    file: FileSurface, coverings: Sequence[Covering], placement: Placement
+) -> tuple[BaseSurface, TexturePlacer, list[Laid]]:
+    """The part of the surface that carries texture, and the textures in their places."""
+    first, falloff_mm = coverings[0], file.settings.falloff_mm
+    base = BaseSurface(file, reach_of(file, coverings, placement))
+    for again in (True, False):
+        layer = TexturePlacer(base, placement, falloff_mm)
+        check_area(base.body, base.carried, first.tile.pitch_mm, first.mask)
+        laid = layer.laid(coverings)
+        if any(covering.once for covering in coverings):
+            base.carried = base.carried * _present([each.on_base(base, falloff_mm) for each in laid])
+            check_area(base.body, base.carried, first.tile.pitch_mm, first.mask)
+        if not again or not all(covering.once for covering in coverings):
+            break
+        # What a texture leaves bare that is placed once stays as it was read.
+        base = BaseSurface(file, beside(base))
+    return base, layer, laid
 
 
 def _present(shares: Sequence[Array]) -> Array:
@@ -158,7 +178,7 @@ def _heights(laid: Sequence[Laid], surface: FineSurface, settings: Settings) -> 
 
     Raises InputError if the mask of a texture leaves nothing of the textured area.
     """
-    carried = surface.carried(settings)
+    carried = surface.carried()
     height, present = np.zeros(len(carried)), np.zeros(len(carried))
     for each in laid:
         tile, mask = each.covering.tile, each.covering.mask

@@ -25,10 +25,10 @@ from relief.solids.meshes import Mesh, check_solid, read_mesh
 from relief.solids.meshes.shells import parts_within_others
 from relief.solids.meshes.solid import check_closed, crossings
 from relief.solids.objects.table import OBJECTS, BundledObject
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.masks import Regions
 from relief.solids.wrapping.options import MeshOptions, PlacingOptions, SurfaceOptions
 from relief.solids.wrapping.placement import Placement, placement_of
-from relief.solids.wrapping.surfaces import Settings
 from relief.solids.wrapping.texture_tiles import Covering, Tile
 from relief.solids.wrapping.wrap_checks import check_choices
 from relief.solids.wrapping.wrapped_body import Wrapped

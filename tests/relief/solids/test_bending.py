@@ -6,9 +6,9 @@ import pytest
 from relief.solids.objects.smooth import ball
 from relief.solids.objects.swept import cylinder
 from relief.solids.wrapping import surfaces
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.options import PlacingOptions
 from relief.solids.wrapping.placement import placement_of
-from relief.solids.wrapping.surfaces import Settings
 from relief.solids.wrapping.texture_tiles import Covering, Tile
 from relief.solids.wrapping.wrapped_body import wrap
 from tests.relief.solids.meshes.bodies import cube

@@ -13,10 +13,11 @@ from relief.solids.wrapping.coordinates.charts import BELT
 from relief.solids.wrapping.coordinates.closing import change_line, closed
 from relief.solids.wrapping.coordinates.found import found_coordinates
 from relief.solids.wrapping.coordinates.revolution import found_axis, found_centre
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.laying import TexturePlacer
 from relief.solids.wrapping.options import PlacingOptions
 from relief.solids.wrapping.placement import Placement, placement_of, turned
-from relief.solids.wrapping.surfaces import BaseSurface, Settings
+from relief.solids.wrapping.surfaces import BaseSurface
 from relief.solids.wrapping.texture_tiles import Covering, Tile
 from relief.solids.wrapping.wrapped_body import wrap
 from tests.relief.solids.test_wrapping import box, uv_box, waves

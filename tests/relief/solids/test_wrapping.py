@@ -24,8 +24,8 @@ from relief.solids.wrapping import wrapped_body as wrapping
 from relief.solids.wrapping.coordinates.geodesic_patches import lay_out
 from relief.solids.wrapping.coordinates.layout import singular_values
 from relief.solids.wrapping.edges import expected_file
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.masks import Points, mask_at
-from relief.solids.wrapping.surfaces import Settings
 from relief.solids.wrapping.texture_tiles import Tile
 from relief.solids.wrapping.wrapped_body import Covering, wrap
 

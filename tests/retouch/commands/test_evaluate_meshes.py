@@ -13,7 +13,7 @@ from relief.solids.meshes.crops import SurfaceCrop
 from relief.solids.meshes.mesh import Mesh
 from relief.solids.meshes.mesh_places import Frame
 from relief.solids.objects.table import OBJECTS
-from relief.solids.wrapping.surfaces import Settings
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.texture_tiles import Tile
 from relief.solids.wrapping.wrapped_body import Covering, wrap
 from retouch.commands.main import main

@@ -9,7 +9,8 @@ from manifold3d import Manifold
 from relief.solids.mending.holes import round_holes
 from relief.solids.meshes import read_mesh
 from relief.solids.meshes.refining import refined
-from relief.solids.wrapping.surfaces import BaseSurface, FineSurface, Settings
+from relief.solids.wrapping.file_surface import Settings
+from relief.solids.wrapping.surfaces import BaseSurface, FineSurface
 from tests.relief.solids.meshes.test_outer import solid
 
 PARTS = Path(__file__).parents[4] / "benchmarks" / "objects" / "parts"

@@ -13,7 +13,8 @@ from relief.solids.remeshing.nearest import NearestPoints, nearest_in
 from relief.solids.remeshing.smooth_surface import raised, smooth_surface, units
 from relief.solids.wrapping.clearance import clearance_factor
 from relief.solids.wrapping.edges import edge_of
-from relief.solids.wrapping.surfaces import ENOUGH_MM2, Settings
+from relief.solids.wrapping.file_surface import Settings
+from relief.solids.wrapping.surfaces import ENOUGH_MM2
 from relief.solids.wrapping.texture_tiles import Covering, Tile
 from tests.relief.solids.remeshing.facets import (
     BALL,

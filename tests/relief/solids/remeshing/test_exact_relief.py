@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from relief.solids.meshes.intersections import self_intersections
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.placement import Placement
-from relief.solids.wrapping.surfaces import Settings
 from relief.solids.wrapping.texture_tiles import Tile
 from relief.solids.wrapping.wrapped_body import Covering, wrap
 from tests.relief.solids.remeshing.facets import revolved

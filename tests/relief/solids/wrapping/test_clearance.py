@@ -8,7 +8,7 @@ from relief.solids.body import Body
 from relief.solids.meshes.intersections import self_intersections
 from relief.solids.remeshing.even_mesh import even_mesh
 from relief.solids.wrapping.clearance import LocalFeatureSize, clearance_factor, evened
-from relief.solids.wrapping.surfaces import Settings
+from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.texture_tiles import Tile
 from relief.solids.wrapping.wrapped_body import Covering, wrap
 from tests.relief.solids.remeshing.facets import CYLINDER, LENS, LENS_LOW, TUBE, of, rounded

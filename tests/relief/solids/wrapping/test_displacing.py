@@ -8,7 +8,8 @@ from relief.solids.body import Body
 from relief.solids.meshes.intersections import crossing_faces, self_intersections
 from relief.solids.meshes.refining import refined
 from relief.solids.wrapping.displacing import displaced
-from relief.solids.wrapping.surfaces import BaseSurface, FineSurface, Settings
+from relief.solids.wrapping.file_surface import Settings
+from relief.solids.wrapping.surfaces import BaseSurface, FineSurface
 from tests.relief.solids.test_wrapping import box
 
 SETTINGS = Settings(keep_bottom=False)

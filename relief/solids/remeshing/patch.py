@@ -1,0 +1,69 @@
+"""A part of a body's surface that is remeshed: its triangles, and where they lie on the smooth surface."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.ground.arrays import Array, Index
+from relief.solids.body import Body
+from relief.solids.remeshing.smooth_surface import SmoothSurface, raised
+
+
+@dataclass(frozen=True)
+class Patch:
+    """Triangles to be remeshed, each within a facet of a smooth surface.
+
+    Attributes:
+        surface: The smooth surface.
+        body: The triangles; the vertices on the border come first.
+        facet: (faces,) facet of the surface that each triangle lies in.
+        corners: (faces, 3, 3) barycentric coordinates of the corners in their facets.
+        rise: (vertices,) part of the way from the facets to the smooth surface that vertices go, 0 to 1; 0 on
+            the border.
+        border: Number of vertices that are shared with triangles outside of the patch, and stay.
+        taken: Sorted keys of the edges between such vertices outside of the patch, which the patch may not
+            have more than once.
+        uv: (facets, 3, 2) texture coordinates, or None.
+    """
+
+    surface: SmoothSurface
+    body: Body
+    facet: Index
+    corners: Array
+    rise: Array
+    border: int
+    taken: Index
+    uv: Array | None = None
+
+    @cached_property
+    def normals(self) -> Array:
+        """(faces, 3, 3) unit normals of the surface at the corners."""
+        facet = np.repeat(self.facet, 3)
+        return self.surface.normals_at(facet, self.corners.reshape(-1, 3)).reshape(-1, 3, 3)
+
+    @cached_property
+    def creases(self) -> NDArray[np.bool_]:
+        """(faces, 3) whether the edge from corner k to corner k + 1 lies on an edge of the part."""
+        # On the edge from corner k to k + 1 of a facet the coordinate of the third corner is 0.
+        beyond = np.roll(self.corners == 0.0, 1, axis=2)
+        on_edge = beyond & np.roll(beyond, -1, axis=1)
+        return np.asarray((on_edge & self.surface.creases[self.facet][:, None]).any(axis=2))
+
+    def located(self, face: Index, share: Array) -> tuple[Index, Array]:
+        """Facets (n,) and barycentric coordinates (n, 3) there of points given by those in the triangles."""
+        return self.facet[face], np.einsum("nc,ncd->nd", share, self.corners[face])
+
+    def lift(self, face: Index, share: Array) -> Array:
+        """Ways (n, 3) that points go from the facets towards the smooth surface, mm."""
+        rise = (share * self.rise[self.body.faces[face]]).sum(axis=1, keepdims=True)
+        return np.asarray(rise * raised(self.surface.bulges, *self.located(face, share)))
+
+
+def whole(surface: SmoothSurface, uv: Array | None = None) -> Patch:
+    """The patch of a whole body, without a border."""
+    body = surface.body
+    corners = np.broadcast_to(np.eye(3), (len(body.faces), 3, 3))
+    rise, none = np.ones(len(body.vertices)), np.empty(0, np.int64)
+    return Patch(surface, body, np.arange(len(body.faces)), corners, rise, 0, none, uv)

@@ -1,0 +1,177 @@
+"""The surface of a file: how much of any texture its points carry, by mask, bottom, holes and hollows."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from relief.ground.arrays import Array, FloatArray, Index, smooth_step, sums_by, units
+from relief.solids.body import Body
+from relief.solids.mending.holes import Holes
+from relief.solids.meshes.neighbourhood import edge_pairs
+from relief.solids.meshes.refining import refined
+from relief.solids.meshes.shells import sealed_hollows
+from relief.solids.remeshing.creases import SHARPEST, turns_at
+from relief.solids.remeshing.smooth_surface import corner_angles, corner_groups
+from relief.solids.wrapping.masks import Points, Regions, mask_at
+from relief.solids.wrapping.options import SurfaceOptions
+
+BASE_EDGE_MM = 1.0
+"""Longest edge of the mesh that patches, normals and clearance are computed on, mm."""
+DRAFT_EDGE_MM = 2.0
+"""`BASE_EDGE_MM` of a draft, mm."""
+LEAST_BASE_EDGES = 24
+"""Edges at least along the longest side of a small object."""
+MOST_SAMPLES = 2_000_000
+"""Samples of a body, about, at which shares are looked up first; their distance grows with its area."""
+LEAST_SHARE = 1e-6
+"""Share of the relief above which a place is touched: of a relief of 1 mm, a nanometre."""
+BOTTOM = 0.002
+"""Height above the lowest point within which a triangle that points down is the bottom, mm."""
+LEAST_BOTTOM_MM2 = 4.0
+"""Least area of a flat bottom, mm²: the lowest triangles of a ball are none."""
+RIM_MM = 0.1
+"""Distance of the sample points of the rim of the bottom, mm."""
+
+Near = Callable[[Points], NDArray[np.bool_]]
+"""Which points (n,) a texture may reach that is placed once."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings(SurfaceOptions):
+    """How a body is wrapped: the options, and what follows from mesh and printer.
+
+    Attributes:
+        draft: Whether the body is to be looked at and not to be printed: patches, normals and clearance are
+            computed on triangles of `DRAFT_EDGE_MM`, and crossing triangles stay.
+        holes: That stay without texture; None: no hole does.
+        finest_mm: Edges that are fine enough whatever the texture has, as no printer shows more.
+    """
+
+    draft: bool = False
+    holes: Holes | None = None
+    finest_mm: float = 0.0
+
+
+class FileSurface:
+    """A body of a file, and the share of the textures at its points.
+
+    Attributes:
+        body: Its triangles, each vertex once.
+        uv: (faces, 3, 2) texture coordinates of the corners, or None.
+        regions: Regions that masks may name.
+        settings: With mask, falloff, holes and how fine the base is.
+        colours: (faces, 3, 3) of the corners, or None.
+        edge_mm: Edges of the even triangles, mm.
+        coarser: The same, relative to those for a file: 1, more in a draft.
+        bottom: (faces,) those of a flat bottom that stays.
+        bed_mm: Height of the bottom, mm, the lowest of all heights; minus infinity without a bottom.
+        bare: (faces,) those that carry nothing: the bottom and sealed hollows.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        uv: Array | None,
+        regions: Regions,
+        settings: Settings,
+        colours: FloatArray | None = None,
+    ) -> None:
+        self.body, self.uv, self.regions, self.settings, self.colours = body, uv, regions, settings, colours
+        longest = float(np.ptp(body.vertices, axis=0).max())
+        finest = min(BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
+        self.edge_mm = min(DRAFT_EDGE_MM, longest / LEAST_BASE_EDGES) if settings.draft else finest
+        self.coarser = self.edge_mm / finest
+        self.bottom = _bottom(body) if settings.keep_bottom else np.zeros(len(body.faces), bool)
+        self.bed_mm = float(body.vertices[:, 2].min()) if self.bottom.any() else -np.inf
+        self.bare = self.bottom | sealed_hollows(body)
+        self._rim = cKDTree(_rim(body, self.bottom)) if self.bottom.any() else None
+
+    @cached_property
+    def _corner_normals(self) -> Array:
+        """(faces, 3, 3) unit normals at the corners, means over what no sharp edge parts."""
+        body, pairs = self.body, edge_pairs(self.body.faces)
+        sharp = np.zeros(3 * len(body.faces), bool)
+        sharp[pairs[turns_at(body, pairs) >= SHARPEST].ravel()] = True
+        group = corner_groups(body, pairs, sharp.reshape(-1, 3))
+        weighted = corner_angles(body).reshape(-1, 1) * np.repeat(units(body.normals), 3, axis=0)
+        return units(sums_by(group, weighted, int(group.max()) + 1))[group].reshape(-1, 3, 3)
+
+    def points(self, face: Index, share: Array) -> Points:
+        """Points at barycentric coordinates (n, 3) in triangles (n,)."""
+        normals = units(np.einsum("nc,ncd->nd", share, self._corner_normals[face]))
+        uv, colours = (
+            None if of is None else np.einsum("nc,ncd->nd", share, of[face]) for of in (self.uv, self.colours)
+        )
+        places = np.einsum("nc,ncd->nd", share, self.body.vertices[self.body.faces[face]])
+        return self.as_points(places, normals, uv, colours)
+
+    def as_points(self, places: Array, normals: Array, uv: Array | None, colours: Array | None) -> Points:
+        """Points with the regions and the box of the body."""
+        low, high = self.body.vertices.min(axis=0), self.body.vertices.max(axis=0)
+        return Points(places, normals, uv, self.regions, colours, (low + high) / 2.0)
+
+    def share_at(self, points: Points) -> Array:
+        """How much of any texture points carry, (n,) from 0 to 1, if they are on no bare triangle."""
+        settings, far = self.settings, self.settings.falloff_mm
+        share = np.ones(len(points.places))
+        if settings.mask is not None:
+            share = mask_at(settings.mask, points, far)
+        if self._rim is not None:
+            away, _ = self._rim.query(points.places, distance_upper_bound=far)
+            share *= smooth_step(np.minimum(away, far) / far)
+        if settings.holes is not None:
+            share *= settings.holes.share(points.places, far)
+        return share
+
+    @cached_property
+    def samples(self) -> "Samples":
+        """The surface at points all over the triangles that may carry texture."""
+        return Samples(self)
+
+
+class Samples:
+    """Corners of small triangles all over a file's surface, those of bare triangles left out.
+
+    Attributes:
+        spacing_mm: Longest distance of neighbours, mm.
+        face: (n,) triangle of the file.
+        points: (n,) the points.
+        areas: (n,) area around each, mm².
+        share: (n,) how much of any texture each carries.
+    """
+
+    def __init__(self, surface: FileSurface) -> None:
+        rows, body = np.flatnonzero(~surface.bare), surface.body
+        alone = Body(body.vertices[body.faces[rows]].reshape(-1, 3), np.arange(3 * len(rows)).reshape(-1, 3))
+        self.spacing_mm = max(surface.edge_mm, float(np.sqrt(alone.areas.sum() / MOST_SAMPLES)))
+        fine = refined(alone, self.spacing_mm)
+        self.face = rows[np.repeat(fine.parent, 3)]
+        self.points = surface.points(self.face, fine.corners.reshape(-1, 3).astype(np.float64))
+        self.areas = np.repeat(fine.body.areas / 3.0, 3)
+        self.share = surface.share_at(self.points)
+
+
+def _bottom(body: Body) -> NDArray[np.bool_]:
+    """(faces,) the lowest triangles that point down, if they have an area."""
+    corners = body.vertices[body.faces]
+    normal, areas = body.normals, body.areas
+    lowest = (corners[:, :, 2] <= body.vertices[:, 2].min() + BOTTOM).all(axis=1)
+    flat = lowest & (normal[:, 2] < -0.9999 * np.linalg.norm(normal, axis=1))
+    return np.asarray(flat & (areas[flat].sum() >= LEAST_BOTTOM_MM2))
+
+
+def _rim(body: Body, bottom: NDArray[np.bool_]) -> Array:
+    """(n, 3) points on the rim of the bottom, mm, at most `RIM_MM` apart."""
+    pairs = edge_pairs(body.faces)
+    half = pairs[bottom[pairs[:, 0] // 3] != bottom[pairs[:, 1] // 3], 0]
+    after = np.roll(body.faces, -1, axis=1).ravel()[half]
+    ends = body.vertices[np.stack([body.faces.ravel()[half], after], axis=1)]
+    count = np.ceil(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / RIM_MM).astype(np.int64) + 1
+    edge = np.repeat(np.arange(len(half)), count)
+    step = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
+    share = (step / np.maximum(count[edge] - 1, 1))[:, None]
+    return np.asarray(ends[edge, 0] + share * (ends[edge, 1] - ends[edge, 0]))
