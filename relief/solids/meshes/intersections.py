@@ -22,7 +22,10 @@ from numpy.typing import NDArray
 from relief.ground.arrays import Array, Index, in_blocks
 from relief.ground.progress import stage
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import edge_pairs
+from relief.solids.meshes.neighbourhood import edge_pairs, near_faces
+
+Chosen = NDArray[np.bool_]
+"""Which of some triangles are looked for."""
 
 LEAST_DEPTH_MM = 1e-3
 """Depth, mm, from which faces count as passing through one another: 1 um, a tenth of the thinnest layers of a
@@ -66,36 +69,45 @@ def self_intersections(body: Body) -> int:
         The number of pairs, `MOST` or a few more where there are that many; 0 for a body that a printer can
         make.
     """
-    return sum(len(pairs) for pairs in _crossings(body, LEAST_DEPTH_MM, SINGLE))
+    every = np.ones(len(body.faces), bool)
+    return sum(len(pairs) for pairs in _crossings(body, every, LEAST_DEPTH_MM, SINGLE))
 
 
 @stage("looking for self-intersections")
-def crossing_faces(body: Body, shallow: bool = False) -> Index:
-    """Faces (n,) that pass through others, each once, as `self_intersections` counts them.
+def crossing_faces(body: Body, shallow: bool = False, of: Chosen | None = None) -> Index:
+    """Faces (n,) that pass through others, each once and rising, as `self_intersections` counts them.
 
     Args:
         body: with one position per vertex.
         shallow: whether faces count that pass through one another by any depth that is not rounding, where
             coordinates are as files hold them.
+        of: (faces,) those that are looked for; None: all. They may pass through any face.
     """
-    pairs = _crossings(body, 0.0 if shallow else LEAST_DEPTH_MM, DIGITS if shallow else SINGLE)
-    return np.unique(np.concatenate([np.empty(0, np.int64), *(block.ravel() for block in pairs)]))
+    of = np.ones(len(body.faces), bool) if of is None else of
+    near = np.flatnonzero(of if of.all() else near_faces(body.vertices, body.faces, of))
+    least_mm, rounding = (0.0, DIGITS) if shallow else (LEAST_DEPTH_MM, SINGLE)
+    crossing = np.zeros(len(of), bool)
+    for pairs in _crossings(Body(body.vertices, body.faces[near]), of[near], least_mm, rounding):
+        crossing[near[pairs]] = True
+    return np.flatnonzero(crossing & of)
 
 
-def _crossings(body: Body, least_mm: float, rounding: float) -> Iterator[Index]:
+def _crossings(body: Body, of: Chosen, least_mm: float, rounding: float) -> Iterator[Index]:
     """Blocks (k, 2) of the numbers of faces that pass through one another, up to about `MOST` pairs.
 
     Args:
         body: with one position per vertex.
+        of: (faces,) those of which each pair has one or two.
         least_mm: least depth, mm.
         rounding: the same, as a share of the largest coordinate.
     """
     depth = max(least_mm, rounding * float(np.abs(body.vertices).max()))
-    folds = _folds(body, depth)
+    folds = _folds(body, of, depth)
     yield folds
     count = len(folds)
     corners, fan, number = _ordered(body)
-    for one, other in chain(_near(corners, fan, depth), _near_in_fans(corners, fan)):
+    of = of[number]
+    for one, other in chain(_near(corners, fan, of, depth), _near_in_fans(corners, fan, of)):
         crossing = _cross(corners[:, :, one], corners[:, :, other], depth)
         yield np.stack([number[one[crossing]], number[other[crossing]]], axis=1)
         count += int(np.count_nonzero(crossing))
@@ -138,7 +150,7 @@ def _morton(points: Array) -> Index:
     return np.asarray(cells[0] | (cells[1] << 1) | (cells[2] << 2))
 
 
-def _near_in_fans(corners: Array, fan: Index) -> Iterator[tuple[Index, Index]]:
+def _near_in_fans(corners: Array, fan: Index, of: Chosen) -> Iterator[tuple[Index, Index]]:
     """Blocks of pairs of faces of one fan, by their numbers, that may meet beside the vertex they share.
 
     Two such faces meet just if their directions from the shared vertex do, which are arcs on a sphere. Each
@@ -153,19 +165,21 @@ def _near_in_fans(corners: Array, fan: Index) -> Iterator[tuple[Index, Index]]:
     order = np.lexsort((_morton(arcs[2]), sphere))
     arcs, at, sphere = arcs[:, :, order], at[order], sphere[order]
     arcs[:, 0] += WIDEST_ARC * sphere
-    for one, other in _near(arcs, np.full(len(at), -1), -ROUNDING * WIDEST_ARC * len(at)):
+    for one, other in _near(arcs, np.full(len(at), -1), of[at], -ROUNDING * WIDEST_ARC * len(at)):
         same = sphere[one] == sphere[other]
         yield at[one[same]], at[other[same]]
 
 
-def _near(corners: Array, fan: Index, depth: float) -> Iterator[tuple[Index, Index]]:
+def _near(corners: Array, fan: Index, of: Chosen, depth: float) -> Iterator[tuple[Index, Index]]:
     """Blocks of pairs of triangles (3, 3, m), of two fans or none, whose boxes overlap by a depth.
+
+    One or both triangles of a pair are chosen by `of`, (m,).
 
     Yields:
         Their numbers, twice (k,).
     """
     count = len(fan)
-    levels = _tree(corners, fan)
+    levels = _tree(corners, fan, of)
     last = len(levels) - 1
     blocks = [(0, np.zeros(1, np.int64), np.zeros(1, np.int64))]
     while blocks:
@@ -195,17 +209,23 @@ class _Level:
     Attributes:
         ends: (n, 6) lowest coordinates of the boxes, and the highest with the other sign, mm.
         fan: (n,) the fan that all triangles of the node belong to; -1 if there is none.
+        chosen: (n,) whether the node holds a triangle that is looked for.
         oriented: centres (n, 3) mm, unit axes (n, 3, 3) in rows and half sides (n, 3) mm of boxes along the
             principal axes; None at most levels.
     """
 
     ends: Array
     fan: Index
+    chosen: Chosen
     oriented: tuple[Array, Array, Array] | None
 
     def overlap(self, one: Index, other: Index, depth: float) -> NDArray[np.bool_]:
-        """(k,) whether two nodes each, not both of one fan, overlap by a depth on all axes of their boxes."""
+        """(k,) whether two nodes each overlap by a depth on all axes of their boxes.
+
+        Nodes of one fan, and nodes without a chosen triangle, do not count.
+        """
         kept = (self.fan[one] != self.fan[other]) | (self.fan[one] < 0)
+        kept &= self.chosen[one] | self.chosen[other]
         first, second = self.ends.take(one, axis=0), self.ends.take(other, axis=0)
         for k in range(6):
             kept &= first[:, k] + second[:, k - 3] <= -depth
@@ -223,17 +243,17 @@ class _Level:
         return kept
 
 
-def _tree(corners: Array, fan: Index) -> list[_Level]:
+def _tree(corners: Array, fan: Index, of: Chosen) -> list[_Level]:
     """Levels of a binary tree from the root to the triangles (3, 3, m); only its last nodes are missing."""
     ends = np.concatenate([corners.min(axis=0), -corners.max(axis=0)]).T.copy()
-    levels = [_Level(ends, fan, None)]
+    levels = [_Level(ends, fan, of, None)]
     while len(fan) > 1:
         if len(fan) % 2:
-            ends, fan = (np.concatenate([each, each[-1:]]) for each in (ends, fan))
+            ends, fan, of = (np.concatenate([each, each[-1:]]) for each in (ends, fan, of))
         ends = np.minimum(ends[::2], ends[1::2])
-        fan = np.where(fan[::2] == fan[1::2], fan[::2], -1)
+        fan, of = np.where(fan[::2] == fan[1::2], fan[::2], -1), of[::2] | of[1::2]
         turned = _oriented(corners, 1 << len(levels)) if len(levels) in TURNED else None
-        levels.append(_Level(ends, fan, turned))
+        levels.append(_Level(ends, fan, of, turned))
     return levels[::-1]
 
 
@@ -281,9 +301,13 @@ def _overlap(corners: Array, axis: Array, depth: float) -> NDArray[np.bool_]:
     return np.asarray(overlap >= depth * np.sqrt((axis**2).sum(axis=0)))
 
 
-def _folds(body: Body, depth: float) -> Index:
-    """Pairs (k, 2) of faces in one plane that lie by a depth on the same side of the edge they share."""
+def _folds(body: Body, of: Chosen, depth: float) -> Index:
+    """Pairs (k, 2) of faces in one plane that lie by a depth on the same side of the edge they share.
+
+    One or both faces of a pair are chosen by `of`, (faces,).
+    """
     halves = edge_pairs(body.faces)
+    halves = halves[of[halves // 3].any(axis=1)]
     folds = [np.empty((0, 2), np.int64)]
     for half in (block.T for block in in_blocks(halves, PAIRS)):
         turned = body.faces[half // 3, (half % 3 + np.arange(3)[:, None, None]) % 3]

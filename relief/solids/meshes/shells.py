@@ -15,13 +15,15 @@ import numpy as np
 from manifold3d import Error, Manifold, Mesh64, OpType
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index, extents
+from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import self_intersections
-from relief.solids.meshes.neighbourhood import connected, edge_ends, edge_pairs
+from relief.solids.meshes.neighbourhood import NearFaces, connected, edge_ends, edge_pairs
 
+RAY_WORK = 1000
+"""Faces that a ray could be compared with in the time that it takes without any."""
 BEHIND = 1e-6
 """Distance of a point from the face before it, as a share of the body's longest side."""
 MOST_BOXES, MOST_ANGLES = 1_000_000_000, 100_000_000
@@ -160,18 +162,92 @@ def outside(points: Array, normals: Array, body: Body) -> NDArray[np.bool_]:
         normals: (k, 3) unit normals of their faces.
         body: Closed.
     """
-    up = UPWARDS / np.linalg.norm(UPWARDS)
-    x = np.cross(up, (1.0, 0.0, 0.0))
-    axes = np.stack([x / np.linalg.norm(x), np.cross(up, x / np.linalg.norm(x)), up])
-    corners = (body.vertices @ axes.T)[body.faces]
-    low, high = extents(corners)
-    before = (points + BEFORE * np.ptp(body.vertices, axis=0).max() * normals) @ axes.T
-    return np.array([_winding(at, corners, low, high) == 0 for at in before])
+    rays = _Rays(body)
+    before = points + BEFORE * np.ptp(body.vertices, axis=0).max() * normals
+    return np.array([rays.crossed(at)[1].sum() == 0.0 for at in before], bool)
+
+
+def sealed_hollows(body: Body) -> NDArray[np.bool_]:
+    """(faces,) the walls of hollows without an opening, and of parts that lie in such hollows.
+
+    A hollow has negative volume and lies within a part of positive volume. Of more parts than `MOST_ANGLES`
+    allows for, all of negative volume count as hollows, since `check_closed` has compared their boxes.
+
+    Args:
+        body: Closed, with one position per vertex.
+    """
+    part = components(body)
+    volumes = np.bincount(part, body_volumes(body))
+    if (volumes >= 0.0).all():
+        return np.zeros(len(part), bool)
+    rays, first = _Rays(body), np.unique(part, return_index=True)[1]
+    work, owners, faces, signs = 0, [], [], []
+    for number in first:
+        crossed, ways = rays.crossed(body.vertices[body.faces[number]].mean(axis=0))
+        owners.append(np.full(len(crossed), part[number]))
+        faces.append(crossed)
+        signs.append(ways)
+        work += RAY_WORK + rays.tested
+        if work > MOST_ANGLES:
+            return np.asarray((volumes < 0.0)[part])
+    held, keys = np.unique(
+        np.stack([np.concatenate(owners), part[np.concatenate(faces)]]), axis=1, return_inverse=True
+    )
+    own, other = held
+    low, high = part_boxes(body, part)
+    # A ray from within a hollow enters the material around once more than it leaves it.
+    within = np.bincount(keys.ravel(), np.concatenate(signs)) * volumes[own] < 0.0
+    within &= ((low[other] < low[own]) & (high[other] > high[own])).all(axis=1)
+    return np.isin(part, own[within])
+
+
+class _Rays:
+    """Rays through a body, upwards along an axis that is parallel to no edge of usual drawings.
+
+    Attributes:
+        tested: number of faces that the last ray was compared with.
+    """
+
+    def __init__(self, body: Body) -> None:
+        up = UPWARDS / np.linalg.norm(UPWARDS)
+        x = np.cross(up, (1.0, 0.0, 0.0))
+        self._axes = np.stack([x / np.linalg.norm(x), np.cross(up, x / np.linalg.norm(x)), up])
+        self._corners = (body.vertices @ self._axes.T)[body.faces]
+        self._near, self._top, self.tested = NearFaces(self._corners), self._corners[..., 2].max(), 0
+
+    def crossed(self, point: Array) -> tuple[Index, Array]:
+        """Numbers of the faces above a point (3,), and 1 where the ray leaves the body by them, else -1."""
+        at = self._axes @ point
+        over = self._near.within(at, np.array([at[0], at[1], self._top]))
+        self.tested = len(over)
+        sides = self._corners[over] - at
+        turns = [_cross(sides[:, one], sides[:, other]) for one, other in ((1, 2), (2, 0), (0, 1))]
+        shares = np.stack(turns, axis=1)
+        hit = (shares > 0.0).all(axis=1) | (shares < 0.0).all(axis=1)
+        total = shares[hit].sum(axis=1)
+        above = (shares[hit] * sides[hit, :, 2]).sum(axis=1) / total > 0.0
+        return over[hit][above], np.sign(total[above])
 
 
 def components(body: Body) -> Index:
     """(m,) number of the part that each face belongs to, connected by vertices."""
     return connected(np.stack(edge_ends(body.faces), axis=1), len(body.vertices))[body.faces[:, 0]]
+
+
+def part_boxes(body: Body, part: Index) -> tuple[Array, Array]:
+    """Ends (parts, 3) of the boxes around parts, mm, by the number (m,) of the part of each face."""
+    count = int(part.max()) + 1
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    for corner in range(3):
+        np.minimum.at(low, part, body.vertices[body.faces[:, corner]])
+        np.maximum.at(high, part, body.vertices[body.faces[:, corner]])
+    return low, high
+
+
+def body_volumes(body: Body) -> Array:
+    """(m,) signed volumes of the tetrahedra over the faces, from the middle of the vertices, mm³."""
+    a, b, c = np.moveaxis((body.vertices - body.vertices.mean(axis=0))[body.faces], 1, 0)
+    return np.asarray(np.einsum("ij,ij->i", np.cross(a, b), c) / 6.0)
 
 
 def _largest_faces(body: Body, shell: Index, outer: Array) -> Index:
@@ -195,18 +271,6 @@ def _solid_angle(corners: Array) -> float:
     products = [np.einsum("ij,ij->i", *pair) for pair in ((b, c), (c, a), (a, b))]
     below = lengths.prod(axis=1) + sum(products[i] * lengths[:, i] for i in range(3))
     return 2.0 * float(np.arctan2(np.einsum("ij,ij->i", np.cross(a, b), c), below).sum())
-
-
-def _winding(at: Array, corners: Array, low: Array, high: Array) -> int:
-    """Winding number of a point (3,) by the faces above it: corners (m, 3, 3), ends (m, 3) of their boxes."""
-    over = np.flatnonzero((low[:, :2] <= at[:2]).all(axis=1) & (high >= at).all(axis=1))
-    sides = corners[over] - at
-    turns = [_cross(sides[:, one], sides[:, other]) for one, other in ((1, 2), (2, 0), (0, 1))]
-    shares = np.stack(turns, axis=1)
-    hit = (shares > 0.0).all(axis=1) | (shares < 0.0).all(axis=1)
-    total = shares[hit].sum(axis=1)
-    above = (shares[hit] * sides[hit, :, 2]).sum(axis=1) / total > 0.0
-    return int(np.sign(total[above]).sum())
 
 
 def _cross(one: Array, other: Array) -> Array:

@@ -10,8 +10,10 @@ from relief.solids.meshes.intersections import MOST, crossing_faces, self_inters
 from relief.solids.meshes.neighbourhood import edge_balance
 from relief.solids.meshes.shells import (
     MOST_BOXES,
+    body_volumes,
     components,
     crossing_place,
+    part_boxes,
     parts_within_others,
     repeats,
     united,
@@ -24,7 +26,7 @@ MEND = "mend it in a slicer or by Blender's 3D Print toolbox"
 
 def volume_mm3(body: Body) -> float:
     """Volume that the faces enclose, mm³; negative if they are turned inside out."""
-    return float(_volumes(body).sum())
+    return float(body_volumes(body).sum())
 
 
 def check_closed(body: Body, name: object, *, repeated: bool = False) -> None:
@@ -46,7 +48,7 @@ def check_closed(body: Body, name: object, *, repeated: bool = False) -> None:
     if not repeated and (twice := len(repeats(body.faces))):
         fault = f"{name}: {twice} faces lie there twice; remove the parts that are there twice"
         raise InputError(f"{fault} (unite)", f"{fault} (--unite)")
-    volumes, longest = _volumes(body), float(np.ptp(body.vertices, axis=0).max())
+    volumes, longest = body_volumes(body), float(np.ptp(body.vertices, axis=0).max())
     if abs(volumes.sum()) < THINNEST * longest**3:
         raise InputError(f"{name}: encloses no volume; give the surface a thickness")
     if volumes.sum() < 0.0 or _inverted_part(body, volumes, name):
@@ -125,12 +127,6 @@ def outer_body(body: Body, name: object) -> tuple[Body, tuple[str, ...]]:
     return (united(body), (f"{line}; its outside is felt",)) if line else (body, ())
 
 
-def _volumes(body: Body) -> Array:
-    """(m,) signed volumes of the tetrahedra over the faces, from the middle of the vertices, mm³."""
-    a, b, c = np.moveaxis((body.vertices - body.vertices.mean(axis=0))[body.faces], 1, 0)
-    return np.asarray(np.einsum("ij,ij->i", np.cross(a, b), c) / 6.0)
-
-
 def _edges(faces: Index) -> tuple[int, int]:
     """Number of edges that lack a face, and of edges whose faces run the same way along them."""
     _, count, balance = edge_balance(faces)
@@ -150,10 +146,7 @@ def _inverted_part(body: Body, volumes: Array, name: object) -> bool:
         return False
     if len(inside_out) * count > MOST_BOXES:
         raise InputError(f"{name}: its {count} parts are too many to tell whether they are hollows")
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    for corner in range(3):
-        np.minimum.at(low, part, body.vertices[body.faces[:, corner]])
-        np.maximum.at(high, part, body.vertices[body.faces[:, corner]])
+    low, high = part_boxes(body, part)
     for one in inside_out:
         holds = (low <= low[one]).all(axis=1) & (high >= high[one]).all(axis=1) & (sums > 0.0)
         if not holds.any():

@@ -150,7 +150,32 @@ def test_fans_against_every_pair() -> None:
     one, other = np.triu_indices(len(faces), 1)
     expected = np.count_nonzero(intersections._cross(corners[:, :, one], corners[:, :, other], 1e-3))
     body = Body(vertices, faces)
-    assert 500 < expected == self_intersections(body) - len(intersections._folds(body, 1e-3))
+    assert (
+        500
+        < expected
+        == self_intersections(body) - len(intersections._folds(body, np.ones(len(faces), bool), 1e-3))
+    )
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("share", [0.02, 0.3])
+def test_crossings_of_chosen_faces_are_those_of_all(seed: int, share: float) -> None:
+    """Cubes and cones with fans of 100 faces, of which a corner is pulled through them, with folds."""
+    random = np.random.default_rng(seed)
+    parts = [cylinder(100, 6.0), *(cube(8.0, tuple(random.random(3) * 20.0)) for _ in range(6))]
+    body = joined(*parts)
+    body.vertices[random.integers(0, 200, 3)] = random.random((3, 3)) * 20.0
+    flat = Body(
+        np.array([[0, 0, 50.0], [1, 0, 50], [0.2, 1, 50], [0.4, 0.8, 50]]), np.array([[0, 1, 2], [1, 0, 3]])
+    )
+    body = joined(body, flat)
+    of = random.random(len(body.faces)) < share
+    of[-1] = True
+    for shallow in (False, True):
+        every = np.isin(np.arange(len(of)), intersections.crossing_faces(body, shallow))
+        assert every[of].sum() > 1
+        # A chosen face is reported whether or not the face it passes through is chosen.
+        assert intersections.crossing_faces(body, shallow, of).tolist() == np.flatnonzero(every & of).tolist()
 
 
 def test_the_count_ends_where_everything_passes_through_everything(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,11 +1,14 @@
 """Solids: what is refused, and that the line says what to do."""
 
+import time
+
 import numpy as np
 import pytest
 
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes import check_solid
+from relief.solids.meshes.shells import sealed_hollows
 from relief.solids.meshes.solid import volume_mm3
 from tests.relief.solids.meshes.bodies import CUBE, cube, joined, torus
 
@@ -78,3 +81,25 @@ def test_volumes_are_those_of_geometry() -> None:
     ring = torus((0.0, 0.0, 0.0), (0, 1, 2), 10.0, 2.0)
     # The inscribed polygons are smaller.
     assert volume_mm3(ring) == pytest.approx(2 * np.pi**2 * 10.0 * 4.0, rel=0.02)
+
+
+def test_sealed_hollows_are_what_nobody_can_touch() -> None:
+    """A box with a hollow, in which a part with a hollow lies; a part beside them, and one in their bay."""
+    hollow, inner = turned(cube(16.0, (2.0, 2.0, 2.0))), cube(10.0, (5.0, 5.0, 5.0))
+    inmost, apart = turned(cube(4.0, (8.0, 8.0, 8.0))), cube(at=(30.0, 0.0, 0.0))
+    ring, ball = torus((60.0, 0.0, 0.0), (0, 1, 2), 10.0, 2.0), cube(2.0, (59.0, -1.0, -1.0))
+    assert not sealed_hollows(joined(cube(), apart, ring, ball)).any()
+    assert sealed_hollows(joined(cube(), hollow)).tolist() == 12 * [False] + 12 * [True]
+    body = joined(cube(), hollow, inner, inmost, apart, ring, ball)
+    assert np.flatnonzero(sealed_hollows(body)).tolist() == list(range(12, 48))
+    # The box of the ring holds an inverted part, but the ring does not.
+    assert not sealed_hollows(joined(ring, turned(ball))).any()
+
+
+def test_hollows_of_a_foam_are_found_soon() -> None:
+    at = np.stack(np.meshgrid(*(np.arange(16.0),) * 3), axis=-1).reshape(-1, 3)
+    bubbles = [turned(cube(0.5, tuple(place + 0.3))) for place in at]
+    body = joined(*bubbles, cube(17.0))
+    started = time.process_time()
+    assert sealed_hollows(body).tolist() == 12 * len(bubbles) * [True] + 12 * [False]
+    assert time.process_time() - started < 5.0
