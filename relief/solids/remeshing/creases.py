@@ -1,11 +1,16 @@
-"""Feature edges of a part among the edges of its facets: sharp ones, and those sharper than edges beside."""
+"""Feature edges of a part among the edges of its facets: sharp ones, those sharper than edges beside, and
+those between facets that leave out much of a round surface.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, Index, in_blocks, units
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import twins
+from relief.solids.meshes.neighbourhood import connected, edge_pairs, twins
 
 SHARPEST = np.radians(40.0)
 """Angle between two facets, rad, from which their edge is one of the part: coarse files have facets of 30
@@ -27,6 +32,16 @@ FARTHEST = 20.0
 """Distance of edges that explain one, in the lengths of both: cells of a ball are up to 15 times as long."""
 BESIDE = 4
 """Triangles away that edges may lie to explain one: facets of a strip or a cell are one to three."""
+TANGENT = 0.75
+"""Most angle at the edge of a wide plane that edges beside explain, in theirs: of a fillet tangent to the plane
+it is a half, of a chamfer of two equal facets the whole."""
+COPLANAR = np.radians(0.05)
+"""Angle between facets of one plane, rad: rounding of files in single precision leaves less."""
+WIDE = 3.0
+"""Width of a plane against that of the facets beside it, from which the plane has the normal of both."""
+KEPT_MM = {"smooth": np.inf, "auto": 0.05, "keep": 0.005}
+"""Chord height, mm, from which an edge is one of the part though edges beside explain it, by what becomes of
+facets: CAD programs leave out 0.02 mm at most, and 0.005 mm is what remeshing moves held lines by."""
 AT_ONCE = 1 << 15
 """Edges computed together, which bounds the memory."""
 
@@ -45,29 +60,97 @@ def directions(body: Body, halves: Index) -> tuple[Array, Array]:
     return units(way), np.linalg.norm(way, axis=1)
 
 
-def crease_edges(body: Body, pairs: Index) -> NDArray[np.bool_]:
-    """(faces, 3) edges of the part: sharp ones, and those whose angle no edge beside them explains."""
-    turns = turns_at(body, pairs)
-    sharp = turns >= SHARPEST
-    doubtful = np.flatnonzero((turns > SMOOTHEST) & ~sharp)
-    for part in in_blocks(doubtful, AT_ONCE):
-        sharp[part] = turns[part] > SUPPORT * _support(body, pairs, turns, part)
-    creases = np.zeros(3 * len(body.faces), bool)
-    creases[pairs[sharp].ravel()] = True
-    return creases.reshape(-1, 3)
+@dataclass(frozen=True)
+class FacetEdges:
+    """The edges between facets of a body, closed or open; coplanar triangles are one facet.
+
+    Attributes:
+        body: Of facets.
+        pairs: (n, 2) half-edges on both sides of each edge; edges of one triangle are left out.
+        turns: (n,) angles between the facets on both sides, rad.
+        plane: (faces,) numbers of the facets of triangles.
+        width: (facets,) twice area by circumference, mm; where a body is cut off it is no circumference.
+        heights: (faces * 3,) heights of facets over their half-edges, mm.
+    """
+
+    body: Body
+    pairs: Index
+    turns: Array
+    plane: Index
+    width: Array
+    heights: Array
+
+    @classmethod
+    def between(cls, body: Body) -> "FacetEdges":
+        """The edges of a body."""
+        pairs = edge_pairs(body.faces)
+        turns = turns_at(body, pairs)
+        plane = connected(pairs[turns < COPLANAR] // 3, len(body.faces))
+        area = np.bincount(plane, body.areas)
+        length = directions(body, np.arange(body.faces.size))[1]
+        rim = pairs[turns >= COPLANAR].ravel()
+        width = 2.0 * area / np.maximum(np.bincount(plane[rim // 3], length[rim], len(area)), 1e-12)
+        heights = 2.0 * np.repeat(body.areas, 3) / np.maximum(length, 1e-12)
+        # A triangle of a fan is lower than its plane.
+        cut = np.bincount(plane)[plane] > 1
+        heights = np.where(np.repeat(cut, 3), np.maximum(heights, np.repeat(width[plane], 3)), heights)
+        return cls(body, pairs, turns, plane, width, heights)
+
+    def wide(self) -> NDArray[np.bool_]:
+        """(n, 2) whether the facet of each half-edge is a wide plane against the facet beyond it."""
+        return np.asarray(self.width[self.plane[self.pairs // 3]] > WIDE * self.heights[self.pairs[:, ::-1]])
+
+    @cached_property
+    def chords(self) -> Array:
+        """(n,) chord heights, mm: what the lower facet at an edge leaves out of a round surface.
+
+        A circle through the edge and the far sides of both facets, of heights a and b, turns by 2 a / (a + b)
+        of the angle along facet a, whose chord height is an eighth of that by a. Beside a wide plane, which
+        is tangent, it turns by twice the angle.
+        """
+        low, high = np.sort(self.heights[self.pairs], axis=1).T
+        share = np.where(high > WIDE * low, 1.0, low / np.maximum(low + high, 1e-12))
+        return np.where(self.turns < COPLANAR, 0.0, 0.25 * low * share * self.turns)
+
+    @cached_property
+    def planes(self) -> NDArray[np.bool_]:
+        """(faces,) whether triangles lie in a plane wide against all facets that it may be smoothed with."""
+        near = (self.turns >= COPLANAR) & (self.turns < SHARPEST) & (self.chords < KEPT_MM["auto"])
+        wide, beside = self.wide()[near], self.plane[self.pairs[near] // 3]
+        plane = np.zeros(len(self.width), bool)
+        plane[beside[wide]] = True
+        plane[beside[~wide]] = False
+        return plane[self.plane]
 
 
-def _support(body: Body, pairs: Index, turns: Array, chosen: Index) -> Array:
-    """(n,) greatest angle at the edges beside chosen ones: parallel, and a few triangles away."""
+def crease_edges(edges: FacetEdges) -> NDArray[np.bool_]:
+    """(n,) edges of the part: sharp ones, and those whose angle no edge beside them explains."""
+    turns, explaining = edges.turns, np.where(edges.turns < SHARPEST, edges.turns, 0.0)
+    creases = turns >= SHARPEST
+    doubtful = (turns > SMOOTHEST) & ~creases
+    beside = edges.planes[edges.pairs // 3].any(axis=1)
+    # Edges of chamfers beside a plane explain no others, and come first therefore.
+    for some, most in ((doubtful & beside, TANGENT), (doubtful & ~beside, SUPPORT)):
+        for part in in_blocks(np.flatnonzero(some), AT_ONCE):
+            creases[part] = turns[part] > most * _support(edges, explaining, part)
+        explaining = np.where(creases & beside, 0.0, explaining)
+    return creases
+
+
+def _support(edges: FacetEdges, explaining: Array, chosen: Index) -> Array:
+    """(n,) greatest angle at the edges beside chosen ones: parallel, few triangles away, on no wide plane."""
+    body, pairs, turns = edges.body, edges.pairs, edges.turns
     flat = body.faces.ravel()
     twin, turn, bend = twins(pairs, len(flat)), np.zeros(len(flat)), np.zeros(len(flat))
-    turn[pairs], bend[pairs] = np.where(turns < SHARPEST, turns, 0.0)[:, None], turns[:, None]
+    turn[pairs], bend[pairs] = explaining[:, None], turns[:, None]
+    twin[np.isin(twin, np.flatnonzero(np.repeat(edges.planes, 3)))] = -1
     way, long_ = directions(body, pairs[chosen, 0])
     ends = flat[pairs[chosen]]
     middle = body.vertices[ends].mean(axis=1)
     support = np.zeros(len(chosen))
-    number = np.tile(np.arange(len(chosen)), 2)
     half = pairs[chosen].T.ravel()
+    number = np.tile(np.arange(len(chosen)), 2)[~edges.planes[half // 3]]
+    half = half[~edges.planes[half // 3]]
     for step in range(BESIDE):
         number = np.tile(number, 2)
         half = np.concatenate([half - half % 3 + (half + add) % 3 for add in (1, 2)])

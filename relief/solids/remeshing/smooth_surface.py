@@ -17,17 +17,13 @@ from relief.ground.arrays import Array, Index, sums_by, units
 from relief.ground.errors import naming
 from relief.ground.progress import stage
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import connected, edge_pairs
+from relief.solids.meshes.neighbourhood import connected
 from relief.solids.meshes.refining import refined
-from relief.solids.remeshing.creases import crease_edges, directions, turns_at
+from relief.solids.remeshing.creases import COPLANAR, KEPT_MM, FacetEdges, crease_edges, directions
 
 RIM = np.radians(10.0)
 """Least angle, rad, at which the rim of a flat side is an edge of the part; at less a fillet may end
 there."""
-COPLANAR = np.radians(0.05)
-"""Angle between facets of one plane, rad: rounding of files in single precision leaves less."""
-WIDE = 3.0
-"""Width of a plane against that of the facets beside it, from which the plane has the normal of both."""
 POWER = 2.0
 """Power of the length that divides the weights of edges: the products are exact up to its third power."""
 SLIVER = 4.0
@@ -41,9 +37,10 @@ EDGE_MM, MOST_FACES = 1.5, 600_000
 """Longest edge, mm, of the triangles on which an object is unrolled, and most of these triangles."""
 LARGEST_BULGE = 0.12
 """Largest bulge over an edge, relative to its length: that of an arc of 55 degrees."""
-SLIVER_BULGE = 0.5
-"""Largest bulge over an edge of a facet, in the height of the wider facet beside: facets are no narrower than
-what they leave out, and along a sliver a normal that leans by a degree would be 0.1 mm."""
+JUSTIFIED = 2.5
+"""Largest way from the middle of an edge to the smooth surface, in the greatest chord height at the facets
+beside: over the diagonal of a square of a ball it is twice that height, as it is over the sides of equal
+triangles; triangles of uneven shapes need some more."""
 
 
 @dataclass(frozen=True)
@@ -55,12 +52,16 @@ class SmoothSurface:
         creases: (faces, 3) whether the edge from corner k to corner k + 1 is an edge of the part.
         normals: (faces, 3, 3) outward unit normals at the corners, on the face's side of creases.
         bulges: (faces, 3, 3) four times the way from the middle of edge k to the smooth surface, mm.
+        kept: Number of edges that others explain, and which are edges of the part by their chord height.
+        kept_mm: Largest of these chord heights, mm; 0 without such an edge.
     """
 
     body: Body
     creases: NDArray[np.bool_]
     normals: Array
     bulges: Array
+    kept: int
+    kept_mm: float
 
     def normals_at(self, face: Index, share: Array) -> Array:
         """Unit normals (n, 3) at barycentric coordinates (n, 3) in faces (n,)."""
@@ -77,22 +78,29 @@ def raised(bulges: Array, face: Index, share: Array) -> Array:
     return np.einsum("nc,ncd->nd", share * np.roll(share, -1, axis=1), bulges[face])
 
 
-def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None) -> SmoothSurface:
+def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None, facets: str = "auto") -> SmoothSurface:
     """The smooth surface behind the facets of a body.
 
     Args:
-        body: A closed body, each vertex once.
+        body: Closed or open, each vertex once.
         side: (faces,) facets of a flat side, whose rim is an edge of the part; None: there is none.
+        facets: What becomes of edges between facets that edges beside explain: "keep" leaves the body as it
+            is, "smooth" makes them smooth, "auto" those whose chord height is below 0.05 mm.
     """
-    pairs = edge_pairs(body.faces)
-    creases = crease_edges(body, pairs)
+    edges = FacetEdges.between(body)
+    pairs, sharp = edges.pairs, crease_edges(edges)
+    kept = ~sharp & (edges.chords >= KEPT_MM[facets])
     if side is not None:
-        rim = pairs[(side[pairs[:, 0] // 3] != side[pairs[:, 1] // 3]) & (turns_at(body, pairs) > RIM)]
-        creases.reshape(-1)[rim.ravel()] = True
-    group = corner_groups(body, pairs, creases)
-    guess = _guess(body, pairs[~creases.ravel()[pairs[:, 0]]], group)
-    normals = _fulfilled(body, group, guess)[group].reshape(-1, 3, 3)
-    return SmoothSurface(body, creases, normals, bulges(body, pairs, creases, normals, facets=True))
+        sharp |= (side[pairs[:, 0] // 3] != side[pairs[:, 1] // 3]) & (edges.turns > RIM)
+    creases = np.zeros(body.faces.shape, bool)
+    creases.reshape(-1)[pairs[sharp | kept].ravel()] = True
+    group, guess, fixed = _guess(edges, creases)
+    normals = _fulfilled(body, group, guess, fixed)[group].reshape(-1, 3, 3)
+    most = np.zeros(body.faces.size) if facets == "keep" else _justified(edges, creases)
+    bulge = bulges(body, pairs, creases, normals, most)
+    return SmoothSurface(
+        body, creases, normals, bulge, int(kept.sum()), float(edges.chords[kept].max(initial=0.0))
+    )
 
 
 @stage("finding the object's smooth surface")
@@ -122,56 +130,66 @@ def corner_angles(body: Body) -> Array:
     return np.arctan2(np.linalg.norm(np.cross(ahead, behind), axis=2), (ahead * behind).sum(axis=2))
 
 
-def _planes(body: Body, pairs: Index, turns: Array) -> tuple[Index, Array]:
-    """The plane each face belongs to, (faces,), and the widths of planes, twice area by circumference, mm."""
-    plane = connected(pairs[turns < COPLANAR] // 3, len(body.faces))
-    area = np.bincount(plane, body.areas)
-    rim = pairs[turns >= COPLANAR]
-    length = directions(body, rim[:, 0])[1]
-    around = sum(np.bincount(plane[side // 3], length, len(area)) for side in rim.T)
-    return plane, 2.0 * area / np.maximum(around, 1e-12)
+def _after(half: Index) -> Index:
+    """The half-edges that follow half-edges around their triangles, of any shape."""
+    return half - half % 3 + (half + 1) % 3
 
 
 def corner_groups(body: Body, pairs: Index, creases: NDArray[np.bool_]) -> Index:
     """(faces * 3,) numbers of the normals of corners: one for all around a vertex between its creases."""
     one, other = pairs[~creases.ravel()[pairs[:, 0]]].T
-    after = lambda half: half - half % 3 + (half + 1) % 3  # noqa: E731
-    ends = np.concatenate([one, after(one)]), np.concatenate([after(other), other])
+    ends = np.concatenate([one, _after(one)]), np.concatenate([_after(other), other])
     return connected(np.stack(ends, axis=1), 3 * len(body.faces))
 
 
-def _guess(body: Body, pairs: Index, group: Index) -> Array:
-    """Normals (groups, 3): means by angles; beside a wide plane, which is no facet, that of the plane.
+def _guess(edges: FacetEdges, creases: NDArray[np.bool_]) -> tuple[Index, Array, NDArray[np.bool_]]:
+    """Groups of corners, (faces * 3,), a guess of their normals, (groups, 3), and which are exact, (groups,).
 
-    Args:
-        body: The body.
-        pairs: (n, 2) half-edges on both sides of the edges that are no creases.
-        group: As of `_groups`.
+    Normals are means by angles; beside a wide plane, which is no facet, that of the plane. Such a normal is
+    exact where the plane is wide against all facets around. Where fillets end two such planes may meet at a
+    vertex: the edges of these planes there become `creases`, so that both keep their normals.
     """
-    plane, width = _planes(body, pairs, turns_at(body, pairs))
-    unit, weight = units(body.normals), corner_angles(body).ravel()
-    count, planes = int(group.max()) + 1, len(width)
-    own = group * planes + np.repeat(plane, 3)
-    length = directions(body, np.arange(3 * len(plane)))[1]
-    height = 2.0 * np.repeat(body.areas, 3) / np.maximum(length, 1e-12)
-    wide = []
-    rim = pairs[plane[pairs[:, 0] // 3] != plane[pairs[:, 1] // 3]]
-    for one, other in (rim.T, rim.T[::-1]):
-        halves = one[width[plane[one // 3]] > WIDE * height[other]]
-        wide += [own[halves], own[halves - halves % 3 + (halves + 1) % 3]]
-    kept = np.isin(own, np.concatenate(wide))
-    any_wide = np.zeros(count, bool)
-    any_wide[group[kept]] = True
-    weight[any_wide[group] & ~kept] = 0.0
-    return units(sums_by(group, weight[:, None] * np.repeat(unit, 3, axis=0), count))
+    body, planes = edges.body, len(edges.width)
+    unit, weight = np.repeat(units(body.normals), 3, axis=0), corner_angles(body).ravel()
+    across = edges.plane[edges.pairs // 3]
+    for _ in range(2):
+        group = corner_groups(body, edges.pairs, creases)
+        own = group * planes + np.repeat(edges.plane, 3)
+        rim = (across[:, 0] != across[:, 1]) & ~creases.ravel()[edges.pairs[:, 0]]
+        pairs, wide = edges.pairs[rim], edges.wide()[rim]
+        ends = lambda halves: own[np.concatenate([halves, _after(halves)])]  # noqa: B023, E731
+        kept = np.isin(own, ends(pairs[wide]))
+        exact = kept & ~np.isin(own, ends(pairs[~wide]))
+        any_kept, fixed = np.zeros((2, int(group.max()) + 1), bool)
+        any_kept[group[kept]], fixed[group[exact]] = True, True
+        share = np.where(any_kept[group] & ~kept, 0.0, weight)
+        guess = units(sums_by(group, share[:, None] * unit, len(fixed)))
+        clash = exact & (np.linalg.norm(unit - guess[group], axis=1) > COPLANAR)
+        at_clash = (clash[pairs] | clash[_after(pairs)]).any(axis=1)
+        if not at_clash.any():
+            break
+        creases.reshape(-1)[pairs[at_clash].ravel()] = True
+    return group, guess, fixed
 
 
-def _fulfilled(body: Body, group: Index, guess: Array) -> Array:
-    """Normals (groups, 3) near a guess whose sums at both ends of edges are perpendicular to the edges."""
+def _justified(edges: FacetEdges, creases: NDArray[np.bool_]) -> Array:
+    """(faces * 3,) largest ways from the middles of half-edges to the smooth surface, mm."""
+    smooth = ~creases.ravel()[edges.pairs[:, 0]]
+    most = np.zeros(len(edges.width))
+    np.maximum.at(most, edges.plane[edges.pairs[smooth] // 3], edges.chords[smooth, None])
+    most = np.repeat(most[edges.plane], 3)
+    most[edges.pairs] = most[edges.pairs].max(axis=1)[:, None]
+    return JUSTIFIED * most
+
+
+def _fulfilled(body: Body, group: Index, guess: Array, fixed: NDArray[np.bool_]) -> Array:
+    """Normals (groups, 3) near a guess whose sums at both ends of edges are perpendicular to the edges.
+
+    Those that are fixed, (groups,), stay as they are.
+    """
     halves = np.arange(len(group))
-    ahead = halves - halves % 3 + (halves + 1) % 3
     way, length = directions(body, halves)
-    one, other = group[halves], group[ahead]
+    one, other = group, group[_after(halves)]
     used = length > 0.0
     rows = np.repeat(np.arange(used.sum()), 6)
     columns = np.concatenate(
@@ -187,7 +205,7 @@ def _fulfilled(body: Body, group: Index, guess: Array) -> Array:
     along = sp.csr_matrix((leaning, (rows, columns)), matrix.shape)
     # Turned alone: normals that may grow shorter would fulfil everything at 0.
     across = units(np.cross(guess, np.eye(3)[np.argmin(np.abs(guess), axis=1)]))
-    turns = np.stack([across, np.cross(guess, across)], axis=2)
+    turns = np.stack([across, np.cross(guess, across)], axis=2) * ~fixed[:, None, None]
     number = np.arange(guess.size)
     places = 2 * (number // 3)[:, None] + np.arange(2)
     tangents = sp.csr_matrix(
@@ -201,9 +219,17 @@ def _fulfilled(body: Body, group: Index, guess: Array) -> Array:
 
 
 def bulges(
-    body: Body, pairs: Index, creases: NDArray[np.bool_], normals: Array, facets: bool = False
+    body: Body, pairs: Index, creases: NDArray[np.bool_], normals: Array, most: Array | float = np.inf
 ) -> Array:
-    """(faces, 3, 3) as in `SmoothSurface`: by the normals at the ends, on creases by those of both sides."""
+    """(faces, 3, 3) as in `SmoothSurface`: by the normals at the ends, on creases by those of both sides.
+
+    Args:
+        body: The body.
+        pairs: (n, 2) half-edges on both sides of its edges.
+        creases: (faces, 3) edges of the part.
+        normals: (faces, 3, 3) at the corners.
+        most: (faces * 3,) largest ways from the middles of edges to the smooth surface, mm.
+    """
     faces = body.faces
     corners = body.vertices[faces]
     way = np.roll(corners, -1, axis=1) - corners
@@ -221,11 +247,8 @@ def bulges(
     both = np.stack([mean[one], mean[other]], axis=1)
     solved = np.einsum("nij,nj->ni", np.linalg.pinv(both, rcond=0.2), heights)
     flat[one] = flat[other] = solved
-    sides = np.linalg.norm(way, axis=2)
-    length, limit = np.linalg.norm(flat, axis=1), 4.0 * LARGEST_BULGE * sides.ravel()
-    if facets:
-        height = np.repeat(2.0 * body.areas / np.maximum(sides.max(axis=1), 1e-12), 3)
-        height[pairs] = height[pairs].max(axis=1)[:, None]
-        limit = np.minimum(limit, 4.0 * SLIVER_BULGE * height)
+    sides = np.linalg.norm(way, axis=2).ravel()
+    length = np.linalg.norm(flat, axis=1)
+    limit = 4.0 * np.minimum(LARGEST_BULGE * sides, most)
     flat *= np.minimum(1.0, limit / np.maximum(length, 1e-12))[:, None]
     return flat.reshape(-1, 3, 3)
