@@ -122,9 +122,8 @@ def parted(surface: FileSurface, near: Near | None = None) -> Parting:
         carries[carries] = near(samples.points.at(np.flatnonzero(carries)))
     if not carries.any():
         mask = "" if settings.mask is None else f" {settings.mask}:"
-        raise InputError(
-            f"mask:{mask} leaves nothing of the surface to the texture; take a wider mask or a smaller falloff"
-        )
+        fault = f"mask:{mask} leaves nothing of the surface to the texture"
+        raise InputError(f"{fault}; take a wider mask or a smaller falloff")
     touched = np.zeros(len(body.faces), bool)
     touched[samples.face[carries]] = True
     keys = edge_keys(*edge_ends(body.faces)).reshape(-1, 3)
@@ -202,11 +201,12 @@ def _patch(
 ) -> Patch:
     """The patch of triangles on the smooth surface behind the file's facets, (k,) numbers."""
     used, faces = renumbered(surface.body.faces[facets], len(surface.body.vertices))
-    smooth = smooth_surface(Body(surface.body.vertices[used], faces), surface.bottom[facets])
+    how = getattr(surface.settings, "facets", None) or "auto"
+    smooth = smooth_surface(Body(surface.body.vertices[used], faces), surface.bottom[facets], how)
     place = np.full(len(surface.body.faces), -1)
     place[facets] = np.arange(len(facets))
     far = surface.settings.falloff_mm
     on_border = np.arange(len(body.vertices)) < rest.border
-    rise = smooth_step(np.minimum(ways_from(body, on_border, far), far) / far)
+    rise = smooth_step(np.minimum(ways_from(body, on_border, far), far) / far) * (how != "keep")
     uv = None if surface.uv is None else surface.uv[facets]
     return Patch(smooth, body, place[parent], corners, rise, rest.border, rest.edges, uv)

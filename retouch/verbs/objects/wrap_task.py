@@ -105,7 +105,7 @@ def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions)
     coverings, warnings = _coverings(textures, lengths_of(options), placement)
     solid = Mesh(thing.make(), None, Path(mesh)) if thing else _solid(Path(mesh), options)
     _check_period(coverings, solid)
-    settings, lines = replace(settings, crosses=solid.folded), solid.warnings
+    lines = solid.warnings
     if settings.keep_holes_mm is not None:
         settings, line = _with_holes(settings, solid.body, settings.keep_holes_mm)
         lines = (*lines, line)

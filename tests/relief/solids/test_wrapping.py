@@ -18,7 +18,6 @@ from relief.solids.meshes.solid import check_solid
 from relief.solids.objects.implicit import body_of
 from relief.solids.objects.smooth import ball
 from relief.solids.objects.swept import cylinder
-from relief.solids.remeshing.even_mesh import even_mesh
 from relief.solids.wrapping import surfaces
 from relief.solids.wrapping import wrapped_body as wrapping
 from relief.solids.wrapping.coordinates.geodesic_patches import lay_out
@@ -72,7 +71,7 @@ def cover(body):
 
 @pytest.mark.slow
 def test_patches_of_a_cylinder_fit_and_keep_lengths():
-    body = even_mesh(cylinder(12.0, 30.0, 1.5), 1.5).body
+    body = even(cylinder(12.0, 30.0, 1.5), 1.5).body
     layout = cover(body)
     corners = body.vertices[body.faces]
     side = (np.abs(np.linalg.norm(corners[:, :, :2].mean(axis=1), axis=1) - 12.0) < 0.2) & (

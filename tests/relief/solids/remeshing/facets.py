@@ -5,6 +5,9 @@ import numpy as np
 import trimesh
 
 from relief.solids.body import Body
+from relief.solids.remeshing.even_mesh import even_mesh
+from relief.solids.remeshing.patch import whole
+from relief.solids.remeshing.smooth_surface import smooth_surface
 
 SECTIONS = 42
 """Facets around, as a CAD kernel writes them with 0.15 rad."""
@@ -20,6 +23,11 @@ def revolved(*profile):
     mesh.merge_vertices()
     mesh.update_faces(mesh.nondegenerate_faces())
     return of(mesh)
+
+
+def even(body, edge_mm, uv=None):
+    """The even mesh of a whole body."""
+    return even_mesh(whole(smooth_surface(body), uv), edge_mm)
 
 
 def arc(radius, at, start, stop, count):
