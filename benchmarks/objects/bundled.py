@@ -31,7 +31,7 @@ from relief.solids.meshes.unrolling import Unroller, feet
 from relief.solids.objects.table import OBJECTS
 from relief.solids.remeshing.smooth_surface import smooth_object
 from relief.solids.wrapping.coordinates.layout import Layout
-from relief.solids.wrapping.file_surface import Settings
+from relief.solids.wrapping.file_surface import FileSurface, Settings
 from relief.solids.wrapping.laying import TexturePlacer
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface
@@ -121,7 +121,7 @@ def parts(name: str, bare: Body, wrapped: Body, felt: MeshFeel, plate: Array) ->
     }
     if not places:
         return {}
-    surface, tile = BaseSurface(bare, None, {}, Settings()), tile_of(TEXTURE)
+    surface, tile = BaseSurface(FileSurface(bare, None, {}, Settings())), tile_of(TEXTURE)
     base = surface.body
     layout = TexturePlacer(surface, Placement(), Settings().falloff_mm).laid([Covering(tile)])[0].layout
     unroller = Unroller(wrapped, smooth_object(bare, name))

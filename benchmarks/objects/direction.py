@@ -38,7 +38,7 @@ from relief.solids.meshes.mesh import Mesh
 from relief.solids.objects.implicit import body_of
 from relief.solids.objects.smooth import ball
 from relief.solids.objects.swept import cylinder
-from relief.solids.wrapping.file_surface import Settings
+from relief.solids.wrapping.file_surface import FileSurface, Settings
 from relief.solids.wrapping.laying import Laid, TexturePlacer
 from relief.solids.wrapping.options import PlacingOptions
 from relief.solids.wrapping.placement import placement_of
@@ -135,7 +135,7 @@ def measured(case: Case) -> tuple[dict[str, Any], Body]:
     began = time.process_time()
     wrapped = wrap(bare, [covering], settings, placement=placement)
     seconds = time.process_time() - began
-    base = BaseSurface(bare, None, {}, settings)
+    base = BaseSurface(FileSurface(bare, None, {}, settings))
     (laid,) = TexturePlacer(base, placement, settings.falloff_mm).laid([covering])
     off = grain_off(base, laid, np.array(case.grain), case.across)
     row = {

@@ -32,7 +32,7 @@ from relief.solids.meshes.unrolling import Unroller, feet
 from relief.solids.objects.table import OBJECTS
 from relief.solids.remeshing.smooth_surface import smooth_object
 from relief.solids.wrapping.coordinates.layout import Layout
-from relief.solids.wrapping.file_surface import Settings
+from relief.solids.wrapping.file_surface import FileSurface, Settings
 from relief.solids.wrapping.laying import TexturePlacer
 from relief.solids.wrapping.masks import Regions
 from relief.solids.wrapping.placement import Placement
@@ -77,7 +77,7 @@ def laid(bare: Body, tile: Tile, regions: Regions, faces: int | None) -> Laid:
     """Wrap an object, and work out again what the wrapping does not hand over."""
     settings = Settings(faces=faces)
     wrapped = wrap(bare, [Covering(tile)], settings, regions=regions)
-    base = BaseSurface(bare, None, regions, settings)
+    base = BaseSurface(FileSurface(bare, None, regions, settings))
     layout = TexturePlacer(base, Placement(), settings.falloff_mm).laid([Covering(tile)])[0].layout
     fine = refined(base.body, wrapped.edge_mm, base.textured)
     surface = FineSurface(base, fine, layout.laid())

@@ -19,7 +19,7 @@ from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.solids.body import Body
-from relief.solids.meshes.intersections import self_intersections
+from relief.solids.meshes.intersections import crossing_faces, self_intersections
 from relief.solids.meshes.neighbourhood import NearFaces, connected, edge_ends, edge_pairs
 
 RAY_WORK = 1000
@@ -97,13 +97,17 @@ def parts_within_others(body: Body, name: object) -> int:
     return within
 
 
-def crossing_place(body: Body) -> Array:
+def crossing_place(body: Body, of: NDArray[np.bool_] | None = None) -> Array:
     """(3,) mm near which faces of a body pass through one another.
 
     Both faces of a pair reach into the box in which they cross. Boxes are halved, and of the halves one with
     a crossing is kept. Of few faces all pairs are tested.
+
+    Args:
+        body: with one position per vertex.
+        of: (faces,) those of which one passes through another face; None: all.
     """
-    faces = body.faces
+    faces, of = body.faces, np.ones(len(body.faces), bool) if of is None else of
     low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
     for _ in range(HALVINGS):
         if len(faces) <= FEW_FACES:
@@ -115,14 +119,14 @@ def crossing_place(body: Body) -> Array:
             (along.min(axis=1) <= middle, (low, np.where(np.arange(3) == axis, middle, high))),
             (along.max(axis=1) >= middle, (np.where(np.arange(3) == axis, middle, low), high)),
         ):
-            if half.any() and self_intersections(Body(body.vertices, faces[half])):
-                faces, (low, high) = faces[half], ends
+            if half.any() and len(crossing_faces(Body(body.vertices, faces[half]), of=of[half])):
+                faces, of, (low, high) = faces[half], of[half], ends
                 break
         else:
             break
-    for pair in combinations(faces, 2) if len(faces) <= FEW_FACES else ():
-        if self_intersections(Body(body.vertices, np.array(pair))):
-            corners = body.vertices[np.array(pair)]
+    for pair in map(list, combinations(range(len(faces)), 2) if len(faces) <= FEW_FACES else ()):
+        if of[pair].any() and self_intersections(Body(body.vertices, faces[pair])):
+            corners = body.vertices[faces[pair]]
             low, high = corners.min(axis=1).max(axis=0), corners.max(axis=1).min(axis=0)
             break
     return np.asarray(0.5 * (low + high))

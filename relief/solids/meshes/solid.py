@@ -55,29 +55,35 @@ def check_closed(body: Body, name: object, *, repeated: bool = False) -> None:
         raise InputError(f"{name}: is turned inside out; flip the normals (Blender: Mesh, Normals, Flip)")
 
 
-def check_solid(body: Body, name: object, *, apart: bool = False) -> None:
+def check_solid(body: Body, name: object) -> None:
     """Refuse a body that is no solid: as `check_closed`, and one with faces or parts that overlap.
 
     Args:
         body: with one position per vertex.
         name: of the file, for the message.
-        apart: whether faces are known not to intersect, which is the slowest check.
 
     Raises:
         InputError: The body is no solid; the line says what to do.
     """
     check_closed(body, name)
-    if not apart and (line := crossings(body)):
+    if line := crossings(body) or _held_parts(body, name):
         raise _overlap(f"{name}: {line}", body)
-    if line := _held_parts(body, name):
+
+
+def check_parts(body: Body, name: object) -> None:
+    """Refuse a closed body of which parts lie within others; faces may pass through one another.
+
+    Raises InputError; the line says what to do.
+    """
+    # Of parts that pass through one another the search cannot tell which lies within which.
+    if (line := _held_parts(body, name)) and not self_intersections(body):
         raise _overlap(f"{name}: {line}", body)
 
 
 def check_apart(body: Body, textured: NDArray[np.bool_], name: object) -> None:
     """Refuse a body of which textured faces, (m,), pass through others. Raises InputError with a place."""
-    crossing = crossing_faces(body)
-    if count := int(np.count_nonzero(textured[crossing])):
-        at = shown_place(Body(body.vertices, body.faces[crossing]))
+    if count := len(crossing_faces(body, of=textured)):
+        at = _shown(crossing_place(body, textured))
         raise _overlap(f"{name}: {count} faces with texture pass through others, some near ({at}) mm", body)
 
 
@@ -85,7 +91,7 @@ def crossings(body: Body) -> str:
     """How many faces pass through one another and near which point, for a person; empty if none do."""
     pairs = self_intersections(body)
     count = f"{'at least ' * (pairs >= MOST)}{pairs} pairs of faces"
-    return f"passes through itself: {count}, some near ({shown_place(body)}) mm" if pairs else ""
+    return f"passes through itself: {count}, some near ({_shown(crossing_place(body))}) mm" if pairs else ""
 
 
 def _held_parts(body: Body, name: object) -> str:
@@ -94,9 +100,9 @@ def _held_parts(body: Body, name: object) -> str:
     return f"{within} of its parts lie within others" if within else ""
 
 
-def shown_place(body: Body) -> str:
-    """A place of a crossing, mm."""
-    return ", ".join(f"{place:.4g}" for place in crossing_place(body))
+def _shown(place: Array) -> str:
+    """A place (3,), mm, for a person."""
+    return ", ".join(f"{value:.4g}" for value in place)
 
 
 def _overlap(fault: str, body: Body) -> InputError:

@@ -21,9 +21,8 @@ from relief.seam import check_seams, misfit
 from relief.solids.body import Body
 from relief.solids.mending.holes import round_holes
 from relief.solids.mending.repair import mended, united_parts
-from relief.solids.meshes import Mesh, check_solid, read_mesh
-from relief.solids.meshes.shells import parts_within_others
-from relief.solids.meshes.solid import check_closed, crossings
+from relief.solids.meshes import Mesh, read_mesh
+from relief.solids.meshes.solid import check_closed, check_parts
 from relief.solids.objects.table import OBJECTS, BundledObject
 from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.masks import Regions
@@ -161,13 +160,15 @@ def _bundled(path: Path, units: str | None) -> BundledObject | None:
 
 
 def _solid(path: Path, options: MeshOptions) -> Mesh:
-    """The mesh of a file, mended; folded if it passes through itself. Raises InputError."""
+    """The mesh of a file, mended. Raises InputError."""
     mesh = read_mesh(path, units=options.units)
     work = mended(mesh.body, path, options.close_holes_mm)
     if options.unite:
         work = united_parts(work, path)
     check_closed(work.body, path)
-    lines, line = [*mesh.warnings, *work.lines], crossings(work.body)
+    # Faces that pass through one another are refused where texture would lie, and stay elsewhere.
+    check_parts(work.body, path)
+    lines = [*mesh.warnings, *work.lines]
     uv, colours = mesh.uv, mesh.colours
     if (work.origin >= 0).all():
         uv = None if uv is None else uv[work.origin]
@@ -175,11 +176,7 @@ def _solid(path: Path, options: MeshOptions) -> Mesh:
     elif uv is not None or colours is not None:
         uv = colours = None
         lines.append("is mended, so that its texture coordinates and colours are left out")
-    if line:
-        lines.append(f"{line}; no texture may lie there")
-    elif parts_within_others(work.body, path):
-        check_solid(work.body, path)
-    return Mesh(work.body, uv, path, tuple(lines), bool(line), colours)
+    return Mesh(work.body, uv, path, tuple(lines), colours=colours)
 
 
 def _with_holes(settings: Settings, body: Body, most_mm: float) -> tuple[Settings, str]:

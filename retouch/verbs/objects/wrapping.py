@@ -15,7 +15,7 @@ from relief.ground.options import by_keywords
 from relief.solids.body import Part
 from relief.solids.export.parts import as_written, write_parts
 from relief.solids.export.printed_parts import PrintedPart, print_part
-from relief.solids.meshes.solid import check_closed
+from relief.solids.meshes.solid import check_closed, check_parts
 from relief.solids.wrapping.lowering import Lowering
 from relief.solids.wrapping.wrapped_body import Wrapped
 from relief.solids.wrapping.wrapped_body import wrap as wrapped_by
@@ -116,6 +116,7 @@ def wrap(
             written = partial(as_written, suffix=out.suffix.lower())
             wrapped = wrapped_by(*task.arguments, written, task.placement, task.colours)
             check_closed(wrapped.body, "the wrapped object")
+            check_parts(wrapped.body, "the wrapped object")
             printed = None if task.printer is None else print_part(wrapped.body, task.printer)
         with permitted(out):
             write_parts(out, [Part(Path(mesh).stem, wrapped.body)])

@@ -8,12 +8,12 @@ from relief.solids.body import Body
 from relief.solids.meshes.solid import check_solid
 from relief.solids.objects.smooth import ball
 from relief.solids.objects.swept import cylinder
-from relief.solids.wrapping import surfaces
+from relief.solids.wrapping import file_surface
 from relief.solids.wrapping.coordinates.charts import BELT
 from relief.solids.wrapping.coordinates.closing import change_line, closed
 from relief.solids.wrapping.coordinates.found import found_coordinates
 from relief.solids.wrapping.coordinates.revolution import found_axis, found_centre
-from relief.solids.wrapping.file_surface import Settings
+from relief.solids.wrapping.file_surface import FileSurface, Settings
 from relief.solids.wrapping.laying import TexturePlacer
 from relief.solids.wrapping.options import PlacingOptions
 from relief.solids.wrapping.placement import Placement, placement_of, turned
@@ -26,7 +26,7 @@ from tests.relief.solids.test_wrapping import box, uv_box, waves
 @pytest.fixture(autouse=True)
 def _coarse(monkeypatch):
     """Small bodies on few triangles."""
-    monkeypatch.setattr(surfaces, "LEAST_BASE_EDGES", 12)
+    monkeypatch.setattr(file_surface, "LEAST_BASE_EDGES", 12)
 
 
 DRAFT = Settings(draft=True, edge_mm=0.6, keep_bottom=False)
@@ -38,7 +38,7 @@ def placed_by(**options):
 
 
 def base_of(body, uv=None, settings=DRAFT):
-    return BaseSurface(body, uv, {}, settings)
+    return BaseSurface(FileSurface(body, uv, {}, settings))
 
 
 def laid(body, covering=None, uv=None, **options):

@@ -71,7 +71,7 @@ def cover(body):
 
 @pytest.mark.slow
 def test_patches_of_a_cylinder_fit_and_keep_lengths():
-    body = even(cylinder(12.0, 30.0, 1.5), 1.5).body
+    body = remeshed(cylinder(12.0, 30.0, 1.5), 1.5).body
     layout = cover(body)
     corners = body.vertices[body.faces]
     side = (np.abs(np.linalg.norm(corners[:, :, :2].mean(axis=1), axis=1) - 12.0) < 0.2) & (

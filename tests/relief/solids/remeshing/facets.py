@@ -25,7 +25,7 @@ def revolved(*profile):
     return of(mesh)
 
 
-def even(body, edge_mm, uv=None):
+def remeshed(body, edge_mm, uv=None):
     """The even mesh of a whole body."""
     return even_mesh(whole(smooth_surface(body), uv), edge_mm)
 

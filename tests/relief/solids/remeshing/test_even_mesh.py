@@ -19,13 +19,12 @@ from tests.relief.solids.remeshing.facets import (
     BALL,
     CONE,
     CYLINDER,
-    LENS,
-    LENS_LOW,
     ROD,
     SECTIONS,
     TORUS,
     TUBE,
     of,
+    remeshed,
     revolved,
 )
 
@@ -55,7 +54,7 @@ def around_axis(places, centre_mm=0.0, slope=0.0):
     ids=["cylinder", "cone", "ball", "torus"],
 )
 def test_normals_of_facets_are_those_of_the_surface_that_was_meant(body, normals_of, side, degrees):
-    for mesh in (smooth_surface(body), even(body, 2.0)):
+    for mesh in (smooth_surface(body), remeshed(body, 2.0)):
         chosen = side(mesh.normals.reshape(-1, 3))
         places = mesh.body.vertices[mesh.body.faces].reshape(-1, 3)[chosen]
         miss = np.linalg.norm(mesh.normals.reshape(-1, 3)[chosen] - normals_of(places), axis=1)
@@ -70,7 +69,7 @@ def test_a_sharp_edge_is_a_crease_and_a_facet_is_none():
 
 @pytest.mark.parametrize("body", [TORUS, TUBE, revolved((0, 0), (9, 0), (9, 4), (8, 5), (0, 5))])
 def test_triangles_come_out_even_closed_and_with_the_edges_of_the_part(body):
-    mesh = even(body, 2.5)
+    mesh = remeshed(body, 2.5)
     even = trimesh.Trimesh(mesh.body.vertices, mesh.body.faces, process=False)
     assert (
         even.is_watertight
@@ -94,7 +93,7 @@ def far_from_edges(points, body):
 
 
 def test_raised_triangles_lie_on_the_surface_behind_facets():
-    mesh = even(BALL, 1.5)
+    mesh = remeshed(BALL, 1.5)
     fine = refined(mesh.body, 0.4)
     face, share = fine.vertex_parents(np.ones(len(mesh.body.faces), bool))
     places = fine.body.vertices + raised(mesh.bulges, face, share)
@@ -131,7 +130,7 @@ def rib(radius, facets, length):
 def test_fillets_that_meet_in_mitres_stay_where_they_are():
     # The angle across a mitre fades to 0 at the plate, and those of the other corners do not explain it.
     body = rib(0.5, 8, 24.0)
-    surface, mesh = smooth_surface(body), even(body, 1.0)
+    surface, mesh = smooth_surface(body), remeshed(body, 1.0)
     assert np.linalg.norm(surface.bulges, axis=2).max() / 4.0 < 0.005
     assert not self_intersections(mesh.body)
     out = np.maximum(np.abs(mesh.body.vertices[:, :2]) - (1.5, 12.0), 0.0).max(axis=1)
@@ -165,21 +164,21 @@ def test_a_relief_fits_on_a_scan_whose_noise_is_finer_than_it():
         np.asarray(ball.vertices) * (1.0 + random.normal(0.0, 0.008, (len(ball.vertices), 1))),
         np.array(ball.faces),
     )
-    mesh = even(rough, 0.8)
+    mesh = remeshed(rough, 0.8)
     off = np.degrees(np.arccos((mesh.normals * units(mesh.body.vertices[mesh.body.faces])).sum(axis=2)))
     assert np.median(off) < 3.0
     factor = clearance_factor(mesh, np.ones(len(mesh.body.vertices)), 1.0, 0.0, 2.0)
     assert factor.mean() > 0.98
     # Bends by chance do not ask for finer triangles than the facets are, of 0.7 mm.
     assert len(mesh.body.faces) < 1.2 * len(rough.faces)
-    smooth = even(BALL, 1.5)
+    smooth = remeshed(BALL, 1.5)
     assert not turns_by_chance(smooth.body, smooth.normals)
 
 
 def test_seams_of_texture_coordinates_are_held():
     body = of(trimesh.creation.box((12.0, 9.0, 5.0)))
     uv = np.random.default_rng(0).uniform(size=(12, 3, 2))
-    mesh = even(body, 1.0, uv)
+    mesh = remeshed(body, 1.0, uv)
     expected = np.einsum("fkc,fcd->fkd", nearest_in_faces(mesh, body), uv[mesh.origin])
     assert mesh.uv == pytest.approx(expected, abs=1e-6)
 
@@ -200,24 +199,15 @@ def test_the_nearest_points_of_triangles_are_inside_on_edges_and_at_corners():
 
 
 def test_the_number_of_triangles_is_that_asked_for():
-    mesh = even(CYLINDER, 1.5).body
+    mesh = remeshed(CYLINDER, 1.5).body
     where = mesh.vertices[mesh.faces][:, :, 2].max(axis=1) > 0.0
     for faces in (30_000, 50_000):
         edge = edge_for(mesh, where, faces)
         assert len(refined(mesh, edge, where).body.faces) == pytest.approx(faces, rel=0.05)
 
 
-def test_a_flat_side_that_stays_is_coarse_and_its_rim_is_held():
-    side = units(LENS.normals)[:, 2] < -0.9999
-    mesh = even(LENS, 0.6, side=side)
-    flat = side[mesh.origin]
-    assert mesh.body.areas[flat].mean() > 1.5 * mesh.body.areas[~flat].mean()
-    assert mesh.body.vertices[mesh.body.faces[flat]][:, :, 2] == pytest.approx(LENS_LOW, abs=0.002)
-    assert units(mesh.normals[flat])[:, :, 2] == pytest.approx(-1.0, abs=1e-3)
-
-
 def test_without_a_number_triangles_are_as_many_as_the_feel_needs():
-    body = even(ROD, 1.0).body
+    body = remeshed(ROD, 1.0).body
     where = body.vertices[body.faces][:, :, 2].min(axis=1) > 1.0
     edge = edge_of(body, where, [Covering(Tile(np.ones((16, 16)), 0.05))], Settings())
     enough = body.areas[where].sum() / ENOUGH_MM2 + np.count_nonzero(~where)

@@ -10,11 +10,11 @@ from relief.solids.wrapping.clearance import LocalFeatureSize, clearance_factor,
 from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.texture_tiles import Tile
 from relief.solids.wrapping.wrapped_body import Covering, wrap
-from tests.relief.solids.remeshing.facets import CYLINDER, LENS, LENS_LOW, TUBE, of, rounded
+from tests.relief.solids.remeshing.facets import CYLINDER, LENS, LENS_LOW, TUBE, of, remeshed, rounded
 
 
 def radii_of(body, most_mm, side):
-    mesh = even(body, 1.0)
+    mesh = remeshed(body, 1.0)
     return mesh.body.vertices, LocalFeatureSize(mesh, most_mm).radii(side)
 
 
@@ -51,7 +51,7 @@ def test_the_room_in_a_slot_is_half_its_width():
 
 
 def test_factors_rise_over_the_falloff():
-    body = even(CYLINDER, 2.0).body
+    body = remeshed(CYLINDER, 2.0).body
     factor = np.where(body.vertices[:, 2] > 14.0, 0.0, 1.0)
     even = evened(body, factor, 6.0)
     assert (even <= factor).all() and even.max() == 1.0
@@ -85,7 +85,7 @@ def test_no_relief_goes_below_the_bottom():
 
 @pytest.mark.slow
 def test_a_relief_that_carries_little_beside_a_bottom_needs_little_room():
-    tube = even(TUBE, 1.0)
+    tube = remeshed(TUBE, 1.0)
     bore = (np.hypot(*tube.body.vertices[:, :2].T) < 4.1) & (np.abs(tube.body.vertices[:, 2]) < 4.0)
     whole, half = (clearance_factor(tube, np.full(len(bore), part), 5.6, 0.0, 2.0) for part in (1.0, 0.5))
     assert whole[bore] == pytest.approx(0.5, rel=0.05) and half[bore].min() > 0.99
@@ -94,7 +94,7 @@ def test_a_relief_that_carries_little_beside_a_bottom_needs_little_room():
 @pytest.mark.parametrize("side", [0.0, 1.0])
 def test_at_sharp_edges_there_is_the_room_of_the_blend_of_their_normals(side):
     body = of(trimesh.creation.box((12.0, 10.0, 9.0)))
-    mesh = even(body if side else Body(body.vertices, body.faces[:, ::-1]), 1.0)
+    mesh = remeshed(body if side else Body(body.vertices, body.faces[:, ::-1]), 1.0)
     factor = clearance_factor(mesh, np.ones(len(mesh.body.vertices)), 0.4 * (1.0 - side), 0.4 * side, 1.0)
     # Three sides meet at the corners.
     assert factor[(np.abs(mesh.body.vertices) < (5.0, 4.0, 3.5)).any(axis=1)].min() > 0.95

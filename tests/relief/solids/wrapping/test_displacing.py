@@ -6,9 +6,8 @@ import pytest
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import crossing_faces, self_intersections
-from relief.solids.meshes.refining import refined
 from relief.solids.wrapping.displacing import displaced
-from relief.solids.wrapping.file_surface import Settings
+from relief.solids.wrapping.file_surface import FileSurface, Settings
 from relief.solids.wrapping.surfaces import BaseSurface, FineSurface
 from tests.relief.solids.test_wrapping import box
 
@@ -17,19 +16,19 @@ SETTINGS = Settings(keep_bottom=False)
 
 def dented(deep_mm: float) -> FineSurface:
     """A box, 1 mm thick, whose surface dips in the middle of an edge on its top."""
-    base = BaseSurface(box(12.0, 9.0, 1.0), None, {}, SETTINGS)
+    base = BaseSurface(FileSurface(box(12.0, 9.0, 1.0), None, {}, SETTINGS))
     faces, vertices = base.body.faces, base.body.vertices
     ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1)
     middles = vertices[ends].mean(axis=2)
     far = np.linalg.norm(middles - (0.0, 0.0, 0.5), axis=-1)
     base.mesh.bulges[far < far.min() + 1e-9, 2] = -4.0 * deep_mm
-    fine = refined(base.body, 0.3)
-    return FineSurface(base, fine, np.ones(len(faces), bool))
+    everywhere = np.ones(len(faces), bool)
+    return FineSurface(base, *base.rest.divided(base.body, 0.3, everywhere), everywhere)
 
 
 def result_of(surface: FineSurface) -> tuple[Body, np.ndarray]:
     none, whole = np.zeros(len(surface.fine.body.vertices)), np.ones(len(surface.base.body.vertices))
-    return displaced(surface, none, whole, SETTINGS, lambda body: body)
+    return displaced(surface, none, whole, lambda body: body)
 
 
 def test_a_surface_that_passes_through_itself_is_brought_onto_the_base() -> None:
