@@ -33,8 +33,8 @@ FARTHEST = 20.0
 BESIDE = 4
 """Triangles away that edges may lie to explain one: facets of a strip or a cell are one to three."""
 TANGENT = 0.75
-"""Most angle at the edge of a wide plane that edges beside explain, in theirs: of a fillet tangent to the plane
-it is a half, of a chamfer of two equal facets the whole."""
+"""Most angle at the edge of a wide plane that edges beside explain, in theirs: of a fillet tangent to the
+plane it is a half, of a chamfer of two equal facets the whole."""
 COPLANAR = np.radians(0.05)
 """Angle between facets of one plane, rad: rounding of files in single precision leaves less."""
 WIDE = 3.0

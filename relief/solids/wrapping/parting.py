@@ -23,6 +23,9 @@ from relief.solids.wrapping.file_surface import LEAST_SHARE, FileSurface, Near
 RINGS = 4
 """Rings of triangles around the touched ones that decide on the smooth surface there, as many as
 `relief.solids.remeshing.creases.BESIDE`."""
+RISE = 0.5
+"""Width over which a patch rises from the facets to the smooth surface, in the falloff: where the relief is
+whole it stands on the smooth surface."""
 LEVELS = 14
 """Halvings of the longest edges that are tried: of edges of 10 m to 1 mm."""
 
@@ -65,8 +68,8 @@ class Rest:
             edge_mm: Longest edge of its triangles, mm.
             where: (faces,) triangles of the patch that need it.
         """
-        keys = edge_keys(*edge_ends(self.faces)).reshape(-1, 3)
-        beside = among(keys, self._border_edges(body)).any(axis=1)
+        keys = edge_keys(*edge_ends(self.faces))
+        beside = among(keys, self._border_edges(body)).reshape(-1, 3).any(axis=1)
         whole = Rest(self.vertices, self.faces[beside], self.border).joined(body)
         needed = np.concatenate([where, np.zeros(int(beside.sum()), bool)])
         fine = refined(whole, edge_mm, needed)
@@ -201,11 +204,11 @@ def _patch(
 ) -> Patch:
     """The patch of triangles on the smooth surface behind the file's facets, (k,) numbers."""
     used, faces = renumbered(surface.body.faces[facets], len(surface.body.vertices))
-    how = getattr(surface.settings, "facets", None) or "auto"
+    how = surface.settings.facets or "auto"
     smooth = smooth_surface(Body(surface.body.vertices[used], faces), surface.bottom[facets], how)
     place = np.full(len(surface.body.faces), -1)
     place[facets] = np.arange(len(facets))
-    far = surface.settings.falloff_mm
+    far = RISE * surface.settings.falloff_mm
     on_border = np.arange(len(body.vertices)) < rest.border
     rise = smooth_step(np.minimum(ways_from(body, on_border, far), far) / far) * (how != "keep")
     uv = None if surface.uv is None else surface.uv[facets]

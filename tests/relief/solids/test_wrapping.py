@@ -18,7 +18,7 @@ from relief.solids.meshes.solid import check_solid
 from relief.solids.objects.implicit import body_of
 from relief.solids.objects.smooth import ball
 from relief.solids.objects.swept import cylinder
-from relief.solids.wrapping import surfaces
+from relief.solids.wrapping import file_surface
 from relief.solids.wrapping import wrapped_body as wrapping
 from relief.solids.wrapping.coordinates.geodesic_patches import lay_out
 from relief.solids.wrapping.coordinates.layout import singular_values
@@ -27,6 +27,7 @@ from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.masks import Points, mask_at
 from relief.solids.wrapping.texture_tiles import Tile
 from relief.solids.wrapping.wrapped_body import Covering, wrap
+from tests.relief.solids.remeshing.facets import remeshed
 
 
 def waves(size_mm=5.0, samples=50, height_mm=0.3):
@@ -286,7 +287,7 @@ def test_a_draft_tells_how_many_triangles_the_file_will_have():
     # 30 mm: edges of the draft's base are 1.25 mm, which halvings bring to other lengths than those of 1 mm.
     body, tiles, settings = box(30.0, 8.0, 6.0), [Covering(waves(), "z>-2")], Settings(edge_mm=0.45)
     draft = wrap(body, tiles, replace(settings, edge_mm=None, faces=1500, draft=True))
-    assert draft.base.coarser == pytest.approx(1.25)
+    assert draft.base.file.coarser == pytest.approx(1.25)
     edge_mm, faces = expected_file(draft.base, tiles, settings)
     assert edge_mm == 0.45
     assert len(wrap(body, tiles, settings).body.faces) == pytest.approx(faces, rel=0.1)
@@ -360,7 +361,7 @@ def test_a_deep_relief_stands_on_a_ball_whole_and_is_refused_in_it():
 
 
 def test_a_relief_is_cut_as_deep_as_there_is_room(monkeypatch):
-    monkeypatch.setattr(surfaces, "LEAST_BASE_EDGES", 10)
+    monkeypatch.setattr(file_surface, "LEAST_BASE_EDGES", 10)
     wrapped = wrap(ball(5.0, 0.8), [Covering(waves(12.0, 40, 4.0))], Settings(edge_mm=1.0, level=1.0))
     assert wrapped.lowering.part > 0.9
     assert wrapped.lowering.lowest_factor == pytest.approx(0.7 * 5.0 / 4.0, rel=0.02)
