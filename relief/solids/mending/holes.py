@@ -79,23 +79,27 @@ def round_holes(body: Body, most_mm: float) -> Holes | None:
     pairs = edge_pairs(body.faces)
     part = _walls(body, pairs)
     order = np.argsort(part, kind="stable")
-    groups = np.split(order, np.flatnonzero(np.diff(part[order])) + 1)
-    beside = np.sort(part[pairs // 3], axis=1)
-    beside = np.unique(beside[beside[:, 0] != beside[:, 1]], axis=0)
-    near = sp.coo_matrix((np.ones(len(beside), bool), beside.T), (len(groups),) * 2)
+    starts = np.flatnonzero(np.diff(part[order], prepend=-1))
+    ends = np.append(starts[1:], len(order))
+    beside = part[pairs // 3]
+    beside = beside[beside[:, 0] != beside[:, 1]]
+    near = sp.coo_matrix((np.ones(len(beside), bool), beside.T), (len(starts),) * 2)
     near = (near + near.T).tocsr()
-    diameters, cylinders, kept = [], [], np.zeros(len(groups), bool)
-    for number, group in enumerate(groups):
-        circle = _circle(body, group, 0.5 * most_mm) if len(group) >= FEWEST_FACES else None
+    diameters, cylinders, kept = [], [], np.zeros(len(starts), bool)
+    # Some face of a wall that goes around faces the first one of that wall.
+    normals = body.normals[order]
+    towards = np.minimum.reduceat((normals * normals[starts[part[order]]]).sum(axis=1), starts)
+    for number in np.flatnonzero((towards <= 0.0) & (ends - starts >= FEWEST_FACES)):
+        circle = _circle(body, order[starts[number] : ends[number]], 0.5 * most_mm)
         if circle is None:
             continue
         diameters.append(2.0 * circle[2])
         reached, waiting = {number}, [number]
         while waiting:
             one = waiting.pop()
-            ends = _within(body, groups[one], *circle, 0.5 * most_mm)
-            if ends is not None:
-                cylinders.append((circle[0], circle[1], *ends))
+            within = _within(body, order[starts[one] : ends[one]], *circle, 0.5 * most_mm)
+            if within is not None:
+                cylinders.append((circle[0], circle[1], *within))
                 kept[one] = True
                 further = set(near[one].indices.tolist()) - reached
                 reached |= further

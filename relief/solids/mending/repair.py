@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Index, extents
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.solids.body import Body
@@ -90,7 +90,8 @@ def mended(body: Body, name: object, holes_mm: float | None = None) -> Mended:
     # Repeated parts are closed, so the mesh is no more open without them.
     if len(again) and len(open_edges(work.body.faces[kept])) < len(open_edges(work.body.faces)):
         work = work.changed(work.body.faces[kept], kept, f"drops faces that lie there twice: {len(again)}")
-    rim = open_edges(work.body.faces)
+    if work.body is not body:
+        rim = open_edges(work.body.faces)
     if len(rim):
         work = _without_holes(work, rim, name, holes_mm)
     return _without_slivers(work)
@@ -236,7 +237,8 @@ def _without_slivers(work: Mended) -> Mended:
 def _thin(body: Body) -> Index:
     """Numbers of the faces that are slivers."""
     corners = body.vertices[body.faces]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    sides = corners - corners[:, [1, 2, 0]]
+    longest = np.sqrt(extents(np.einsum("fcd,fcd->fc", sides, sides))[1])
     return np.flatnonzero(2.0 * body.areas < SLIVER_MM * longest)
 
 

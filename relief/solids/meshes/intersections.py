@@ -84,6 +84,8 @@ def crossing_faces(body: Body, shallow: bool = False, of: Chosen | None = None) 
         of: (faces,) those that are looked for; None: all. They may pass through any face.
     """
     of = np.ones(len(body.faces), bool) if of is None else of
+    if not of.any():
+        return np.zeros(0, np.int64)
     near = np.flatnonzero(of if of.all() else near_faces(body.vertices, body.faces, of))
     least_mm, rounding = (0.0, DIGITS) if shallow else (LEAST_DEPTH_MM, SINGLE)
     crossing = np.zeros(len(of), bool)

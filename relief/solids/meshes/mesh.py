@@ -27,6 +27,10 @@ FEW_MM, MANY_MM = 12.0, 1000.0
 """Longest sides, mm, below and above which a warning asks for the unit. Things in the hand measure 0.5 to 12
 inches, and less than 12 mm has no room for a finger's patch of 10 mm beside an edge."""
 
+MIXERS = np.array([0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB], np.uint64).view(np.int64)
+"""Odd factors that spread the bits of coordinates over a number by which equal positions are sorted; from
+SplitMix64 (G. Steele et al., OOPSLA 2014)."""
+
 
 @dataclass(frozen=True)
 class Mesh:
@@ -129,18 +133,32 @@ def _welded(parsed: Parsed, factor: float, path: Path) -> tuple[Body, NDArray[np
         raise InputError(f"{path}: lies too far from the origin; move the mesh there")
     # Adding 0 makes -0 and 0 the same bytes.
     vertices = vertices * factor + 0.0
-    rows = np.ascontiguousarray(vertices).view(np.dtype((np.void, 24))).ravel()
-    _, first, index = np.unique(rows, return_index=True, return_inverse=True)
-    # In the order of the file, which neighbours share.
-    order = np.argsort(first)
-    rank = np.empty(len(order), dtype=np.int64)
-    rank[order] = np.arange(len(order))
-    faces: Index = rank[index][np.asarray(parsed.faces)]
+    faces: Index = _first_equal(vertices)[np.asarray(parsed.faces)]
     sound = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
     if not sound.any():
         raise InputError(f"{path}: has no triangle with an area")
-    used, faces = renumbered(faces[sound], len(order))
-    return Body(vertices[first[order]][used], faces), sound
+    used, faces = renumbered(faces[sound], len(vertices))
+    return Body(vertices[used], faces), sound
+
+
+def _first_equal(rows: Array) -> Index:
+    """(n,) number of the first row with the same bits, for rows (n, 3)."""
+    bits = rows.view(np.int64)
+    # Low bits of coordinates in single precision are 0.
+    mixed = (bits ^ (bits >> 32)) @ MIXERS
+    order = np.argsort(mixed, kind="stable")
+    starts = _row_starts(bits[order])
+    if np.count_nonzero(starts) > np.count_nonzero(np.diff(mixed[order])) + 1:
+        order = np.lexsort(bits.T)
+        starts = _row_starts(bits[order])
+    first = np.empty(len(rows), np.int64)
+    first[order] = order[starts][np.cumsum(starts) - 1]
+    return first
+
+
+def _row_starts(rows: Index) -> NDArray[np.bool_]:
+    """(n,) whether rows (n, 3) differ from the one before; the first does."""
+    return np.append(True, (rows[1:] != rows[:-1]).any(axis=1))
 
 
 def _doubts(body: Body, unit_unknown: bool) -> list[str]:

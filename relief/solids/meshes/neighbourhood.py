@@ -44,7 +44,11 @@ def edge_balance(faces: NDArray[np.intp]) -> tuple[Index, Index, Array]:
         numbers of half-edges that run towards the higher vertex less those that run towards the lower.
     """
     start, end = edge_ends(faces)
-    edge = np.unique(edge_keys(start, end), return_inverse=True)[1]
+    keys = edge_keys(start, end)
+    # Half-edges of neighbours are near one another in most files, where a stable sort is fastest.
+    order = np.argsort(keys, kind="stable")
+    edge = np.empty(len(keys), np.int64)
+    edge[order] = np.cumsum(np.diff(keys[order], prepend=-1) != 0) - 1
     count = np.bincount(edge).astype(np.int64)
     return edge, count, np.bincount(edge, np.where(start < end, 1.0, -1.0)).astype(np.float64)
 

@@ -16,7 +16,7 @@ from relief.ground.formats import MESHES
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
 from relief.solids.export.threemf_writer import PART
-from relief.solids.meshes import check_solid, read_mesh
+from relief.solids.meshes import check_solid, mesh, read_mesh
 from relief.solids.meshes.solid import volume_mm3
 from tests.relief.solids.meshes.bodies import cube, joined, ply, stl, torus
 
@@ -422,3 +422,14 @@ def test_parts_of_a_file_follow_one_another(tmp_path: Path) -> None:
     body = read_mesh(path).body
     assert len(body.vertices) == 16 and len(body.faces) == 24
     assert body.vertices[body.faces[:12]].max() == 20.0
+
+
+@pytest.mark.parametrize("mixers", [mesh.MIXERS, 0 * mesh.MIXERS, 2**32 * mesh.MIXERS])
+def test_equal_positions_become_one_whatever_their_bits_are_mixed_to(
+    monkeypatch: pytest.MonkeyPatch, mixers: np.ndarray
+) -> None:
+    monkeypatch.setattr(mesh, "MIXERS", mixers)
+    rows = np.random.default_rng(2).integers(-2, 3, (300, 3)).astype(np.float32) * 0.3 + 0.0
+    rows = rows.astype(np.float64)
+    expected = [rows.tolist().index(row) for row in rows.tolist()]
+    assert mesh._first_equal(rows).tolist() == expected
