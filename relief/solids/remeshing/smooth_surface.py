@@ -146,30 +146,29 @@ def _guess(edges: FacetEdges, creases: NDArray[np.bool_]) -> tuple[Index, Array,
     """Groups of corners, (faces * 3,), a guess of their normals, (groups, 3), and which are exact, (groups,).
 
     Normals are means by angles; beside a wide plane, which is no facet, that of the plane. Such a normal is
-    exact where the plane is wide against all facets around. Where fillets end two such planes may meet at a
+    exact where the plane is wide against all facets beside. Where fillets end two such planes may meet at a
     vertex: the edges of these planes there become `creases`, so that both keep their normals.
     """
     body, planes = edges.body, len(edges.width)
     unit, weight = np.repeat(units(body.normals), 3, axis=0), corner_angles(body).ravel()
     across = edges.plane[edges.pairs // 3]
-    for _ in range(2):
+    while True:
         group = corner_groups(body, edges.pairs, creases)
         own = group * planes + np.repeat(edges.plane, 3)
         rim = (across[:, 0] != across[:, 1]) & ~creases.ravel()[edges.pairs[:, 0]]
         pairs, wide = edges.pairs[rim], edges.wide()[rim]
         ends = lambda halves: own[np.concatenate([halves, _after(halves)])]  # noqa: B023, E731
         kept = np.isin(own, ends(pairs[wide]))
-        exact = kept & ~np.isin(own, ends(pairs[~wide]))
-        any_kept, fixed = np.zeros((2, int(group.max()) + 1), bool)
-        any_kept[group[kept]], fixed[group[exact]] = True, True
-        share = np.where(any_kept[group] & ~kept, 0.0, weight)
-        guess = units(sums_by(group, share[:, None] * unit, len(fixed)))
+        exact = kept & np.repeat(edges.planes, 3)
+        fixed, beside = np.zeros((2, int(group.max()) + 1), bool)
+        fixed[group[exact]], beside[group[kept]] = True, True
+        counts = np.where(fixed[group], exact, kept | ~beside[group])
+        guess = units(sums_by(group, (counts * weight)[:, None] * unit, len(fixed)))
         clash = exact & (np.linalg.norm(unit - guess[group], axis=1) > COPLANAR)
         at_clash = (clash[pairs] | clash[_after(pairs)]).any(axis=1)
         if not at_clash.any():
-            break
+            return group, guess, fixed
         creases.reshape(-1)[pairs[at_clash].ravel()] = True
-    return group, guess, fixed
 
 
 def _justified(edges: FacetEdges, creases: NDArray[np.bool_]) -> Array:
