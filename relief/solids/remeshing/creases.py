@@ -137,13 +137,13 @@ def crease_edges(edges: FacetEdges) -> NDArray[np.bool_]:
     # Edges of chamfers beside a plane explain no others, and come first therefore.
     for some, most in ((doubtful & beside, TANGENT), (doubtful & ~beside, SUPPORT)):
         for part in in_blocks(np.flatnonzero(some), AT_ONCE):
-            creases[part] = turns[part] > most * _support(edges, explaining, part)
+            creases[part] = ~_explained(edges, explaining, part, turns[part] / most)
         explaining = np.where(creases & beside, 0.0, explaining)
     return creases
 
 
-def _support(edges: FacetEdges, explaining: Array, chosen: Index) -> Array:
-    """(n,) greatest angle at the edges beside chosen ones: parallel, and a few triangles away."""
+def _explained(edges: FacetEdges, explaining: Array, chosen: Index, least: Array) -> NDArray[np.bool_]:
+    """(n,) whether an edge beside chosen ones, parallel and a few triangles away, has a least angle (n,)."""
     body, pairs, turns = edges.body, edges.pairs, edges.turns
     flat = body.faces.ravel()
     twin, turn, bend = twins(pairs, len(flat)), np.zeros(len(flat)), np.zeros(len(flat))
@@ -151,7 +151,7 @@ def _support(edges: FacetEdges, explaining: Array, chosen: Index) -> Array:
     way, long_ = directions(body, pairs[chosen, 0])
     ends = flat[pairs[chosen]]
     middle = body.vertices[ends].mean(axis=1)
-    support = np.zeros(len(chosen))
+    explained = np.zeros(len(chosen), bool)
     # What lies beyond a plane explains no edge that matters.
     ending = edges.chords[chosen] >= KEPT_MM["keep"]
     number, half = np.tile(np.arange(len(chosen)), 2), pairs[chosen].T.ravel()
@@ -174,7 +174,9 @@ def _support(edges: FacetEdges, explaining: Array, chosen: Index) -> Array:
             along = (apart * way[number]).sum(axis=1)
             beside = np.linalg.norm(apart - along[:, None] * way[number], axis=1)
             parallel &= beside > IN_LINE * (np.abs(along) - 0.5 * (long_[number] + length))
-        np.maximum.at(support, number[parallel], turn[half[parallel]])
-        onward = (twin[half] >= 0) & ~other & ~(ending[number] & edges.planes[twin[half] // 3])
-        number, half = number[onward], twin[half[onward]]
-    return support
+        explained[number[parallel & (turn[half] >= least[number])]] = True
+        beyond = twin[half]
+        onward = (beyond >= 0) & ~other & ~explained[number]
+        onward &= ~(ending[number] & edges.planes[beyond // 3])
+        number, half = number[onward], beyond[onward]
+    return explained
