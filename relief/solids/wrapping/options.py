@@ -74,7 +74,8 @@ class SurfaceOptions:
         Option(
             "what becomes of the facets of round surfaces",
             choices=("keep", "smooth"),
-            default="smooth where neighbours explain the edge and facets leave out less than 0.05 mm, else kept",
+            default="smooth where neighbours explain the edge and facets leave out less than 0.05 mm, else "
+            "kept",
         ),
     ] = None
     edge_mm: Annotated[
