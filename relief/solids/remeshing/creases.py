@@ -33,8 +33,11 @@ FARTHEST = 20.0
 BESIDE = 4
 """Triangles away that edges may lie to explain one: facets of a strip or a cell are one to three."""
 TANGENT = 0.75
-"""Most angle at the edge of a wide plane that edges beside explain, in theirs: of a fillet tangent to the
-plane it is a half, of a chamfer of two equal facets the whole."""
+"""Largest angle at the edge of a plane that edges beside explain, in theirs: a half at a fillet, which is
+tangent to the plane, the whole at a chamfer of two equal facets."""
+PLANE = 6.0
+"""Width of a plane against that of all facets beside, from which the plane is no facet: facets of one surface
+differ by less, and a chamfer of more than a sixth is kept by its chord height."""
 COPLANAR = np.radians(0.05)
 """Angle between facets of one plane, rad: rounding of files in single precision leaves less."""
 WIDE = 3.0
@@ -96,9 +99,9 @@ class FacetEdges:
         heights = np.where(np.repeat(cut, 3), np.maximum(heights, np.repeat(width[plane], 3)), heights)
         return cls(body, pairs, turns, plane, width, heights)
 
-    def wide(self) -> NDArray[np.bool_]:
-        """(n, 2) whether the facet of each half-edge is a wide plane against the facet beyond it."""
-        return np.asarray(self.width[self.plane[self.pairs // 3]] > WIDE * self.heights[self.pairs[:, ::-1]])
+    def wide(self, ratio: float = WIDE) -> NDArray[np.bool_]:
+        """(n, 2) whether the facet of each half-edge is a plane that is wide against the facet beyond it."""
+        return np.asarray(self.width[self.plane[self.pairs // 3]] > ratio * self.heights[self.pairs[:, ::-1]])
 
     @cached_property
     def chords(self) -> Array:
@@ -115,11 +118,13 @@ class FacetEdges:
     @cached_property
     def planes(self) -> NDArray[np.bool_]:
         """(faces,) whether triangles lie in a plane wide against all facets that it may be smoothed with."""
-        near = (self.turns >= COPLANAR) & (self.turns < SHARPEST) & (self.chords < KEPT_MM["auto"])
-        wide, beside = self.wide()[near], self.plane[self.pairs[near] // 3]
+        near = (self.turns >= COPLANAR) & (self.turns < SHARPEST)
+        wide, beside = self.wide(PLANE)[near], self.plane[self.pairs[near] // 3]
+        # Edges that leave out much are no round surface's, whatever lies beside.
+        narrow = ~wide & (self.chords[near] < KEPT_MM["auto"])[:, None]
         plane = np.zeros(len(self.width), bool)
         plane[beside[wide]] = True
-        plane[beside[~wide]] = False
+        plane[beside[narrow]] = False
         return plane[self.plane]
 
 
@@ -128,29 +133,30 @@ def crease_edges(edges: FacetEdges) -> NDArray[np.bool_]:
     turns, explaining = edges.turns, np.where(edges.turns < SHARPEST, edges.turns, 0.0)
     creases = turns >= SHARPEST
     doubtful = (turns > SMOOTHEST) & ~creases
-    beside = edges.planes[edges.pairs // 3].any(axis=1)
+    beside = edges.planes[edges.pairs // 3].any(axis=1) & (edges.chords >= KEPT_MM["keep"])
     # Edges of chamfers beside a plane explain no others, and come first therefore.
     for some, most in ((doubtful & beside, TANGENT), (doubtful & ~beside, SUPPORT)):
         for part in in_blocks(np.flatnonzero(some), AT_ONCE):
-            creases[part] = turns[part] > most * _support(edges, explaining, part)
+            creases[part] = ~_explained(edges, explaining, part, turns[part] / most)
         explaining = np.where(creases & beside, 0.0, explaining)
     return creases
 
 
-def _support(edges: FacetEdges, explaining: Array, chosen: Index) -> Array:
-    """(n,) greatest angle at the edges beside chosen ones: parallel, few triangles away, on no wide plane."""
+def _explained(edges: FacetEdges, explaining: Array, chosen: Index, least: Array) -> NDArray[np.bool_]:
+    """(n,) whether an edge beside chosen ones, parallel and a few triangles away, has a least angle (n,)."""
     body, pairs, turns = edges.body, edges.pairs, edges.turns
     flat = body.faces.ravel()
     twin, turn, bend = twins(pairs, len(flat)), np.zeros(len(flat)), np.zeros(len(flat))
     turn[pairs], bend[pairs] = explaining[:, None], turns[:, None]
-    twin[np.isin(twin, np.flatnonzero(np.repeat(edges.planes, 3)))] = -1
     way, long_ = directions(body, pairs[chosen, 0])
     ends = flat[pairs[chosen]]
     middle = body.vertices[ends].mean(axis=1)
-    support = np.zeros(len(chosen))
-    half = pairs[chosen].T.ravel()
-    number = np.tile(np.arange(len(chosen)), 2)[~edges.planes[half // 3]]
-    half = half[~edges.planes[half // 3]]
+    explained = np.zeros(len(chosen), bool)
+    # What lies beyond a plane explains no edge that matters.
+    ending = edges.chords[chosen] >= KEPT_MM["keep"]
+    number, half = np.tile(np.arange(len(chosen)), 2), pairs[chosen].T.ravel()
+    open_ = ~(ending[number] & edges.planes[half // 3])
+    number, half = number[open_], half[open_]
     for step in range(BESIDE):
         number = np.tile(number, 2)
         half = np.concatenate([half - half % 3 + (half + add) % 3 for add in (1, 2)])
@@ -168,7 +174,9 @@ def _support(edges: FacetEdges, explaining: Array, chosen: Index) -> Array:
             along = (apart * way[number]).sum(axis=1)
             beside = np.linalg.norm(apart - along[:, None] * way[number], axis=1)
             parallel &= beside > IN_LINE * (np.abs(along) - 0.5 * (long_[number] + length))
-        np.maximum.at(support, number[parallel], turn[half[parallel]])
-        onward = (twin[half] >= 0) & ~other
-        number, half = number[onward], twin[half[onward]]
-    return support
+        explained[number[parallel & (turn[half] >= least[number])]] = True
+        beyond = twin[half]
+        onward = (beyond >= 0) & ~other & ~explained[number]
+        onward &= ~(ending[number] & edges.planes[beyond // 3])
+        number, half = number[onward], beyond[onward]
+    return explained

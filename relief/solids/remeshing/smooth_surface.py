@@ -31,6 +31,9 @@ SLIVER = 4.0
 NEAR = 1e-3
 """Weight of the initial normals, relative to that of the shortest edges of triangles: keeps slivers, whose
 edges have little weight, from rotating normals."""
+CUT = 0.01
+"""Weight of the initial normals where a body is cut off, in that of others: their means lack the facets
+beyond the cut."""
 STEPS = 60
 """Most steps of conjugate gradients; the initial guess is good but for few places."""
 EDGE_MM, MOST_FACES = 1.5, 600_000
@@ -95,7 +98,10 @@ def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None, facets: st
     creases = np.zeros(body.faces.shape, bool)
     creases.reshape(-1)[pairs[sharp | kept].ravel()] = True
     group, guess, fixed = _guess(edges, creases)
-    normals = _fulfilled(body, group, guess, fixed)[group].reshape(-1, 3, 3)
+    ends = np.setdiff1d(np.arange(body.faces.size), pairs)
+    near = np.full(len(guess), NEAR)
+    near[group[np.concatenate([ends, _after(ends)])]] *= CUT
+    normals = _fulfilled(body, group, guess, fixed, near)[group].reshape(-1, 3, 3)
     most = np.zeros(body.faces.size) if facets == "keep" else _justified(edges, creases)
     bulge = bulges(body, pairs, creases, normals, most)
     return SmoothSurface(
@@ -146,30 +152,29 @@ def _guess(edges: FacetEdges, creases: NDArray[np.bool_]) -> tuple[Index, Array,
     """Groups of corners, (faces * 3,), a guess of their normals, (groups, 3), and which are exact, (groups,).
 
     Normals are means by angles; beside a wide plane, which is no facet, that of the plane. Such a normal is
-    exact where the plane is wide against all facets around. Where fillets end two such planes may meet at a
+    exact where the plane is wide against all facets beside. Where fillets end two such planes may meet at a
     vertex: the edges of these planes there become `creases`, so that both keep their normals.
     """
     body, planes = edges.body, len(edges.width)
     unit, weight = np.repeat(units(body.normals), 3, axis=0), corner_angles(body).ravel()
     across = edges.plane[edges.pairs // 3]
-    for _ in range(2):
+    while True:
         group = corner_groups(body, edges.pairs, creases)
         own = group * planes + np.repeat(edges.plane, 3)
         rim = (across[:, 0] != across[:, 1]) & ~creases.ravel()[edges.pairs[:, 0]]
         pairs, wide = edges.pairs[rim], edges.wide()[rim]
         ends = lambda halves: own[np.concatenate([halves, _after(halves)])]  # noqa: B023, E731
         kept = np.isin(own, ends(pairs[wide]))
-        exact = kept & ~np.isin(own, ends(pairs[~wide]))
-        any_kept, fixed = np.zeros((2, int(group.max()) + 1), bool)
-        any_kept[group[kept]], fixed[group[exact]] = True, True
-        share = np.where(any_kept[group] & ~kept, 0.0, weight)
-        guess = units(sums_by(group, share[:, None] * unit, len(fixed)))
+        exact = kept & np.repeat(edges.planes, 3)
+        fixed, beside = np.zeros((2, int(group.max()) + 1), bool)
+        fixed[group[exact]], beside[group[kept]] = True, True
+        counts = np.where(fixed[group], exact, kept | ~beside[group])
+        guess = units(sums_by(group, (counts * weight)[:, None] * unit, len(fixed)))
         clash = exact & (np.linalg.norm(unit - guess[group], axis=1) > COPLANAR)
         at_clash = (clash[pairs] | clash[_after(pairs)]).any(axis=1)
         if not at_clash.any():
-            break
+            return group, guess, fixed
         creases.reshape(-1)[pairs[at_clash].ravel()] = True
-    return group, guess, fixed
 
 
 def _justified(edges: FacetEdges, creases: NDArray[np.bool_]) -> Array:
@@ -182,10 +187,10 @@ def _justified(edges: FacetEdges, creases: NDArray[np.bool_]) -> Array:
     return JUSTIFIED * most
 
 
-def _fulfilled(body: Body, group: Index, guess: Array, fixed: NDArray[np.bool_]) -> Array:
+def _fulfilled(body: Body, group: Index, guess: Array, fixed: NDArray[np.bool_], near: Array) -> Array:
     """Normals (groups, 3) near a guess whose sums at both ends of edges are perpendicular to the edges.
 
-    Those that are fixed, (groups,), stay as they are.
+    Those that are fixed, (groups,), stay as they are; `near`, (groups,), are the weights of the guess.
     """
     halves = np.arange(len(group))
     way, length = directions(body, halves)
@@ -213,7 +218,7 @@ def _fulfilled(body: Body, group: Index, guess: Array, fixed: NDArray[np.bool_])
     )
     by_turns = matrix @ tangents
     lean = along @ tangents
-    square = by_turns.T @ by_turns + lean.T @ lean + NEAR * sp.eye_array(2 * len(guess))
+    square = by_turns.T @ by_turns + lean.T @ lean + sp.diags_array(np.repeat(near, 2))
     change, _ = cg(square, -(by_turns.T @ (matrix @ guess.ravel())), rtol=1e-4, maxiter=STEPS)
     return units(guess + (tangents @ change).reshape(-1, 3))
 

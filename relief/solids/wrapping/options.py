@@ -69,6 +69,15 @@ class SurfaceOptions:
             HOLES_MM,
         ),
     ] = None
+    facets: Annotated[
+        str | None,
+        Option(
+            "what becomes of the facets of round surfaces",
+            choices=("keep", "smooth"),
+            default="smooth where neighbours explain the edge and facets leave out less than 0.05 mm, else "
+            "kept",
+        ),
+    ] = None
     edge_mm: Annotated[
         float | None,
         Option(
