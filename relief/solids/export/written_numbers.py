@@ -16,7 +16,8 @@ def rows_as_text(template: str, rows: AnyArray) -> Iterator[bytes]:
 def nine_digits(vertices: Array) -> Array:
     """Coordinates (n, 3) to nine significant digits, which give back every number in single precision."""
     texts = rows_as_text("%.9g %.9g %.9g ", vertices)
-    return np.concatenate([np.fromstring(text.decode(), sep=" ") for text in texts]).reshape(-1, 3)
+    rows = [np.fromstring(text.decode(), sep=" ") for text in texts]
+    return np.concatenate([np.empty(0), *rows]).reshape(-1, 3)
 
 
 def single_precision(vertices: Array) -> Array:

@@ -15,8 +15,8 @@ from relief.solids.meshes.neighbourhood import ways_from
 from relief.solids.meshes.unrolling import feet
 from relief.solids.wrapping.coordinates.closing import change_line, closed
 from relief.solids.wrapping.coordinates.found import OFF_SIZE, Coordinates, found_coordinates, shown_vector
-from relief.solids.wrapping.coordinates.geodesic_patches import lay_once
-from relief.solids.wrapping.coordinates.layout import Layout, one_patch
+from relief.solids.wrapping.coordinates.geodesic_patches import lay_once, room_around
+from relief.solids.wrapping.coordinates.layout import Layout, one_patch, stretches
 from relief.solids.wrapping.file_surface import LEAST_SHARE, FileSurface, Near
 from relief.solids.wrapping.masks import Points, mask_at
 from relief.solids.wrapping.placement import Placement, turned
@@ -68,6 +68,18 @@ class Laid:
             if self.fade is not None:
                 share *= surface.of_vertices(self.fade)
         return np.asarray(share)
+
+    def moved(self, old: BaseSurface, new: BaseSurface) -> "Laid":
+        """The texture in its place, by one chart of an old base, on a new one."""
+        faces = np.flatnonzero(self.layout.laid())
+        face, share = feet(new.body.vertices, Body(old.body.vertices, old.body.faces[faces]))
+        number = faces[face]
+        uv = np.einsum("nc,ncd->nd", share, self.layout.uv[number, 0])[new.body.faces]
+        fade = None
+        if self.fade is not None:
+            fade = (share * self.fade[old.body.faces[number]]).sum(axis=1)
+        stretch = stretches(new.body.vertices[new.body.faces], uv)
+        return Laid(self.covering, one_patch(np.ones(len(uv), bool), uv, stretch), fade)
 
 
 class TexturePlacer:
@@ -193,8 +205,8 @@ def reach_of(file: FileSurface, coverings: Sequence[Covering], placement: Placem
     if not all(covering.once for covering in coverings):
         return None
     middles = [middle_of(file, placement, covering.mask) for covering in coverings]
-    reaches = [0.5 * math.hypot(*covering.tile.size_mm) for covering in coverings]
-    samples, shift = file.samples, math.hypot(*placement.offset_mm)
+    shift, samples = math.hypot(*placement.offset_mm), file.samples
+    reaches = [room_around(0.5 * math.hypot(*covering.tile.size_mm) + shift) for covering in coverings]
     carrying = samples.points.places[samples.share > LEAST_SHARE]
     # The middle may lie off the surface, and the texture around the place next to it.
     places = [carrying[np.argmin(((carrying - middle) ** 2).sum(axis=1))] for middle in middles]

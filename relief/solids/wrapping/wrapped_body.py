@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from relief.ground.arrays import Array, FloatArray
 from relief.ground.progress import stage
 from relief.solids.body import Body
-from relief.solids.wrapping.bending import Bending, bending
+from relief.solids.wrapping.measures.bending import Bending, bending
 from relief.solids.wrapping.clearance import clearance_factor
 from relief.solids.wrapping.displacing import displaced
 from relief.solids.wrapping.edges import edge_of
 from relief.solids.wrapping.file_surface import FileSurface, Settings
 from relief.solids.wrapping.laying import Laid, TexturePlacer, beside, off_size, reach_of
-from relief.solids.wrapping.lowering import Lowering, lowering
+from relief.solids.wrapping.measures.lowering import Lowering, lowering
 from relief.solids.wrapping.masks import Regions
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface, FineSurface
@@ -154,17 +154,17 @@ def _placed(
     """The part of the surface that carries texture, and the textures in their places."""
     first, falloff_mm = coverings[0], file.settings.falloff_mm
     base = BaseSurface(file, reach_of(file, coverings, placement))
-    for again in (True, False):
-        layer = TexturePlacer(base, placement, falloff_mm)
+    layer = TexturePlacer(base, placement, falloff_mm)
+    check_area(base.body, base.carried, first.tile.pitch_mm, first.mask)
+    laid = layer.laid(coverings)
+    if any(covering.once for covering in coverings):
+        base.carried = base.carried * _present([each.on_base(base, falloff_mm) for each in laid])
         check_area(base.body, base.carried, first.tile.pitch_mm, first.mask)
-        laid = layer.laid(coverings)
-        if any(covering.once for covering in coverings):
-            base.carried = base.carried * _present([each.on_base(base, falloff_mm) for each in laid])
-            check_area(base.body, base.carried, first.tile.pitch_mm, first.mask)
-        if not again or not all(covering.once for covering in coverings):
-            break
-        # What a texture leaves bare that is placed once stays as it was read.
-        base = BaseSurface(file, beside(base))
+    if all(covering.once for covering in coverings):
+        # What textures leave bare that are placed once stays as it was read.
+        old, base = base, BaseSurface(file, beside(base))
+        laid = [each.moved(old, base) for each in laid]
+        base.carried = base.carried * _present([each.on_base(base, falloff_mm) for each in laid])
     return base, layer, laid
 
 

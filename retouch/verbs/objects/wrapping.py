@@ -16,7 +16,7 @@ from relief.solids.body import Part
 from relief.solids.export.parts import as_written, write_parts
 from relief.solids.export.printed_parts import PrintedPart, print_part
 from relief.solids.meshes.solid import check_closed, check_parts
-from relief.solids.wrapping.lowering import Lowering
+from relief.solids.wrapping.measures.lowering import Lowering
 from relief.solids.wrapping.wrapped_body import Wrapped
 from relief.solids.wrapping.wrapped_body import wrap as wrapped_by
 from retouch.pages.objects.wrap_page import LEAST_OFF

@@ -5,7 +5,7 @@ import pytest
 
 from relief.solids.objects.smooth import ball
 from relief.solids.objects.swept import cylinder
-from relief.solids.wrapping import surfaces
+from relief.solids.wrapping import file_surface
 from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.options import PlacingOptions
 from relief.solids.wrapping.placement import placement_of
@@ -18,7 +18,7 @@ TILE = Covering(Tile(np.full((16, 16), 0.1), 0.3))
 
 @pytest.fixture(autouse=True)
 def _few_triangles(monkeypatch):
-    monkeypatch.setattr(surfaces, "LEAST_BASE_EDGES", 10)
+    monkeypatch.setattr(file_surface, "LEAST_BASE_EDGES", 10)
 
 
 def radii(body, **placed):

@@ -18,7 +18,7 @@ from relief.solids.meshes.solid import check_solid
 from relief.solids.objects.implicit import body_of
 from relief.solids.objects.smooth import ball
 from relief.solids.objects.swept import cylinder
-from relief.solids.wrapping import file_surface
+from relief.solids.wrapping import file_surface, surfaces
 from relief.solids.wrapping import wrapped_body as wrapping
 from relief.solids.wrapping.coordinates.geodesic_patches import lay_out
 from relief.solids.wrapping.coordinates.layout import singular_values
@@ -156,6 +156,7 @@ POINTS = Points(
     None,
     {"left": lambda places: places[:, 0] < 5.0},
     np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]),
+    np.array([5.0, 5.0, 4.0]),
 )
 
 

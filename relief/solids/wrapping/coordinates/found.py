@@ -81,8 +81,8 @@ class CoordinateSearch:
 
     @cached_property
     def normals(self) -> Array:
-        """(faces, 3) unit normals."""
-        return units(self.base.body.normals)
+        """(faces, 3) unit normals of the smooth surface."""
+        return units(self.base.mesh.normals.sum(axis=1))
 
     def textured(self) -> tuple[Array, Array, Array]:
         """Middles (n, 3), mm, unit normals (n, 3) and areas (n,), mm², of the textured triangles."""

@@ -74,7 +74,7 @@ def lay_once(body: Body, normals: Array, seed: int, reach_mm: float, along: Arra
         reach_mm: Half the diagonal of the texture.
     """
     cover = _Cover(body, normals, along)
-    vertices, uv, _ = cover.map(seed, max(ROOM * reach_mm, reach_mm + LEAST_ROOM_MM))
+    vertices, uv, _ = cover.map(seed, room_around(reach_mm))
     patch = _Patch(vertices, uv, np.linalg.norm(uv, axis=1), reach_mm)
     at = np.full((len(body.vertices), 2), np.nan)
     at[vertices] = cover.upright(patch, seed)[0]
@@ -83,6 +83,11 @@ def lay_once(body: Body, normals: Array, seed: int, reach_mm: float, along: Arra
     corners[~inside] = 0.0
     stretch = np.where(inside, stretches(body.vertices[body.faces], corners), 0.0)
     return one_patch(inside, corners, stretch)
+
+
+def room_around(reach_mm: float) -> float:
+    """Radius of the surface around a place on which `lay_once` computes a texture that reaches so far, mm."""
+    return max(ROOM * reach_mm, reach_mm + LEAST_ROOM_MM)
 
 
 @dataclass(frozen=True)

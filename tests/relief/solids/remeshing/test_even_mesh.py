@@ -179,16 +179,10 @@ def test_seams_of_texture_coordinates_are_held():
     body = of(trimesh.creation.box((12.0, 9.0, 5.0)))
     uv = np.random.default_rng(0).uniform(size=(12, 3, 2))
     mesh = remeshed(body, 1.0, uv)
-    expected = np.einsum("fkc,fcd->fkd", nearest_in_faces(mesh, body), uv[mesh.origin])
-    assert mesh.uv == pytest.approx(expected, abs=1e-6)
-
-
-def nearest_in_faces(mesh, body):
-    places = mesh.body.vertices[mesh.body.faces].reshape(-1, 3)
-    corners = np.repeat(body.vertices[body.faces][mesh.origin], 3, axis=0)
-    share, square = nearest_in(places, corners)
-    assert square.max() < 1e-12
-    return share.reshape(-1, 3, 3)
+    places = np.einsum("fkc,fkcd->fkd", mesh.share, body.vertices[body.faces[mesh.facet]])
+    assert places == pytest.approx(mesh.body.vertices[mesh.body.faces], abs=1e-6)
+    # These coordinates end at every edge of the facets.
+    assert (mesh.facet == mesh.facet[:, :1]).all()
 
 
 def test_the_nearest_points_of_triangles_are_inside_on_edges_and_at_corners():
