@@ -13,6 +13,8 @@ MOST_FACES = 1_000_000
 HOLE_MM = 0.5
 """Size, mm, up to which a hole is a fault of the mesh, where no other is given: less than a finger or a
 printer resolves."""
+LEAST_FALLOFF_MM = 0.05
+"""Narrowest width over which textures end, mm."""
 HOLES_MM = (0.0, 100.0)
 """Sizes of holes that are closed or left without texture, mm: wider ones are no bores but shapes."""
 
@@ -50,7 +52,7 @@ class SurfaceOptions:
             label="Where, as in z>2 & angle<80",
         ),
     ] = None
-    falloff_mm: Annotated[float, Option("width over which textures end, mm", "MM", (0.05, 100.0))] = 2.0
+    falloff_mm: Annotated[float, Option("width over which textures end, mm", "MM", (LEAST_FALLOFF_MM, 100.0))] = 2.0
     level: Annotated[
         float,
         Option(

@@ -47,6 +47,7 @@ class BaseSurface:
         normals: (vertices, 3) outward unit normals.
         points: The vertices, as masks take them.
         carried: (vertices,) how much of any texture each vertex carries; 0 on the border.
+        facets: The smooth surface behind the file's facets there.
         touched: (file's faces,) triangles of the file that carry texture somewhere.
     """
 
@@ -55,7 +56,7 @@ class BaseSurface:
         with stage("normals"):
             parting = parted(file, near)
         self.file, self.rest, self.touched = file, parting.rest, parting.touched
-        patch = parting.patch
+        patch, self.facets = parting.patch, parting.patch.surface
         if not settings.draft:
             whole = self.rest.joined(patch.body)
             check_apart(whole, np.arange(len(whole.faces)) < len(patch.body.faces), "mesh")

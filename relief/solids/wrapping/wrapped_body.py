@@ -16,6 +16,8 @@ from relief.solids.wrapping.edges import edge_of
 from relief.solids.wrapping.file_surface import FileSurface, Settings
 from relief.solids.wrapping.laying import Laid, TexturePlacer, beside, off_size, reach_of
 from relief.solids.wrapping.measures.lowering import Lowering, lowering
+from relief.solids.wrapping.measures.gaps import Gap, narrowest_gap
+from relief.solids.wrapping.measures.presence import Presence, presence
 from relief.solids.wrapping.masks import Regions
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface, FineSurface
@@ -46,6 +48,11 @@ class Wrapped:
         bending: Curvatures of the textured surface along the first texture's x and y.
         base: The coarse triangles.
         farthest_mm: Largest distance of the textured surface from the file, the relief apart.
+        kept_edges: Number of edges between facets of a round surface that are kept.
+        kept_mm: Most that these facets leave out of such a surface, mm.
+        falloff_mm: Width over which textures end, mm.
+        presence: How much of the relief is there.
+        gap: Narrowest gap left between walls that face one another; None: none is narrow.
     """
 
     body: Body
@@ -65,6 +72,11 @@ class Wrapped:
     bending: tuple[Bending, Bending]
     base: BaseSurface
     farthest_mm: float
+    kept_edges: int
+    kept_mm: float
+    falloff_mm: float
+    presence: Presence
+    gap: Gap | None
 
 
 @stage("wrapping")
@@ -145,6 +157,11 @@ def wrap(
         bending=bending(base.body, base.mesh.normals, laid[0].layout, where),
         base=base,
         farthest_mm=base.mesh.farthest_mm,
+        kept_edges=base.facets.kept,
+        kept_mm=base.facets.kept_mm,
+        falloff_mm=settings.falloff_mm,
+        presence=presence(surface.fine.body, textured),
+        gap=None if settings.draft else narrowest_gap(wrapped, np.arange(len(wrapped.faces)) < len(fine.parent)),
     )
 
 

@@ -14,8 +14,6 @@ from retouch.pages.objects.object_page import Card, write_object_page
 from retouch.pages.viewer.figure import key, viewer_figure
 from retouch.pages.viewer.models import ColourLayer, ViewerModel
 
-LEAST_OFF = 0.005
-"""Part of the area from which pages and commands report that lengths are off there."""
 BARE, TEXTURED, SEAM, LOWERED = "#d8d3ca", "#2f7f96", "#c2560f", "#8a3ffc"
 """Colours of what carries no texture, of what does, of what patches that do not fit share, and of where
 nothing is left of the relief."""
@@ -142,18 +140,7 @@ def _notes(preview: Preview) -> list[str]:
         )
     elif shown.coordinates == "texture coordinates":
         notes.append("The texture lies by the texture coordinates of the mesh, as in the file.")
-    notes += [f"{note[0].upper()}{note[1:]}." for note in shown.notes]
-    if shown.off_size >= LEAST_OFF:
-        notes.append(
-            f"On {percent(100.0 * shown.off_size)} of it lengths in the texture are off by more than 10 %, "
-            f"by up to {percent(100.0 * shown.stretch)}."
-        )
-    if shown.lowering.part > 0.0:
-        notes.append(
-            f"On {percent(100.0 * shown.lowering.part)} of the texture the relief is lowered, to "
-            f"{shown.lowering.median_factor:.2f} of its height in the median and "
-            f"{shown.lowering.lowest_factor:.2f} at least, where the object bends tightly or is thin."
-        )
+    notes += wrapped_sentences(shown)
     if preview.printed is not None:
         print_ = preview.printed
         lost = (

@@ -45,9 +45,15 @@ WITH_COLOURS = (".obj", ".ply", ".glb")
 
 
 def wrap_numbers(wrapped: Wrapped) -> dict[str, Any]:
-    """Where the relief is lowered and how far, and how the object bends along the texture, for JSON."""
+    """How whole the relief is, what stays of the file, and how the object bends along the texture, for JSON."""
     lowering, (along_x, along_y) = wrapped.lowering, wrapped.bending
     return {
+        "full_area_mm2": wrapped.presence.whole_mm2,
+        "largest_share": wrapped.presence.largest,
+        "farthest_mm": wrapped.farthest_mm,
+        "kept_edges": wrapped.kept_edges,
+        "kept_mm": wrapped.kept_mm,
+        "gap": wrapped.gap and wrapped.gap._asdict(),
         "curved_x_mm": along_x.radius_mm,
         "curved_y_mm": along_y.radius_mm,
         "bends": {"x": along_x._asdict(), "y": along_y._asdict()},

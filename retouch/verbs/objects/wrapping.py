@@ -16,10 +16,9 @@ from relief.solids.body import Part
 from relief.solids.export.parts import as_written, write_parts
 from relief.solids.export.printed_parts import PrintedPart, print_part
 from relief.solids.meshes.solid import check_closed, check_parts
-from relief.solids.wrapping.measures.lowering import Lowering
 from relief.solids.wrapping.wrapped_body import Wrapped
 from relief.solids.wrapping.wrapped_body import wrap as wrapped_by
-from retouch.pages.objects.wrap_page import LEAST_OFF
+from retouch.pages.objects.wrap_sentences import wrapped_sentences
 from retouch.pages.sentences import print_deviation
 from retouch.verbs.objects.steering import Steered, with_steered
 from retouch.verbs.objects.wrap_options import WrapOptions
@@ -68,17 +67,11 @@ class WrappedObject:
         mebibytes = self.file.stat().st_size / 2**20
         lines = [
             f"{self.file}: {size} mm, {len(wrapped.body.faces):,} triangles, closed, {mebibytes:.1f} MiB",
-            f"Texture on {wrapped.area_mm2:.0f} mm² with edges of {wrapped.edge_mm:.2g} mm, by "
+            f"Texture on {wrapped.area_mm2:.0f} mm², the whole relief on {wrapped.presence.whole_mm2:.0f} mm² of "
+            f"it, with edges of {wrapped.edge_mm:.2g} mm, by "
             f"{_coordinates(wrapped)}; seams are blended on {100 * wrapped.blended:.0f} % of it.",
-            *(f"{note[0].upper()}{note[1:]}." for note in wrapped.notes),
+            *wrapped_sentences(wrapped),
         ]
-        if wrapped.off_size >= LEAST_OFF:
-            lines.append(
-                f"On {100 * wrapped.off_size:.0f} % of it lengths in the texture are off by more than 10 %, "
-                f"by up to {100 * wrapped.stretch:.0f} %."
-            )
-        if wrapped.lowering.part > 0.0:
-            lines.append(_lowered_line(wrapped.lowering))
         lines += [one.line() for one in self.steered]
         if bends := _bending_line(wrapped):
             lines.append(bends)
@@ -138,17 +131,3 @@ def _bending_line(wrapped: Wrapped) -> str | None:
     if not flags:
         return None
     return f"In the median the object bends as a tile is steered for by retouch optimize {' '.join(flags)}."
-
-
-def _lowered_line(lowering: Lowering) -> str:
-    """On what part of the texture the relief is lowered, how far and where."""
-    line = (
-        f"On {100 * lowering.part:.1f} % the relief is lowered, to {lowering.median_factor:.2f} of its "
-        f"height in the median and {lowering.lowest_factor:.2f} at least, where the object bends too tightly "
-        "or is too thin"
-    )
-    if lowering.places:
-        largest = lowering.places[0]
-        at = ", ".join(f"{value:.1f}" for value in largest.at_mm)
-        line += f"; the largest such place, {largest.area_mm2:.3g} mm², is around ({at}) mm"
-    return line + "."

@@ -1,0 +1,79 @@
+"""Sentences about a wrapped body: where the relief is whole, lowered or stretched, and what stays of the file."""
+
+import numpy as np
+
+from relief.solids.wrapping.measures.lowering import Lowering
+from relief.solids.wrapping.measures.presence import WHOLE, narrower
+from relief.solids.wrapping.options import LEAST_FALLOFF_MM
+from relief.solids.wrapping.wrapped_body import Wrapped
+
+LEAST_OFF = 0.005
+"""Share of the textured area from which it is told that lengths are off."""
+LITTLE = 0.1
+"""Share of the textured area with the whole relief below which a remedy is told."""
+LEAST_FAR_MM = 1e-3
+"""Distance from the file from which it is told, mm: less is the rounding of files and the held edges."""
+
+
+def wrapped_sentences(wrapped: Wrapped) -> list[str]:
+    """What is to be known of a wrapped body beside its size, for a person."""
+    lines = [f"{note[0].upper()}{note[1:]}." for note in wrapped.notes]
+    if wrapped.off_size >= LEAST_OFF:
+        lines.append(
+            f"On {100 * wrapped.off_size:.0f} % of it lengths in the texture are off by more than 10 %, "
+            f"by up to {100 * wrapped.stretch:.0f} %."
+        )
+    lines += [_narrow(wrapped)] if wrapped.presence.whole_mm2 < LITTLE * wrapped.area_mm2 else []
+    lines += [_lowered(wrapped.lowering)] if wrapped.lowering.part > 0.0 else []
+    if wrapped.kept_edges:
+        lines.append(
+            f"Keeps {wrapped.kept_edges:,} edges between flat facets; a round surface through their corners is "
+            f"up to {wrapped.kept_mm:.2g} mm off them (--facets smooth lays the texture on it)."
+        )
+    if wrapped.farthest_mm >= LEAST_FAR_MM:
+        lines.append(
+            f"Under the texture the surface is smoothed, by {1000.0 * wrapped.farthest_mm:.0f} µm at most; "
+            "all else is as in the file."
+        )
+    if wrapped.gap is not None:
+        lines.append(
+            f"The narrowest gap left between facing walls is {wrapped.gap.width_mm:.2g} mm, near "
+            f"({_place(wrapped.gap.at_mm)}) mm."
+        )
+    return lines
+
+
+def _place(at: tuple[float, ...]) -> str:
+    return ", ".join(f"{value:.1f}" for value in at)
+
+
+def _narrow(wrapped: Wrapped) -> str:
+    """That a mask leaves little of the relief, and what leaves more."""
+    largest, falloff_mm = wrapped.presence.largest, wrapped.falloff_mm
+    if largest >= WHOLE:
+        line = f"The whole relief lies on {wrapped.presence.whole_mm2:.2g} mm² alone"
+        falloff = 0.5 * falloff_mm
+    else:
+        share = f"{100.0 * largest:.2g} %"
+        line = f"The mask leaves {share} of the relief at most, and the whole relief nowhere"
+        falloff = narrower(largest, falloff_mm)
+    shorter = float(f"{max(LEAST_FALLOFF_MM, np.floor(100.0 * falloff) / 100.0):.2g}")
+    return (
+        f"{line}: textures end over {falloff_mm:g} mm inside of a mask. A narrower end (--falloff-mm {shorter:g}) "
+        "or the ends of the ramp in the mask, as in z>2..3, leave more."
+    )
+
+
+def _lowered(lowering: Lowering) -> str:
+    """On what part of the texture the relief is lowered, how far and where."""
+    line = (
+        f"On {100 * lowering.part:.1f} % the relief is lowered, to {lowering.median_factor:.2f} of its "
+        f"height in the median and {lowering.lowest_factor:.2f} at least, where the object bends too tightly "
+        "or is too thin"
+    )
+    if lowering.places:
+        largest = lowering.places[0]
+        line += (
+            f"; the largest such place, {largest.area_mm2:.3g} mm², is around ({_place(largest.at_mm)}) mm"
+        )
+    return line + "."
