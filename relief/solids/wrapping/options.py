@@ -52,7 +52,9 @@ class SurfaceOptions:
             label="Where, as in z>2 & angle<80",
         ),
     ] = None
-    falloff_mm: Annotated[float, Option("width over which textures end, mm", "MM", (LEAST_FALLOFF_MM, 100.0))] = 2.0
+    falloff_mm: Annotated[
+        float, Option("width over which textures end, mm", "MM", (LEAST_FALLOFF_MM, 100.0))
+    ] = 2.0
     level: Annotated[
         float,
         Option(

@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 from relief.ground.arrays import Array, FloatArray
 from relief.ground.progress import stage
 from relief.solids.body import Body
-from relief.solids.wrapping.measures.bending import Bending, bending
 from relief.solids.wrapping.clearance import clearance_factor
 from relief.solids.wrapping.displacing import displaced
 from relief.solids.wrapping.edges import edge_of
 from relief.solids.wrapping.file_surface import FileSurface, Settings
 from relief.solids.wrapping.laying import Laid, TexturePlacer, beside, off_size, reach_of
-from relief.solids.wrapping.measures.lowering import Lowering, lowering
-from relief.solids.wrapping.measures.gaps import Gap, narrowest_gap
-from relief.solids.wrapping.measures.presence import Presence, presence
 from relief.solids.wrapping.masks import Regions
+from relief.solids.wrapping.measures.bending import Bending, bending
+from relief.solids.wrapping.measures.gaps import narrowest_gap
+from relief.solids.wrapping.measures.lowering import Lowering, lowering
+from relief.solids.wrapping.measures.presence import Presence, presence
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface, FineSurface
 from relief.solids.wrapping.texture_tiles import Covering
@@ -52,7 +52,7 @@ class Wrapped:
         kept_mm: Most that these facets leave out of such a surface, mm.
         falloff_mm: Width over which textures end, mm.
         presence: How much of the relief is there.
-        gap: Narrowest gap left between walls that face one another; None: none is narrow.
+        gap: Width and middle (3,), mm, of the narrowest gap between facing walls; None: there is none.
     """
 
     body: Body
@@ -76,7 +76,7 @@ class Wrapped:
     kept_mm: float
     falloff_mm: float
     presence: Presence
-    gap: Gap | None
+    gap: tuple[float, Array] | None
 
 
 @stage("wrapping")
@@ -137,6 +137,7 @@ def wrap(
         offset = np.minimum((height - settings.level * tallest) * textured, surface.to_bed())
     wrapped, factor = displaced(surface, offset, factor, written)
     check_room(base.body, where, factor, tallest)
+    own = np.arange(len(wrapped.faces)) < len(fine.parent)
     seams = _unfit(*laid[0].layout.at(surface.parent, surface.share))
     off, stretch = off_size(laid[0], base.body.areas, where)
     return Wrapped(
@@ -161,7 +162,7 @@ def wrap(
         kept_mm=base.facets.kept_mm,
         falloff_mm=settings.falloff_mm,
         presence=presence(surface.fine.body, textured),
-        gap=None if settings.draft else narrowest_gap(wrapped, np.arange(len(wrapped.faces)) < len(fine.parent)),
+        gap=None if settings.draft else narrowest_gap(wrapped, own),
     )
 
 

@@ -11,6 +11,7 @@ from relief.solids.body import Body
 from relief.solids.export.printed_parts import PrintedPart
 from relief.solids.wrapping.wrapped_body import Wrapped
 from retouch.pages.objects.object_page import Card, write_object_page
+from retouch.pages.objects.wrap_sentences import wrapped_sentences
 from retouch.pages.viewer.figure import key, viewer_figure
 from retouch.pages.viewer.models import ColourLayer, ViewerModel
 

@@ -1,4 +1,6 @@
-"""Sentences about a wrapped body: where the relief is whole, lowered or stretched, and what stays of the file."""
+"""Sentences about a wrapped body: where the relief is whole or lowered, and what stays of the file."""
+
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -27,8 +29,8 @@ def wrapped_sentences(wrapped: Wrapped) -> list[str]:
     lines += [_lowered(wrapped.lowering)] if wrapped.lowering.part > 0.0 else []
     if wrapped.kept_edges:
         lines.append(
-            f"Keeps {wrapped.kept_edges:,} edges between flat facets; a round surface through their corners is "
-            f"up to {wrapped.kept_mm:.2g} mm off them (--facets smooth lays the texture on it)."
+            f"Keeps {wrapped.kept_edges:,} edges between flat facets: a round surface through their corners "
+            f"would be up to {wrapped.kept_mm:.2g} mm off them (--facets smooth lays the texture on it)."
         )
     if wrapped.farthest_mm >= LEAST_FAR_MM:
         lines.append(
@@ -36,14 +38,14 @@ def wrapped_sentences(wrapped: Wrapped) -> list[str]:
             "all else is as in the file."
         )
     if wrapped.gap is not None:
+        width, at = wrapped.gap
         lines.append(
-            f"The narrowest gap left between facing walls is {wrapped.gap.width_mm:.2g} mm, near "
-            f"({_place(wrapped.gap.at_mm)}) mm."
+            f"The narrowest gap left between facing walls is {width:.2g} mm, near ({_place(at)}) mm."
         )
     return lines
 
 
-def _place(at: tuple[float, ...]) -> str:
+def _place(at: Iterable[float]) -> str:
     return ", ".join(f"{value:.1f}" for value in at)
 
 
@@ -59,8 +61,8 @@ def _narrow(wrapped: Wrapped) -> str:
         falloff = narrower(largest, falloff_mm)
     shorter = float(f"{max(LEAST_FALLOFF_MM, np.floor(100.0 * falloff) / 100.0):.2g}")
     return (
-        f"{line}: textures end over {falloff_mm:g} mm inside of a mask. A narrower end (--falloff-mm {shorter:g}) "
-        "or the ends of the ramp in the mask, as in z>2..3, leave more."
+        f"{line}: textures end over {falloff_mm:g} mm inside of a mask. A narrower end (--falloff-mm "
+        f"{shorter:g}) or the ends of the ramp in the mask, as in z>2..3, leave more."
     )
 
 

@@ -45,7 +45,7 @@ WITH_COLOURS = (".obj", ".ply", ".glb")
 
 
 def wrap_numbers(wrapped: Wrapped) -> dict[str, Any]:
-    """How whole the relief is, what stays of the file, and how the object bends along the texture, for JSON."""
+    """How whole the relief is, what stays of the file, and how the object bends, for JSON."""
     lowering, (along_x, along_y) = wrapped.lowering, wrapped.bending
     return {
         "full_area_mm2": wrapped.presence.whole_mm2,
@@ -53,7 +53,7 @@ def wrap_numbers(wrapped: Wrapped) -> dict[str, Any]:
         "farthest_mm": wrapped.farthest_mm,
         "kept_edges": wrapped.kept_edges,
         "kept_mm": wrapped.kept_mm,
-        "gap": wrapped.gap and wrapped.gap._asdict(),
+        "gap": wrapped.gap and {"width_mm": wrapped.gap[0], "at_mm": wrapped.gap[1].tolist()},
         "curved_x_mm": along_x.radius_mm,
         "curved_y_mm": along_y.radius_mm,
         "bends": {"x": along_x._asdict(), "y": along_y._asdict()},

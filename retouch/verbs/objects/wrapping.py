@@ -67,8 +67,8 @@ class WrappedObject:
         mebibytes = self.file.stat().st_size / 2**20
         lines = [
             f"{self.file}: {size} mm, {len(wrapped.body.faces):,} triangles, closed, {mebibytes:.1f} MiB",
-            f"Texture on {wrapped.area_mm2:.0f} mm², the whole relief on {wrapped.presence.whole_mm2:.0f} mm² of "
-            f"it, with edges of {wrapped.edge_mm:.2g} mm, by "
+            f"Texture on {wrapped.area_mm2:.0f} mm², the whole relief on "
+            f"{wrapped.presence.whole_mm2:.0f} mm² of it, with edges of {wrapped.edge_mm:.2g} mm, by "
             f"{_coordinates(wrapped)}; seams are blended on {100 * wrapped.blended:.0f} % of it.",
             *wrapped_sentences(wrapped),
         ]
