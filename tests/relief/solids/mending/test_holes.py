@@ -81,7 +81,7 @@ def test_bores_of_parts_from_a_cad_kernel_are_found(name: str, diameters: list[i
 
 
 @pytest.mark.slow
-def test_beside_the_flat_of_a_bore_no_texture_is_left_where_the_smooth_surface_leaves_the_facets() -> None:
+def test_beside_the_flat_of_a_bore_the_smooth_surface_stays_on_the_facets_and_no_texture_is_left() -> None:
     shaft = drill(6.0, 24) - Manifold.cube((4.0, 8.0, 40.0)).translate((2.5, -4.0, 0.0))
     body = solid(Manifold.cube((14.0, 14.0, 12.0)) - shaft.translate((7.0, 7.0, -5.0)))
     settings = Settings(holes=round_holes(body, 6.0), keep_bottom=False)
@@ -90,7 +90,7 @@ def test_beside_the_flat_of_a_bore_no_texture_is_left_where_the_smooth_surface_l
     fine = FineSurface(base, refined(base.body, 0.5, all_faces), all_faces)
     places = fine.points.places
     far, deep = np.hypot(*(places[:, :2] - 7.0).T), np.abs(places[:, 2] - 6.0) < 5.9
-    assert far[deep & (far < 4.0)].max() > 3.01
+    assert far[deep & (far < 4.0)].max() < 3.001
     assert not fine.carried(settings)[deep & (far < 4.0)].any()
 
 
