@@ -104,16 +104,22 @@ class FacetEdges:
         return np.asarray(self.width[self.plane[self.pairs // 3]] > ratio * self.heights[self.pairs[:, ::-1]])
 
     @cached_property
-    def chords(self) -> Array:
-        """(n,) chord heights, mm: what the lower facet at an edge leaves out of a round surface.
+    def sagittas(self) -> Array:
+        """(n, 2) what the facets on both sides of edges leave out of a round surface, mm.
 
         A circle through the edge and the far sides of both facets, of heights a and b, turns by 2 a / (a + b)
         of the angle along facet a, whose chord height is an eighth of that by a. Beside a wide plane, which
-        is tangent, it turns by twice the angle.
+        is tangent, it turns by twice the angle along the other facet.
         """
-        low, high = np.sort(self.heights[self.pairs], axis=1).T
-        share = np.where(high > WIDE * low, 1.0, low / np.maximum(low + high, 1e-12))
-        return np.where(self.turns < COPLANAR, 0.0, 0.25 * low * share * self.turns)
+        heights = self.heights[self.pairs]
+        low, high = heights.min(axis=1, keepdims=True), heights.max(axis=1, keepdims=True)
+        bent = np.where(self.turns < COPLANAR, 0.0, 0.25 * self.turns)[:, None]
+        return np.asarray(bent * np.where(high > WIDE * low, low, heights**2 / np.maximum(low + high, 1e-12)))
+
+    @property
+    def chords(self) -> Array:
+        """(n,) chord heights of edges, mm: the smaller of both `sagittas`."""
+        return np.asarray(self.sagittas.min(axis=1))
 
     @cached_property
     def planes(self) -> NDArray[np.bool_]:

@@ -40,10 +40,12 @@ EDGE_MM, MOST_FACES = 1.5, 600_000
 """Longest edge, mm, of the triangles on which an object is unrolled, and most of these triangles."""
 LARGEST_BULGE = 0.12
 """Largest bulge over an edge, relative to its length: that of an arc of 55 degrees."""
+SLIVER_BULGE = 0.5
+"""Largest bulge over an edge of a facet, in the height of the wider facet beside: facets are no narrower than
+what they leave out, and along a sliver a normal that leans by a degree would be 0.1 mm."""
 JUSTIFIED = 2.5
-"""Largest way from the middle of an edge to the smooth surface, in the greatest chord height at the facets
-beside: over the diagonal of a square of a ball it is twice that height, as it is over the sides of equal
-triangles; triangles of uneven shapes need some more."""
+"""Largest bulge over an edge, in what the facets beside leave out of a round surface: over the diagonal of a
+square of a ball and over the sides of equal triangles it is twice that; uneven triangles need some more."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,9 @@ def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None, facets: st
     creases = np.zeros(body.faces.shape, bool)
     creases.reshape(-1)[pairs[sharp | kept].ravel()] = True
     group, guess, fixed = _guess(edges, creases)
-    ends = np.setdiff1d(np.arange(body.faces.size), pairs)
+    cut = np.ones(body.faces.size, bool)
+    cut[pairs] = False
+    ends = np.flatnonzero(cut)
     near = np.full(len(guess), NEAR)
     near[group[np.concatenate([ends, _after(ends)])]] *= CUT
     normals = _fulfilled(body, group, guess, fixed, near)[group].reshape(-1, 3, 3)
@@ -179,12 +183,17 @@ def _guess(edges: FacetEdges, creases: NDArray[np.bool_]) -> tuple[Index, Array,
 
 def _justified(edges: FacetEdges, creases: NDArray[np.bool_]) -> Array:
     """(faces * 3,) largest ways from the middles of half-edges to the smooth surface, mm."""
-    smooth = ~creases.ravel()[edges.pairs[:, 0]]
-    most = np.zeros(len(edges.width))
-    np.maximum.at(most, edges.plane[edges.pairs[smooth] // 3], edges.chords[smooth, None])
-    most = np.repeat(most[edges.plane], 3)
-    most[edges.pairs] = most[edges.pairs].max(axis=1)[:, None]
-    return JUSTIFIED * most
+    pairs, body = edges.pairs, edges.body
+    smooth = ~creases.ravel()[pairs[:, 0]]
+    left_out = np.zeros(len(edges.width))
+    np.maximum.at(left_out, edges.plane[pairs[smooth] // 3], edges.sagittas[smooth])
+    longest = directions(body, np.arange(body.faces.size))[1].reshape(-1, 3).max(axis=1)
+    most = np.stack(
+        [JUSTIFIED * left_out[edges.plane], 2.0 * SLIVER_BULGE * body.areas / longest.clip(1e-12)]
+    )
+    most = np.repeat(most, 3, axis=1)
+    most[:, pairs] = most[:, pairs].max(axis=2, keepdims=True)
+    return np.asarray(most.min(axis=0))
 
 
 def _fulfilled(body: Body, group: Index, guess: Array, fixed: NDArray[np.bool_], near: Array) -> Array:
