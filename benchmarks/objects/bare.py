@@ -217,7 +217,9 @@ def _half_edges(faces: Index) -> tuple[Index, Index]:
 def _beside(faces: Index, chosen: Chosen) -> Chosen:
     """(m,) whether triangles share an edge with chosen ones."""
     way, back = _half_edges(faces)
-    return np.isin(np.minimum(way, back), np.minimum(way, back)[np.repeat(chosen, 3)]).reshape(-1, 3).any(1)
+    edges = np.minimum(way, back)
+    beside = np.isin(edges, edges[np.repeat(chosen, 3)]).reshape(-1, 3)
+    return np.asarray(beside.any(axis=1), dtype=bool)
 
 
 def open_edges(body: Body) -> int:
@@ -307,7 +309,7 @@ def _farthest(points: Array, body: Body) -> float:
     """Largest distance of points (n, 3) from the surface of a body, mm; 0 without points."""
     if not len(points):
         return 0.0
-    surface = pv.PolyData.from_regular_faces(body.vertices, body.faces)
+    surface = pv.PolyData.from_regular_faces(body.vertices, np.asarray(body.faces, dtype=np.int_))
     _, nearest = surface.find_closest_cell(points, return_closest_point=True)
     return float(np.linalg.norm(nearest - points, axis=1).max())
 
@@ -359,14 +361,14 @@ def drawn(seed: int) -> tuple[str, dict[str, Any]]:
             return name, options | {"mask": mask}
 
 
-def wrapped_and_checked(file: Path, suffix: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Outcome of `retouch.wrap` on a file and numbers of `check`, or the line that refuses it."""
+def wrapped_and_checked(file: Path, suffix: str, texture: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Outcome of `retouch.wrap` of a texture on a file and numbers of `check`, or the line that refuses it."""
     body = read_mesh(file).body
     samples, still = Samples(body), left_alone(body)
     with TemporaryDirectory() as folder:
         out, began = Path(folder) / f"out{suffix}", time.process_time()
         try:
-            result = retouch.wrap(mesh=file, out=out, quiet=True, **options)
+            result = retouch.wrap(texture, file, out, quiet=True, **options)
         except InputError as fault:
             return {"refused": str(fault).replace(str(file), file.name), "cpu_s": time.process_time() - began}
         row = {"cpu_s": time.process_time() - began, "suffix": suffix}
@@ -393,13 +395,14 @@ def seeded(seed: int) -> dict[str, Any]:
     """Outcome of a random mask."""
     name, options = drawn(seed)
     suffix = (".stl", ".3mf")[seed % 2]
-    row = wrapped_and_checked(HERE / f"{name}.3mf", suffix, options | {"faces": SEED_FACES})
-    return {"part": name, **options, **row}
+    texture = str(options.pop("texture"))
+    row = wrapped_and_checked(HERE / f"{name}.3mf", suffix, texture, options | {"faces": SEED_FACES})
+    return {"part": name, "texture": texture, **options, **row}
 
 
 def without_mask(name: str) -> dict[str, Any]:
     """Outcome of a part without a mask."""
-    return wrapped_and_checked(HERE / f"{name}.3mf", ".3mf", {"texture": TEXTURE, "faces": FACES})
+    return wrapped_and_checked(HERE / f"{name}.3mf", ".3mf", TEXTURE, {"faces": FACES})
 
 
 def summary(rows: Mapping[str, Mapping[str, Any]]) -> str:
