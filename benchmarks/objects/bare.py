@@ -362,7 +362,7 @@ def drawn(seed: int) -> tuple[str, dict[str, Any]]:
 
 
 def wrapped_and_checked(file: Path, suffix: str, texture: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Outcome of `retouch.wrap` of a texture on a file and numbers of `check`, or the line that refuses it."""
+    """Outcome of `retouch.wrap` on a file and numbers of `check`, or the line that refuses the file."""
     body = read_mesh(file).body
     samples, still = Samples(body), left_alone(body)
     with TemporaryDirectory() as folder:
