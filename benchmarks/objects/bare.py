@@ -57,6 +57,8 @@ RIM_UM = 1.0
 """Largest distance of rim triangles from the file, µm."""
 LEAST_MM2 = 20.0
 """Least area of a random mask, in areas with the whole relief, mm²; smaller ones are drawn again."""
+TURNS = (20.0, 40.0, 60.0, 180.0)
+"""Largest angles, degrees, between neighbours that may share a normal; the last one takes all."""
 PIECE_MM = 0.1
 """Least radius of the pieces by which triangles near one another are sought, mm."""
 Chosen = NDArray[np.bool_]
@@ -105,11 +107,38 @@ def shares_at(
     falloff_mm: float,
     colours: Array | None = None,
 ) -> Array:
-    """Shares (n,) of the relief at samples of a body by a mask, with the normals of its triangles."""
+    """Shares (n,) of the relief at samples of a body by a mask.
+
+    Masks by angles take the normals of triangles, and means around corners over neighbours that turn by less
+    than some angles, for each sample those that give it the largest share: which of them a smooth surface has
+    is for `retouch wrap` to say.
+    """
     if mask is None:
         return np.ones(len(samples.face))
     painted = None if colours is None else np.einsum("nc,ncd->nd", samples.weights, colours[samples.face])
-    return mask_at(mask, Points(samples.at, units(body.normals)[samples.face], None, {}, painted), falloff_mm)
+    normals = [np.repeat(units(body.normals)[:, None], 3, axis=1)]
+    if "angle" in mask:
+        normals += [_corner_normals(body, turn) for turn in TURNS]
+    return np.max([_shares(mask, samples, each, painted, falloff_mm) for each in normals], axis=0)
+
+
+def _shares(mask: str, samples: Samples, normals: Array, colours: Array | None, falloff_mm: float) -> Array:
+    """Shares (n,) at samples by unit normals (faces, 3, 3) at the corners."""
+    there = units(np.einsum("nc,ncd->nd", samples.weights, normals[samples.face]))
+    return mask_at(mask, Points(samples.at, there, None, {}, colours), falloff_mm)
+
+
+def _corner_normals(body: Body, turn_deg: float) -> Array:
+    """(faces, 3, 3) normals at corners, means over triangles that turn by less than an angle, by theirs."""
+    corners, count = body.vertices[body.faces], 3 * len(body.faces)
+    on, back = (units(np.roll(corners, step, axis=1) - corners) for step in (-1, 1))
+    angles = np.arccos(np.clip((on * back).sum(axis=2), -1.0, 1.0)).ravel()
+    normals = np.repeat(units(body.normals), 3, axis=0)
+    at = sp.csr_matrix((np.ones(count), (np.arange(count), body.faces.ravel())))
+    one, other = (at @ at.T).nonzero()
+    near = (normals[one] * normals[other]).sum(axis=1) >= np.cos(np.radians(turn_deg)) - 1e-9
+    around = sp.csr_matrix((angles[other[near]], (one[near], other[near])), (count, count))
+    return units(np.asarray(around @ normals)).reshape(-1, 3, 3)
 
 
 def left_alone(body: Body) -> Chosen:
