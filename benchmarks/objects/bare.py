@@ -15,7 +15,7 @@ triangles, and `--as before` keeps these numbers as those to compare with.
 import time
 from argparse import Namespace
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -61,6 +61,8 @@ TURNS = (20.0, 40.0, 60.0, 180.0)
 """Largest angles, degrees, between neighbours that may share a normal; the last one takes all."""
 PIECE_MM = 0.1
 """Least radius of the pieces by which triangles near one another are sought, mm."""
+FEW_PAIRS = 1_000_000
+"""Pairs of triangles that are compared as they are, without a search."""
 Chosen = NDArray[np.bool_]
 
 
@@ -280,47 +282,62 @@ def crossings(body: Body, new: Chosen) -> int:
     if not new.any():
         return 0
     corners = body.vertices[body.faces]
-    one, other = _near(corners, new)
     low, high = extents(corners)
-    meets = ((low[one] < high[other]) & (low[other] < high[one])).all(axis=1)
-    one, other = np.unique(np.stack([one[meets], other[meets]], axis=1), axis=0).T
+    pairs = []
+    for one, other in _near(corners, new):
+        meets = ((low[one] < high[other]) & (low[other] < high[one])).all(axis=1)
+        pairs.append(np.unique(np.minimum(one, other)[meets] << 32 | np.maximum(one, other)[meets]))
+    keys = np.unique(np.concatenate(pairs))
+    one, other = keys >> 32, keys & 0xFFFFFFFF
     shared = (body.faces[one][:, :, None] == body.faces[other][:, None, :]).any(axis=2).sum(axis=1)
     one, other = one[shared < 2], other[shared < 2]
     return int((pierced(corners, one, other) | pierced(corners, other, one)).sum())
 
 
-def _near(corners: Array, new: Chosen) -> tuple[Index, Index]:
-    """Pairs (n,) of triangles (m, 3, 3) that may meet, some of them twice, at least one of each a new one."""
-    middle = corners.mean(axis=1, keepdims=True)
-    most = max(float(np.quantile(np.linalg.norm(corners - middle, axis=2).max(axis=1)[new], 0.9)), PIECE_MM)
-    points, own = _pieces(corners[new], most)
-    tree, own = cKDTree(points), np.flatnonzero(new)[own]
-    points, other = _pieces(corners[~new], most, tree)
-    other = np.flatnonzero(~new)[other]
-    among = np.sort(own[tree.query_pairs(2.0 * most, output_type="ndarray")], axis=1)
-    across = cKDTree(points).sparse_distance_matrix(tree, 2.0 * most, output_type="ndarray")
-    return (
-        np.concatenate([among[:, 0], other[across["i"]]]),
-        np.concatenate([among[:, 1], own[across["j"]]]),
-    )
+def _near(corners: Array, new: Chosen) -> Iterator[tuple[Index, Index]]:
+    """Blocks of pairs of triangles (m, 3, 3) that may meet, at least one of each a new one (m,).
 
-
-def _pieces(corners: Array, most_mm: float, near: cKDTree | None = None) -> tuple[Array, Index]:
-    """Middles (k, 3) of pieces of triangles (n, 3, 3) no wider than a radius, mm, and their triangles (k,).
-
-    Pieces farther than the radius from pieces of that radius whose middles are given are left out.
+    Small ones are sought by their middles, wide ones near them by those of pieces. Then come the wide ones
+    among themselves, as pieces of fans lie close together where they meet.
     """
-    face = np.arange(len(corners))
-    middles, faces = [np.empty((0, 3))], [face[:0]]
+    middle = corners.mean(axis=1)
+    radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1)
+    numbers = np.arange(len(corners))
+    while new[numbers].any():
+        fresh, count = numbers[new[numbers]], len(numbers)
+        if len(fresh) * count <= FEW_PAIRS:
+            yield np.repeat(fresh, count), np.tile(numbers, len(fresh))
+            return
+        most = max(float(np.quantile(radius[fresh], 0.9)), PIECE_MM)
+        small, wide = numbers[radius[numbers] <= most], numbers[radius[numbers] > most]
+        own, old = small[new[small]], small[~new[small]]
+        tree = cKDTree(middle[own])
+        one, other = own[tree.query_pairs(2.0 * most, output_type="ndarray")].T
+        yield one, other
+        for some, points, faces in (
+            (own, middle[old], old),
+            (own, *_pieces(corners, wide[~new[wide]], most, tree)),
+            (small, *_pieces(corners, wide[new[wide]], most, cKDTree(middle[small]))),
+        ):
+            tree = cKDTree(middle[some])
+            found = cKDTree(points).sparse_distance_matrix(tree, 2.0 * most, output_type="ndarray")
+            yield faces[found["i"]], some[found["j"]]
+        numbers = wide
+
+
+def _pieces(corners: Array, face: Index, most_mm: float, near: cKDTree) -> tuple[Array, Index]:
+    """Middles (k, 3) of pieces of triangles, (n,) numbers, no wider than a radius, mm, and their triangles.
+
+    Pieces are left out that are too far from the middles of triangles of that radius, a tree.
+    """
+    middles, faces, corners = [np.empty((0, 3))], [face[:0]], corners[face]
     while len(face):
         middle = corners.mean(axis=1)
         radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1)
-        if near is not None:
-            kept_ = near.query(middle)[0] <= radius + most_mm
-            corners, face, middle, radius = corners[kept_], face[kept_], middle[kept_], radius[kept_]
-        wide = radius > most_mm
-        middles.append(middle[~wide])
-        faces.append(face[~wide])
+        beside = near.query(middle)[0] <= radius + most_mm
+        wide = beside & (radius > most_mm)
+        middles.append(middle[beside & ~wide])
+        faces.append(face[beside & ~wide])
         corners, face = _halved(corners[wide]), np.tile(face[wide], 2)
     return np.concatenate(middles), np.concatenate(faces)
 
