@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 from manifold3d import Manifold, OpType
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from benchmarks.objects.bundled import TEXTURE, tile_of
@@ -85,11 +86,11 @@ def piercing(body: Body) -> int:
     one = np.repeat(np.arange(len(near)), [len(some) for some in near])
     other = np.concatenate([np.asarray(some, dtype=np.int64) for some in near])
     apart = (body.faces[one][:, :, None] != body.faces[other][:, None, :]).all(axis=(1, 2))
-    return _pierced(corners, one[apart], other[apart])
+    return int(pierced(corners, one[apart], other[apart]).sum())
 
 
-def _pierced(corners: Array, one: Index, other: Index) -> int:
-    """Number of pairs in which an edge of triangle one passes through triangle other."""
+def pierced(corners: Array, one: Index, other: Index) -> NDArray[np.bool_]:
+    """(n,) whether an edge of triangle one passes through triangle other, by more than `DEEP_MM`."""
     met = np.zeros(len(one), bool)
     start = corners[other, 0]
     u, v = corners[other, 1] - start, corners[other, 2] - start
@@ -106,7 +107,7 @@ def _pierced(corners: Array, one: Index, other: Index) -> int:
         for share, side in ((s, v), (t, u), (1.0 - s - t, v - u)):
             through &= share * area > DEEP_MM * np.linalg.norm(side, axis=1)
         met |= through
-    return int(met.sum())
+    return met
 
 
 def outcome(seed: int, tile: Tile) -> dict[str, Any]:
