@@ -16,13 +16,15 @@ from relief.solids.meshes.refining import refined
 from relief.solids.meshes.shells import sealed_hollows
 from relief.solids.remeshing.creases import SHARPEST, turns_at
 from relief.solids.remeshing.smooth_surface import corner_angles, corner_groups
-from relief.solids.wrapping.masks import Points, Regions, mask_at
+from relief.solids.wrapping.masks import ANGLE, Points, Regions, mask_at
 from relief.solids.wrapping.options import SurfaceOptions
 
 BASE_EDGE_MM = 1.0
 """Longest edge of the mesh that patches, normals and clearance are computed on, mm."""
 DRAFT_EDGE_MM = 2.0
-"""`BASE_EDGE_MM` of a draft, mm."""
+"""`BASE_EDGE_MM` of a draft, mm, of a body of up to `DRAFT_MM2`."""
+DRAFT_MM2 = 64_000.0
+"""Area, mm², from which the edges of a draft grow with the size of the body: 40,000 even triangles of 2 mm."""
 LEAST_BASE_EDGES = 24
 """Edges at least along the longest side of a small object."""
 MOST_SAMPLES = 2_000_000
@@ -83,7 +85,8 @@ class FileSurface:
         self.body, self.uv, self.regions, self.settings, self.colours = body, uv, regions, settings, colours
         longest = float(np.ptp(body.vertices, axis=0).max())
         finest = min(BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
-        self.edge_mm = min(DRAFT_EDGE_MM, longest / LEAST_BASE_EDGES) if settings.draft else finest
+        draft = DRAFT_EDGE_MM * max(1.0, float(np.sqrt(body.areas.sum() / DRAFT_MM2)))
+        self.edge_mm = min(draft, longest / LEAST_BASE_EDGES) if settings.draft else finest
         self.coarser = self.edge_mm / finest
         self.bottom = _bottom(body) if settings.keep_bottom else np.zeros(len(body.faces), bool)
         self.bed_mm = float(body.vertices[:, 2].min()) if self.bottom.any() else -np.inf
@@ -102,7 +105,11 @@ class FileSurface:
 
     def points(self, face: Index, share: Array) -> Points:
         """Points at barycentric coordinates (n, 3) in triangles (n,)."""
-        normals = units(np.einsum("nc,ncd->nd", share, self._corner_normals[face]))
+        # Masks by angles alone need the normals of round surfaces.
+        if ANGLE in (self.settings.mask or ""):
+            normals = units(np.einsum("nc,ncd->nd", share, self._corner_normals[face]))
+        else:
+            normals = units(self.body.normals)[face]
         uv, colours = (
             None if of is None else np.einsum("nc,ncd->nd", share, of[face]) for of in (self.uv, self.colours)
         )

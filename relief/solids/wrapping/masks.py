@@ -27,12 +27,14 @@ from relief.ground.lengths import shown
 from relief.heightmap import load_field
 from relief.solids.wrapping.mask_text import GRAMMAR, Mask, MaskPart, mask_of
 
+ANGLE = "angle"
+"""The name of an angle in a mask."""
 FALLOFF_DEGREES = 10.0
 """Width of the falloff of angles, degrees."""
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 """A number in a mask."""
 CONDITION = re.compile(
-    rf"\s*(x|y|z|turn|angle(?::[-+]?[xyz])?)\s*([<>])\s*({NUMBER})(?:\s*\.\.\s*({NUMBER}))?\s*"
+    rf"\s*(x|y|z|turn|{ANGLE}(?::[-+]?[xyz])?)\s*([<>])\s*({NUMBER})(?:\s*\.\.\s*({NUMBER}))?\s*"
 )
 """A comparison in a mask; two numbers are both ends of a ramp."""
 PICTURES = HEIGHT_MAPS

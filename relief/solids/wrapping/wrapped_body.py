@@ -137,12 +137,12 @@ def wrap(
         offset = np.minimum((height - settings.level * tallest) * textured, surface.to_bed())
     wrapped, factor = displaced(surface, offset, factor, written)
     check_room(base.body, where, factor, tallest)
-    own = np.arange(len(wrapped.faces)) < len(fine.parent)
+    own, original = np.arange(len(wrapped.faces)) < len(fine.parent), rest.joined(surface.fine.body)
     seams = _unfit(*laid[0].layout.at(surface.parent, surface.share))
     off, stretch = off_size(laid[0], base.body.areas, where)
     return Wrapped(
         body=wrapped,
-        original=rest.joined(surface.fine.body),
+        original=original,
         textured=surface.padded(textured),
         seams=surface.padded(seams),
         area_mm2=float(base.body.areas[where].sum()),
@@ -162,7 +162,7 @@ def wrap(
         kept_mm=base.facets.kept_mm,
         falloff_mm=settings.falloff_mm,
         presence=presence(surface.fine.body, textured),
-        gap=None if settings.draft else narrowest_gap(wrapped, own),
+        gap=None if settings.draft else narrowest_gap(wrapped, original, own),
     )
 
 

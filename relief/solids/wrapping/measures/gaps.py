@@ -34,11 +34,12 @@ MOST_TESTED = 2000
 """Pairs of samples tested at most, the narrowest first, about two CPU seconds."""
 
 
-def narrowest_gap(body: Body, touched: NDArray[np.bool_]) -> tuple[float, Array] | None:
+def narrowest_gap(body: Body, plain: Body, touched: NDArray[np.bool_]) -> tuple[float, Array] | None:
     """The narrowest gap between a wall with texture and a wall that faces it.
 
     Args:
         body: Closed, with one position per vertex.
+        plain: The same triangles without the relief, whose own valleys are no walls that face one another.
         touched: (faces,) those with texture.
 
     Returns:
@@ -50,9 +51,9 @@ def narrowest_gap(body: Body, touched: NDArray[np.bool_]) -> tuple[float, Array]
     own, own_face = _samples(body, np.flatnonzero(touched), spacing)
     others, other_face = _samples(body, np.flatnonzero(~touched), spacing, cKDTree(own))
     points, faces = np.concatenate([own, others]), np.concatenate([own_face, other_face])
-    normals = units(body.normals[faces])
+    normals, walls = units(body.normals[faces]), units(plain.normals[faces])
     tree = cKDTree(np.hstack([points, -NORMAL_MM * normals]), balanced_tree=False)
-    found = [_facing(points, normals, tree, len(own), ahead, spacing) for ahead in AHEAD_MM]
+    found = [_facing(points, normals, walls, tree, len(own), ahead, spacing) for ahead in AHEAD_MM]
     gap, one, other = (np.concatenate(each) for each in zip(*found, strict=True))
     near, tested = NearFaces(body.vertices[body.faces]) if len(gap) else None, set()
     for number in np.argsort(gap):
@@ -107,13 +108,14 @@ def _samples(body: Body, faces: Index, spacing: float, near: cKDTree | None = No
 
 
 def _facing(
-    points: Array, normals: Array, tree: cKDTree, count: int, ahead: float, spacing: float
+    points: Array, normals: Array, walls: Array, tree: cKDTree, count: int, ahead: float, spacing: float
 ) -> tuple[Array, Index, Index]:
     """Gaps (k,) before some of the first `count` samples, mm, and the numbers of both samples, (k,) each.
 
     Args:
         points: (n, 3) samples, mm.
         normals: (n, 3) unit normals there.
+        walls: (n, 3) the same without the relief.
         tree: Of samples and their normals, turned over.
         count: Number of samples with texture.
         ahead: Distance before a sample at which the wall is looked for, mm.
@@ -129,7 +131,8 @@ def _facing(
     gap = (way * normals[other]).sum(axis=1)
     beside = np.linalg.norm(way - gap[:, None] * normals[other], axis=1)
     kept = (gap > 0.0) & (gap <= REACH_MM) & (beside <= spacing)
-    kept &= (normals[one] * normals[other]).sum(axis=1) < FACING
+    for directions in (normals, walls):
+        kept &= (directions[one] * directions[other]).sum(axis=1) < FACING
     return gap[kept], one[kept], other[kept]
 
 
