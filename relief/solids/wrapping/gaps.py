@@ -19,6 +19,8 @@ SPACING_MM = 0.25
 """Distance of the samples of walls, mm: a narrow place of 1 mm has sixteen."""
 MOST_SAMPLES = 200_000
 """Samples of walls with texture, about, at most, beyond which they lie farther apart."""
+PLACES = np.array([27 << 38, 27 << 19, 27, 9, 3, 1])
+"""Factors that make one number of a cell, which are fewer than 2**19 along a side, and a rounded normal."""
 FACING = -0.5
 """Largest cosine of the angle between the normals of walls that face one another: that of 120 degrees."""
 AHEAD_MM = (0.1, 0.5)
@@ -119,10 +121,7 @@ def _samples(
     at, number = np.concatenate(points), np.concatenate(numbers)
     # Of walls closer to one another than a cell both keep samples.
     rows = np.hstack([np.floor((at - body.vertices.min(axis=0)) / spacing), normals[number] + 1.0])
-    key = np.zeros(len(at), np.int64)
-    for column, count in zip(np.rint(rows).astype(np.int64).T, (1 << 19,) * 3 + (3,) * 3, strict=True):
-        key = key * count + column
-    kept = np.unique(key, return_index=True)[1]
+    kept = np.unique(np.rint(rows).astype(np.int64) @ PLACES, return_index=True)[1]
     return at[kept], number[kept]
 
 
