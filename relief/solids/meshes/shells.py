@@ -184,23 +184,18 @@ def sealed_hollows(body: Body) -> NDArray[np.bool_]:
     volumes = np.bincount(part, body_volumes(body))
     if (volumes >= 0.0).all():
         return np.zeros(len(part), bool)
-    rays, first = _Rays(body), np.unique(part, return_index=True)[1]
-    work, owners, faces, signs = 0, [], [], []
-    for number in first:
-        crossed, ways = rays.crossed(body.vertices[body.faces[number]].mean(axis=0))
-        owners.append(np.full(len(crossed), part[number]))
-        faces.append(crossed)
-        signs.append(ways)
+    rays, work, crossings = _Rays(body), 0, []
+    for number in np.unique(part, return_index=True)[1]:
+        faces, signs = rays.crossed(body.vertices[body.faces[number]].mean(axis=0))
+        crossings.append(np.stack([np.full(len(faces), part[number]), part[faces], signs.astype(np.int64)]))
         work += RAY_WORK + rays.tested
         if work > MOST_ANGLES:
             return np.asarray((volumes < 0.0)[part])
-    held, keys = np.unique(
-        np.stack([np.concatenate(owners), part[np.concatenate(faces)]]), axis=1, return_inverse=True
-    )
-    own, other = held
+    *pairs, ways = np.concatenate(crossings, axis=1)
+    (own, other), keys = np.unique(np.stack(pairs), axis=1, return_inverse=True)
     low, high = part_boxes(body, part)
     # A ray from within a hollow enters the material around once more than it leaves it.
-    within = np.bincount(keys.ravel(), np.concatenate(signs)) * volumes[own] < 0.0
+    within = np.bincount(keys.ravel(), ways) * volumes[own] < 0.0
     within &= ((low[other] < low[own]) & (high[other] > high[own])).all(axis=1)
     return np.isin(part, own[within])
 

@@ -94,7 +94,8 @@ def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None, facets: st
     """
     edges = FacetEdges.between(body)
     pairs, sharp = edges.pairs, crease_edges(edges)
-    kept = ~sharp & (edges.chords >= KEPT_MM[facets])
+    largest = edges.sagittas.max(axis=1)
+    kept = ~sharp & (largest >= KEPT_MM[facets])
     if side is not None:
         sharp |= (side[pairs[:, 0] // 3] != side[pairs[:, 1] // 3]) & (edges.turns > RIM)
     creases = np.zeros(body.faces.shape, bool)
@@ -109,7 +110,7 @@ def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None, facets: st
     most = np.zeros(body.faces.size) if facets == "keep" else _justified(edges, creases)
     bulge = bulges(body, pairs, creases, normals, most)
     return SmoothSurface(
-        body, creases, normals, bulge, int(kept.sum()), float(edges.chords[kept].max(initial=0.0))
+        body, creases, normals, bulge, int(kept.sum()), float(largest[kept].max(initial=0.0))
     )
 
 

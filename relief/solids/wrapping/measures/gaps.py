@@ -17,8 +17,10 @@ REACH_MM = 1.0
 """Widest gap that is looked for, mm: parts that are printed with 1 mm between them stay apart."""
 SPACING_MM = 0.25
 """Distance of the samples of walls, mm: a narrow place of 1 mm has sixteen."""
-MOST_SAMPLES = 300_000
+MOST_SAMPLES = 200_000
 """Samples of walls with texture, about, at most, beyond which they lie farther apart."""
+PLACES = np.array([27 << 38, 27 << 19, 27, 9, 3, 1])
+"""Factors that make one number of a cell, which are fewer than 2**19 along a side, and a rounded normal."""
 FACING = -0.5
 """Largest cosine of the angle between the normals of walls that face one another: that of 120 degrees."""
 AHEAD_MM = (0.1, 0.5)
@@ -28,10 +30,9 @@ NORMAL_MM = 0.3
 LEAST_BALL_MM, BALL = 1.0, 3.0
 """Radius of the ball within which joined walls do not count, mm, and in gaps: a relief is up to 1 mm high,
 and flanks of a groove that opens by more than 19 degrees are joined."""
-CELL_MM = 0.5
-"""Side of the cells, mm, in each pair of which one pair of samples is tested."""
-MOST_TESTED = 2000
-"""Pairs of samples tested at most, the narrowest first, about two CPU seconds."""
+CELL_MM, TESTED, MOST_TESTED = 0.5, 125, 500
+"""Side of the cells, mm, in each pair of which one pair of samples is tested; tests after which the side is
+doubled, since steep reliefs have thousands of valleys; and most tests, which take up to two CPU seconds."""
 
 
 def narrowest_gap(body: Body, plain: Body, touched: NDArray[np.bool_]) -> tuple[float, Array] | None:
@@ -47,33 +48,56 @@ def narrowest_gap(body: Body, plain: Body, touched: NDArray[np.bool_]) -> tuple[
     """
     if not touched.any():
         return None
-    spacing = max(SPACING_MM, float(np.sqrt(body.areas[touched].sum() / MOST_SAMPLES)))
-    own, own_face = _samples(body, np.flatnonzero(touched), spacing)
-    others, other_face = _samples(body, np.flatnonzero(~touched), spacing, cKDTree(own))
+    normals = body.normals
+    area = 0.5 * float(np.linalg.norm(normals[touched], axis=1).sum())
+    normals, spacing = units(normals), max(SPACING_MM, float(np.sqrt(area / MOST_SAMPLES)))
+    own, own_face = _samples(body, normals, np.flatnonzero(touched), spacing)
+    others, other_face = _samples(body, normals, np.flatnonzero(~touched), spacing, cKDTree(own))
     points, faces = np.concatenate([own, others]), np.concatenate([own_face, other_face])
-    normals, walls = units(body.normals[faces]), units(plain.normals[faces])
+    normals = normals[faces]
     tree = cKDTree(np.hstack([points, -NORMAL_MM * normals]), balanced_tree=False)
     found = [_facing(points, normals, walls, tree, len(own), ahead, spacing) for ahead in AHEAD_MM]
     gap, one, other = (np.concatenate(each) for each in zip(*found, strict=True))
-    near, tested = NearFaces(body.vertices[body.faces]) if len(gap) else None, set()
-    for number in np.argsort(gap):
-        pair = [one[number], other[number]]
-        cells = tuple(np.floor(points[pair] / CELL_MM).ravel().tolist())
-        if near is None or cells in tested or len(tested) == MOST_TESTED:
+    middles = points[one] - 0.5 * gap[:, None] * normals[other]
+    number = _first_apart(body, gap, middles, points[[one, other]], faces[[one, other]]) if len(gap) else None
+    return None if number is None else (float(gap[number]), middles[number])
+
+
+def _first_apart(body: Body, gap: Array, middles: Array, ends: Array, faces: Index) -> int | None:
+    """Number of the narrowest of gaps (k,) whose walls are not joined around it; None if all are.
+
+    Args:
+        body: The body.
+        gap: Widths, mm.
+        middles: (k, 3) middles of the gaps, mm.
+        ends: (2, k, 3) samples of both walls, mm.
+        faces: (2, k) their faces.
+    """
+    near = NearFaces(body.vertices[body.faces])
+    tested: set[tuple[float, ...]] = set()
+    for number in np.argsort(gap).tolist():
+        side = CELL_MM * 2 ** (len(tested) // TESTED)
+        cells = (side, *np.floor(ends[:, number] / side).ravel().tolist())
+        if cells in tested:
             continue
+        if len(tested) == MOST_TESTED:
+            break
         tested.add(cells)
-        middle = points[pair[0]] - 0.5 * gap[number] * normals[pair[1]]
-        if not _joined(body, near, faces[pair], middle, max(LEAST_BALL_MM, BALL * gap[number])):
-            return float(gap[number]), middle
+        radius = max(LEAST_BALL_MM, BALL * gap[number])
+        if not _joined(body, near, faces[:, number], middles[number], radius):
+            return int(number)
     return None
 
 
-def _samples(body: Body, faces: Index, spacing: float, near: cKDTree | None = None) -> tuple[Array, Index]:
+def _samples(
+    body: Body, normals: Array, faces: Index, spacing: float, near: cKDTree | None = None
+) -> tuple[Array, Index]:
     """Points (k, 3) on faces, one in each cell and direction, and their faces; far from others none are.
 
     Args:
         body: The body.
-        faces: (n,) numbers of its faces.
+        normals: (m, 3) unit normals of its faces.
+        faces: (n,) numbers of those to be sampled.
         spacing: Side of a cell, mm, and length from which edges are halved.
         near: Points, beyond `REACH_MM` of which no samples are needed.
     """
@@ -97,13 +121,8 @@ def _samples(body: Body, faces: Index, spacing: float, near: cKDTree | None = No
         faces = np.tile(faces[~small], 2)
     at, number = np.concatenate(points), np.concatenate(numbers)
     # Of walls closer to one another than a cell both keep samples.
-    rows = np.hstack(
-        [np.floor((at - body.vertices.min(axis=0)) / spacing), units(body.normals[number]) + 1.0]
-    )
-    key = np.zeros(len(at), np.int64)
-    for column, count in zip(np.rint(rows).astype(np.int64).T, (1 << 19,) * 3 + (3,) * 3, strict=True):
-        key = key * count + column
-    kept = np.unique(key, return_index=True)[1]
+    rows = np.hstack([np.floor((at - body.vertices.min(axis=0)) / spacing), normals[number] + 1.0])
+    kept = np.unique(np.rint(rows).astype(np.int64) @ PLACES, return_index=True)[1]
     return at[kept], number[kept]
 
 

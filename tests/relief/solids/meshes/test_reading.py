@@ -429,7 +429,7 @@ def test_equal_positions_become_one_whatever_their_bits_are_mixed_to(
     monkeypatch: pytest.MonkeyPatch, mixers: np.ndarray
 ) -> None:
     monkeypatch.setattr(mesh, "MIXERS", mixers)
-    rows = np.random.default_rng(2).integers(-2, 3, (300, 3)).astype(np.float32) * 0.3 + 0.0
-    rows = rows.astype(np.float64)
+    single = np.random.default_rng(2).integers(-2, 3, (300, 3)).astype(np.float32)
+    rows = 0.3 * single.astype(np.float64) + 0.0
     expected = [rows.tolist().index(row) for row in rows.tolist()]
     assert mesh._first_equal(rows).tolist() == expected
