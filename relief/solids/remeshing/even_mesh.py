@@ -18,7 +18,7 @@ from relief.solids.remeshing.flipping import Flips
 from relief.solids.remeshing.lifting import lifted
 from relief.solids.remeshing.nearest import NearestPoints
 from relief.solids.remeshing.patch import Patch
-from relief.solids.remeshing.smooth_surface import bulges, corner_angles
+from relief.solids.remeshing.smooth_surface import corner_angles
 from relief.solids.remeshing.triangles import Triangles, repeated
 
 ARC = 0.35
@@ -214,30 +214,39 @@ class _Remesher:
         start = triangles.origin[number]
         side, _ = self.nearest.at(inner, self.region[start], start)
         at[held], shares[held] = self.nearest.walk_from(place, side)
-        rise = (shares * patch.rise[patch.body.faces[at]]).sum(axis=2)
         facet, shares = (
             part.reshape(len(faces), 3, *part.shape[1:])
             for part in patch.located(at.ravel(), shares.reshape(-1, 3))
         )
         normals = patch.surface.normals_at(facet.ravel(), shares.reshape(-1, 3)).reshape(-1, 3, 3)
         body = Body(vertices, faces)
-        creases = triangles.is_held(triangles.keys()).reshape(-1, 3)
-        bulge = bulges(body, edge_pairs(faces), creases, normals)
-        rise[stayed[faces] | (faces < patch.border)] = 0.0
-        bulge *= np.minimum(rise, np.roll(rise, -1, axis=1))[:, :, None]
+        bulge, far = self._bulges(body, stayed)
+        far = max(
+            far,
+            float(np.linalg.norm(vertices[rows] - self.nearest.places(face, share), axis=1).max(initial=0.0)),
+        )
         if turns_by_chance(body, normals):
             say("facets turn by chance, as in a scan; normals are smoothed")
             normals = smoothed(body, normals)
-        return EvenMesh(body, normals, bulge, facet, shares, self._farthest(body, bulge))
+        return EvenMesh(body, normals, bulge, facet, shares, far)
 
-    def _farthest(self, body: Body, bulge: Array) -> float:
-        """Largest distance of a mesh with bulges from the facets, mm."""
-        corners = body.vertices[body.faces]
-        middles = 0.5 * (corners + np.roll(corners, -1, axis=1)) + 0.25 * bulge
-        start = np.repeat(self.triangles.origin, 6)
-        points = np.concatenate([corners, middles], axis=1).reshape(-1, 3)
-        face, share = self.nearest.at(points, self.region[start], start)
-        return float(np.linalg.norm(self.nearest.places(face, share) - points, axis=1).max())
+    def _bulges(self, body: Body, stayed: NDArray[np.bool_]) -> tuple[Array, float]:
+        """Bulges (faces, 3, 3) over edges up to the smooth surface, and the farthest from the facets, mm.
+
+        Args:
+            body: The mesh, its vertices on the smooth surface.
+            stayed: (vertices,) those that stayed on the facets; edges there do not bulge.
+        """
+        flat, start = np.zeros((body.faces.size, 3)), body.faces.ravel()
+        pairs, end = edge_pairs(body.faces), np.roll(body.faces, -1, axis=1).ravel()
+        half = pairs[:, 0]
+        pairs, half = (each[~(stayed[start] | stayed[end])[half]] for each in (pairs, half))
+        middle = 0.5 * (body.vertices[start[half]] + body.vertices[end[half]])
+        origin = self.triangles.origin[half // 3]
+        face, share = self.nearest.at(middle, self.region[origin], origin)
+        lift = self.patch.lift(face, share)
+        flat[pairs] = 4.0 * (self.nearest.places(face, share) + lift - middle)[:, None]
+        return flat.reshape(-1, 3, 3), float(np.linalg.norm(lift, axis=1).max(initial=0.0))
 
 
 def _sizes(patch: Patch, edge_mm: float, arc: float) -> Array:

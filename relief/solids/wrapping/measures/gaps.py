@@ -54,7 +54,7 @@ def narrowest_gap(body: Body, plain: Body, touched: NDArray[np.bool_]) -> tuple[
     own, own_face = _samples(body, normals, np.flatnonzero(touched), spacing)
     others, other_face = _samples(body, normals, np.flatnonzero(~touched), spacing, cKDTree(own))
     points, faces = np.concatenate([own, others]), np.concatenate([own_face, other_face])
-    normals = normals[faces]
+    normals, walls = normals[faces], units(plain.normals[faces])
     tree = cKDTree(np.hstack([points, -NORMAL_MM * normals]), balanced_tree=False)
     found = [_facing(points, normals, walls, tree, len(own), ahead, spacing) for ahead in AHEAD_MM]
     gap, one, other = (np.concatenate(each) for each in zip(*found, strict=True))
