@@ -12,10 +12,12 @@ resumable. `--parts` wraps the parts and their eight finer exports without a mas
 triangles, and `--as before` keeps these numbers as those to compare with.
 """
 
+import signal
 import time
 from argparse import Namespace
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -44,6 +46,8 @@ from relief.solids.wrapping.masks import Points, mask_at
 RESULT, COMMAND = "bare", "benchmarks.objects.bare"
 SEEDS, SEED_FACES, FACES, PLACES = 200, 60_000, 200_000, 12
 """Random masks, triangles of their parts and of the unmasked ones, and places that are felt of these."""
+MOST_CPU_S = 180.0
+"""CPU seconds after which a wrap is ended, as of benchmarks.objects.parts."""
 TILES = ("leather-tile", "gravel-tile", "bark-tile")
 SPACING_MM = 0.25
 """Largest distance of the samples of a triangle, mm: well below the 2 mm over which textures end."""
@@ -414,8 +418,9 @@ def wrapped_and_checked(file: Path, suffix: str, texture: str, options: Mapping[
     with TemporaryDirectory() as folder:
         out, began = Path(folder) / f"out{suffix}", time.process_time()
         try:
-            result = retouch.wrap(texture, file, out, quiet=True, **options)
-        except InputError as fault:
+            with limited(MOST_CPU_S):
+                result = retouch.wrap(texture, file, out, quiet=True, **options)
+        except (InputError, TimeoutError) as fault:
             return {"refused": str(fault).replace(str(file), file.name), "cpu_s": time.process_time() - began}
         row = {"cpu_s": time.process_time() - began, "suffix": suffix}
         share = shares_at(samples, body, options.get("mask"), options.get("falloff_mm", 2.0))
@@ -426,6 +431,22 @@ def wrapped_and_checked(file: Path, suffix: str, texture: str, options: Mapping[
             row |= felt(out, file)
         numbers = {name: value for name, value in result.as_json().items() if isinstance(value, int | float)}
     return row | {"faults": faults(row), "told": numbers}
+
+
+@contextmanager
+def limited(most_s: float) -> Iterator[None]:
+    """Raise TimeoutError in what takes more CPU seconds than a limit."""
+
+    def end(*_: object) -> None:
+        raise TimeoutError(f"took more than {most_s:g} CPU s")
+
+    before = signal.signal(signal.SIGPROF, end)
+    signal.setitimer(signal.ITIMER_PROF, most_s)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
 
 
 def felt(out: Path, file: Path) -> dict[str, Any]:
