@@ -21,6 +21,8 @@ LEAST_SPACING_MM = 0.1
 CPU seconds on a box of 16 mm."""
 MOST_SAMPLES = 1_000_000
 """Samples at most, which bounds the memory."""
+DRAFT_SAMPLES = 100_000
+"""`MOST_SAMPLES` of a draft."""
 SAME_SHEET = np.cos(np.radians(15.0))
 """Least cosine of the angle between normals of one smooth sheet, which cannot fold: rounding and facets turn
 normals, too."""
@@ -30,8 +32,6 @@ BESIDE = 2.0
 """Distance, in the edges at a vertex, up to which a side of another direction is that of a crease there."""
 FACING = -0.5
 """Largest cosine of the angle between normals of two points that face one another at any distance."""
-PIECE = 0.5
-"""Longest edge of the pieces of what lies beside a surface, in the distance up to which they are needed."""
 AT_ONCE = 1 << 13
 """Points whose balls are computed together, which bounds the memory."""
 
@@ -44,17 +44,20 @@ class LocalFeatureSize:
         curvature, in a gap half the width.
     """
 
-    def __init__(self, mesh: EvenMesh, most_mm: float, beside: Body | None = None) -> None:
+    def __init__(
+        self, mesh: EvenMesh, most_mm: float, beside: Body | None = None, samples: int = MOST_SAMPLES
+    ) -> None:
         """Take samples of the surface.
 
         Args:
             mesh: The surface.
             most_mm: Radius at which the search ends.
             beside: Flat triangles beside the surface, none far from it; None: there are none.
+            samples: Number of samples at most, about.
         """
         self.mesh, self.most_mm = mesh, most_mm
         area = mesh.body.areas.sum() + (0.0 if beside is None else beside.areas.sum())
-        spacing = max(SPACING * most_mm, LEAST_SPACING_MM, float(np.sqrt(area / MOST_SAMPLES)))
+        spacing = max(SPACING * most_mm, LEAST_SPACING_MM, float(np.sqrt(area / samples)))
         fine = refined(mesh.body, 1.5 * spacing)
         share = fine.corners.mean(axis=1).astype(np.float64)
         flat = fine.body.vertices[fine.body.faces].mean(axis=1)
@@ -131,7 +134,13 @@ class LocalFeatureSize:
 
 
 def clearance_factor(
-    mesh: EvenMesh, carried: Array, out_mm: float, in_mm: float, falloff_mm: float, rest: Body | None = None
+    mesh: EvenMesh,
+    carried: Array,
+    out_mm: float,
+    in_mm: float,
+    falloff_mm: float,
+    rest: Body | None = None,
+    samples: int = MOST_SAMPLES,
 ) -> Array:
     """Factors (n,) in [0, 1] of the displacements of vertices, with which none can intersect.
 
@@ -142,13 +151,14 @@ def clearance_factor(
         in_mm: Farthest displacement inward, mm.
         falloff_mm: Least distance on the surface over which the factor goes from 0 to 1, mm.
         rest: What stays beside the surface; None: nothing does.
+        samples: Number of samples of the surface at most, about.
     """
     factor, moving = np.ones(len(mesh.body.vertices)), carried > 0.0
     for side, need in ((1.0, out_mm), (-1.0, in_mm)):
         if need > 0.0:
             most = need / SAFE * 1.01
             beside = None if rest is None else near_pieces(rest, mesh.body.vertices[moving], 2.0 * most)
-            room = SAFE * LocalFeatureSize(mesh, most, beside).radii(side, moving)
+            room = SAFE * LocalFeatureSize(mesh, most, beside, samples).radii(side, moving)
             factor = np.minimum(factor, room / np.maximum(need * carried, 1e-9))
     return evened(mesh.body, factor, falloff_mm)
 
@@ -157,17 +167,18 @@ def near_pieces(body: Body, points: Array, reach_mm: float) -> Body:
     """Pieces of a body's triangles that hold all of them within a distance of points (n, 3), mm."""
     low, high = extents(body.vertices[body.faces])
     meets = (low <= points.max(axis=0) + reach_mm) & (high >= points.min(axis=0) - reach_mm)
-    corners = body.vertices[body.faces[meets.all(axis=1)]]
-    if not len(corners):
-        return Body(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
-    pieces = refined(
-        Body(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)), PIECE * reach_mm
-    )
-    vertices, faces = pieces.body
-    far, _ = cKDTree(points).query(
-        vertices[faces].mean(axis=1), distance_upper_bound=(1.0 + PIECE) * reach_mm
-    )
-    return Body(vertices, faces[np.isfinite(far)])
+    corners, tree = body.vertices[body.faces[meets.all(axis=1)]], cKDTree(points)
+    while len(corners):
+        middle = corners.mean(axis=1, keepdims=True)
+        wide = np.linalg.norm(corners - middle, axis=2).max(axis=1)
+        near = tree.query(middle[:, 0], distance_upper_bound=reach_mm + wide.max())[0] <= reach_mm + wide
+        corners, wide = corners[near], wide[near]
+        if not (wide > reach_mm).any():
+            break
+        apart = Body(corners.reshape(-1, 3), np.arange(corners.size // 3).reshape(-1, 3))
+        vertices, faces = refined(apart, max(wide.max(), reach_mm)).body
+        corners = vertices[faces]
+    return Body(corners.reshape(-1, 3), np.arange(corners.size // 3).reshape(-1, 3))
 
 
 def evened(body: Body, factor: Array, falloff_mm: float) -> Array:

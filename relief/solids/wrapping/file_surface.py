@@ -23,8 +23,8 @@ BASE_EDGE_MM = 1.0
 """Longest edge of the mesh that patches, normals and clearance are computed on, mm."""
 DRAFT_EDGE_MM = 2.0
 """`BASE_EDGE_MM` of a draft, mm, of a body of up to `DRAFT_MM2`."""
-DRAFT_MM2 = 64_000.0
-"""Area, mm², from which the edges of a draft grow with the body: that of 40,000 even triangles of 2 mm."""
+DRAFT_MM2 = 40_000.0
+"""Area, mm², from which the edges of a draft grow with the body: that of 25,000 even triangles of 2 mm."""
 LEAST_BASE_EDGES = 24
 """Edges at least along the longest side of a small object."""
 MOST_SAMPLES = 2_000_000

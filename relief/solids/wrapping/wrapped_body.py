@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from relief.ground.arrays import Array, FloatArray
 from relief.ground.progress import stage
 from relief.solids.body import Body
-from relief.solids.wrapping.clearance import clearance_factor
+from relief.solids.wrapping.clearance import DRAFT_SAMPLES, MOST_SAMPLES, clearance_factor
 from relief.solids.wrapping.displacing import displaced
 from relief.solids.wrapping.edges import edge_of
 from relief.solids.wrapping.file_surface import FileSurface, Settings
@@ -126,7 +126,10 @@ def wrap(
         out_mm, in_mm = (1.0 - settings.level) * tallest, settings.level * tallest
         whole = base.rest.joined(base.body)
         around = Body(whole.vertices, whole.faces[len(base.body.faces) :])
-        factor = clearance_factor(base.mesh, base.carried, out_mm, in_mm, settings.falloff_mm, around)
+        samples = DRAFT_SAMPLES if settings.draft else MOST_SAMPLES
+        factor = clearance_factor(
+            base.mesh, base.carried, out_mm, in_mm, settings.falloff_mm, around, samples
+        )
     factor = np.where(base.carried > 0.0, factor, 1.0)
     check_room(base.body, where, factor, tallest)
     with stage("dividing triangles"):

@@ -26,6 +26,7 @@ from relief.solids.wrapping.coordinates.geodesic_patches import lay_out
 from relief.solids.wrapping.coordinates.layout import Layout
 from relief.solids.wrapping.coordinates.revolution import RevolutionAxis, axis_along, found_axis, found_centre
 from relief.solids.wrapping.coordinates.texture_coordinates import by_texture_coordinates
+from relief.solids.wrapping.file_surface import DRAFT_EDGE_MM
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface
 from relief.solids.wrapping.texture_tiles import Tile
@@ -158,7 +159,9 @@ def patches(search: CoordinateSearch) -> Coordinates:
     with stage("flat coordinates", 1.0, at_most=True):
         needed = np.zeros(len(base.body.vertices), bool)
         needed[base.body.faces[base.textured]] = True
-        return Coordinates("patches", lay_out(base.body, needed, search.blend_mm, base.normals, along))
+        scale = max(1.0, base.file.edge_mm / DRAFT_EDGE_MM)
+        layout = lay_out(base.body, needed, search.blend_mm, base.normals, along, scale)
+        return Coordinates("patches", layout)
 
 
 def _cylinder(

@@ -46,7 +46,12 @@ LEAST_ROOM_MM = 4.0
 
 
 def lay_out(
-    body: Body, needed: NDArray[np.bool_], blend_mm: float, normals: Array, along: Array | None = None
+    body: Body,
+    needed: NDArray[np.bool_],
+    blend_mm: float,
+    normals: Array,
+    along: Array | None = None,
+    scale: float = 1.0,
 ) -> Layout:
     """Cover a surface with patches.
 
@@ -57,8 +62,9 @@ def lay_out(
         normals: (vertices, 3) outward unit normals.
         along: (3,) direction that v follows on every patch, as a line: a patch may be turned by 180 degrees
             where that fits its neighbours better. None: the first patch has u along x.
+        scale: Factor of the radii of patches, for triangles that are so many times larger.
     """
-    cover = _Cover(body, normals, along)
+    cover = _Cover(body, normals, along, scale)
     total = float(needed.sum())
     while (seed := cover.next_seed(needed)) is not None:
         cover.add(seed)
@@ -103,8 +109,9 @@ class _Patch:
 class _Cover:
     """Current patches, and the coverage of each vertex."""
 
-    def __init__(self, body: Body, normals: Array, along: Array | None) -> None:
+    def __init__(self, body: Body, normals: Array, along: Array | None, scale: float = 1.0) -> None:
         self.body, self.normals, self.along = body, normals, along
+        self.least_mm, self.most_mm = scale * LEAST_MM, scale * MOST_MM
         self.tree = cKDTree(body.vertices)
         self.patches: list[_Patch] = []
         self.at: list[list[int]] = [[] for _ in body.vertices]
@@ -127,7 +134,7 @@ class _Cover:
         """Add the patch around a vertex."""
         self.tried[seed] = True
         vertices, uv, faces = self.map(seed, OVERLAP * MARGIN * self._expected_radius(seed))
-        radius = _reach(self.body.vertices[vertices], uv, faces)
+        radius = _reach(self.body.vertices[vertices], uv, faces, self.least_mm, self.most_mm)
         far = np.linalg.norm(uv, axis=1) / radius
         kept = far <= OVERLAP
         patch = _Patch(vertices[kept], uv[kept], far[kept], radius)
@@ -157,7 +164,7 @@ class _Cover:
     def _expected_radius(self, seed: int) -> float:
         """Largest radius of a patch, mm: at most 1.5 times the neighbour's radius."""
         near = [self.patches[number].radius_mm for number in self.at[seed]]
-        return min(MOST_MM, 1.5 * max(near, default=MOST_MM))
+        return min(self.most_mm, 1.5 * max(near, default=self.most_mm))
 
     def _fit(self, patch: _Patch, seed: int) -> Array:
         """Coordinates of a patch, moved and turned to those of its neighbours, or as stated."""
@@ -235,17 +242,17 @@ class _Cover:
         return Layout(patch_of, uv_of, weight_of, stretch, len(self.patches))
 
 
-def _reach(vertices: Array, uv: Array, faces: NDArray[np.intp]) -> float:
-    """Distance from the middle up to which coordinates keep lengths, mm."""
+def _reach(vertices: Array, uv: Array, faces: NDArray[np.intp], least_mm: float, most_mm: float) -> float:
+    """Distance from the middle up to which coordinates keep lengths, mm, within limits."""
     bad = stretches(vertices[faces], uv[faces]) > STRETCH
     middle = np.linalg.norm(uv[faces].mean(axis=1), axis=1)
     if not bad.any():
-        return MOST_MM
+        return most_mm
     # Single bad triangles are noise: a fiftieth of the area so far, at least.
     order = np.argsort(middle)
     share = np.cumsum(bad[order]) / np.arange(1, len(order) + 1)
     beyond = middle[order][share > 0.05]
-    return float(np.clip(beyond[0] if len(beyond) else MOST_MM, LEAST_MM, MOST_MM))
+    return float(np.clip(beyond[0] if len(beyond) else most_mm, least_mm, most_mm))
 
 
 def _moved(uv: Array, start: Array, goal: Array, weight: Array, most: float) -> Array:
