@@ -359,7 +359,8 @@ def _farthest(points: Array, body: Body) -> float:
     """Largest distance of points (n, 3) from the surface of a body, mm; 0 without points."""
     if not len(points):
         return 0.0
-    surface = pv.PolyData.from_regular_faces(body.vertices, np.asarray(body.faces, dtype=np.int_))
+    faces: Any = body.faces
+    surface = pv.PolyData.from_regular_faces(body.vertices, faces)
     _, nearest = surface.find_closest_cell(points, return_closest_point=True)
     return float(np.linalg.norm(nearest - points, axis=1).max())
 
