@@ -111,6 +111,12 @@ def near_faces(
     return np.asarray(near)
 
 
+def passed_twice(faces: NDArray[np.intp], count: int) -> NDArray[np.bool_]:
+    """(count,) vertices of triangles (m, 3) at which the rim passes twice: two rim edges start there."""
+    edge, around, _ = edge_balance(faces)
+    return np.asarray(np.bincount(faces.ravel()[around[edge] == 1], minlength=count) > 1)
+
+
 def connected_around(faces: NDArray[np.intp], seed: int, count: int) -> NDArray[np.intp]:
     """Triangles connected with a vertex by their edges; parts that hang by a single vertex are cut off.
 
@@ -125,9 +131,7 @@ def connected_around(faces: NDArray[np.intp], seed: int, count: int) -> NDArray[
         part = connected(edge_pairs(faces) // 3, len(faces))
         own = part[np.flatnonzero((faces == seed).any(axis=1))[0]]
         faces = faces[part == own]
-        # A vertex at which the rim passes twice: more rim edges start there than one.
-        edge, around, _ = edge_balance(faces)
-        twice = np.bincount(faces.ravel()[around[edge] == 1], minlength=count) > 1
+        twice = passed_twice(faces, count)
         if not twice.any():
             return faces
         stays = ~twice[faces].any(axis=1)

@@ -31,6 +31,8 @@ ROUNDS = 4
 COARSER = (128.0, 64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0)
 """Edges, in those wanted, to which triangles are divided at first: flips and collapses between keep them from
 becoming slivers, whose number would double with each halving, also across."""
+MOST_SPLITS = 8
+"""Most passes of splits to one length: each halves edges, and more come of edges that may not be divided."""
 STIR = 0.3
 """Random displacement of vertices in the first round, in their edges. Without it regular grids of squares
 would stay, whose edges all pass the limit at once, so that the number of triangles would jump by a half."""
@@ -108,11 +110,14 @@ class _Remesher:
         """
         triangles = self.triangles
         self._collapse()
+        repeated(Flips(triangles).flip)
         for factor in coarser:
-            repeated(Flips(triangles).flip)
-            while self._split(factor):
+            passes = 0
+            while passes < MOST_SPLITS and self._split(factor):
                 repeated(Flips(triangles).flip)
-            self._collapse()
+                passes += 1
+            if passes:
+                self._collapse()
         for _ in range(3):
             repeated(Flips(triangles).flip)
             self._relax(stir)

@@ -77,8 +77,12 @@ class Triangles:
         one, other = edge_ends(self.faces)
         length = self.lengths(one, other)
         # Both sides of an edge have the same key and the same length.
-        chosen = np.unique(self.keys()[length > LONG * 0.5 * (size[one] + size[other])])
-        chosen = chosen[~among(chosen, self.taken)]
+        keys = self.keys()
+        # Beside an edge that may not be divided, shorter ones would be divided over and over, into needles.
+        outside = np.where(among(keys, self.taken), length, 0.0).reshape(-1, 3).max(axis=1)
+        whole = keys[length <= np.repeat(outside, 3)]
+        chosen = np.unique(keys[length > LONG * 0.5 * (size[one] + size[other])])
+        chosen = chosen[~among(chosen, np.unique(whole))]
         if not len(chosen):
             return 0
         keys, first = self.keys(), len(self.vertices)

@@ -18,7 +18,7 @@ from relief.ground.arrays import Array, renumbered
 from relief.ground.errors import InputError
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import connected_around
+from relief.solids.meshes.neighbourhood import connected_around, passed_twice
 from relief.solids.wrapping.coordinates.layout import Layout, one_patch, shares_of, stretches
 
 STRETCH = 0.1
@@ -117,7 +117,8 @@ class _Cover:
         self.at: list[list[int]] = [[] for _ in body.vertices]
         """Numbers of the patches at each vertex."""
         self.best = np.full(len(body.vertices), np.inf)
-        self.tried = np.zeros(len(body.vertices), bool)
+        # No patch has its middle where the rim passes twice: such a vertex has no order of its neighbours.
+        self.tried = passed_twice(body.faces, len(body.vertices))
 
     def next_seed(self, needed: NDArray[np.bool_]) -> int | None:
         """The middle of the next patch: an uncovered vertex, as far out as the neighbours still extend."""
