@@ -27,7 +27,7 @@ are then within 1 um of a circle of 4 mm radius."""
 LEAST_PART = 0.15
 """Shortest edges wanted where the surface bends, in those of the rest."""
 ROUNDS = 4
-"""Rounds of splitting, collapsing, flipping and relaxing; five change little more."""
+"""Rounds by default; five change little more."""
 COARSER = (128.0, 64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0)
 """Edges, in those wanted, to which triangles are divided at first: flips and collapses between keep them from
 becoming slivers, whose number would double with each halving, also across."""
@@ -68,7 +68,7 @@ class EvenMesh:
     farthest_mm: float
 
 
-def even_mesh(patch: Patch, edge_mm: float, arc: float = ARC) -> EvenMesh:
+def even_mesh(patch: Patch, edge_mm: float, arc: float = ARC, rounds: int = ROUNDS) -> EvenMesh:
     """Even triangles on the smooth surface behind the facets of a patch.
 
     Edges of the part and seams of texture coordinates are held within `HELD_MM`; the border stays as it is.
@@ -77,10 +77,11 @@ def even_mesh(patch: Patch, edge_mm: float, arc: float = ARC) -> EvenMesh:
         patch: Of a closed body, each vertex once.
         edge_mm: Edges wanted where the surface is flat; elsewhere they are shorter.
         arc: Angle over which an edge spans at most where the surface bends, rad.
+        rounds: Rounds of splitting, collapsing, flipping and relaxing.
     """
-    with stage("even triangles", float(ROUNDS)) as advance:
+    with stage("even triangles", float(rounds)) as advance:
         remesher = _Remesher(patch, edge_mm, arc)
-        for number in range(ROUNDS):
+        for number in range(rounds):
             remesher.round(COARSER if number == 0 else COARSER[-1:], STIR if number == 0 else 0.0)
             advance()
         return remesher.result()

@@ -11,7 +11,7 @@ from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.meshes.refining import Refined
 from relief.solids.meshes.solid import check_apart
-from relief.solids.remeshing.even_mesh import ARC, even_mesh, vertex_normals
+from relief.solids.remeshing.even_mesh import ARC, ROUNDS, even_mesh, vertex_normals
 from relief.solids.remeshing.smooth_surface import raised
 from relief.solids.wrapping.coordinates.layout import Layout
 from relief.solids.wrapping.file_surface import FileSurface, Near, Settings
@@ -22,6 +22,8 @@ from relief.solids.wrapping.texture_tiles import Tile
 DRAFT_ARC = 1.4
 """Largest angle of the arc of an edge of a draft, relative to that of a file. With 2 fillets
 show facets in a preview; with 1 a bracelet takes half as long again."""
+DRAFT_ROUNDS = 2
+"""Rounds of remeshing of a draft: its triangles are less even."""
 EVEN_AREA = 0.4
 """Mean area of even triangles, in the square of the edge wanted."""
 ENOUGH_MM2 = 0.0035
@@ -61,7 +63,8 @@ class BaseSurface:
             whole = self.rest.joined(patch.body)
             check_apart(whole, np.arange(len(whole.faces)) < len(patch.body.faces), "mesh")
         check_count(int(patch.body.areas.sum() / (EVEN_AREA * file.edge_mm**2)), settings)
-        self.mesh = even_mesh(patch, file.edge_mm, ARC * min(file.coarser, DRAFT_ARC))
+        rounds = DRAFT_ROUNDS if settings.draft else ROUNDS
+        self.mesh = even_mesh(patch, file.edge_mm, ARC * min(file.coarser, DRAFT_ARC), rounds)
         self.body, self.normals = self.mesh.body, vertex_normals(self.mesh)
         self.uv = None if file.uv is None else self._at_corners(file.uv[parting.facets])
         painted = None if file.colours is None else self._at_corners(file.colours[parting.facets])
