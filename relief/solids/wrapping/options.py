@@ -13,6 +13,9 @@ MOST_FACES = 1_000_000
 HOLE_MM = 0.5
 """Size, mm, up to which a hole is a fault of the mesh, where no other is given: less than a finger or a
 printer resolves."""
+BORES_MM = 25.0
+"""Diameter, mm, up to which round holes stay without texture by default: bores of shafts, screws and
+bearings, into which no finger reaches."""
 LEAST_FALLOFF_MM = 0.05
 """Narrowest width over which textures end, mm."""
 HOLES_MM = (0.0, 100.0)
@@ -65,14 +68,14 @@ class SurfaceOptions:
     ] = 0.0
     keep_bottom: Annotated[bool, Option("texture a flat bottom too", "--no-bottom")] = True
     keep_holes_mm: Annotated[
-        float | None,
+        float,
         Option(
             "leave round holes up to this diameter without texture, through and blind ones: texture narrows "
-            "a hole, so that shafts and screws no longer fit",
+            "a hole, so that shafts, screws and bearings no longer fit; 0: leave none",
             "--keep-holes MM",
             HOLES_MM,
         ),
-    ] = None
+    ] = BORES_MM
     facets: Annotated[
         str | None,
         Option(

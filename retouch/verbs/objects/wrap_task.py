@@ -22,11 +22,12 @@ from relief.solids.body import Body
 from relief.solids.mending.holes import round_holes
 from relief.solids.mending.repair import mended, united_parts
 from relief.solids.meshes import Mesh, read_mesh
+from relief.solids.meshes.shells import sealed_hollows
 from relief.solids.meshes.solid import check_closed, check_parts
 from relief.solids.objects.table import OBJECTS, BundledObject
 from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.masks import Regions
-from relief.solids.wrapping.options import MeshOptions, PlacingOptions, SurfaceOptions
+from relief.solids.wrapping.options import BORES_MM, MeshOptions, PlacingOptions, SurfaceOptions
 from relief.solids.wrapping.placement import Placement, placement_of
 from relief.solids.wrapping.texture_tiles import Covering, Tile
 from relief.solids.wrapping.wrap_checks import check_choices
@@ -111,9 +112,10 @@ def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions)
     solid = Mesh(thing.make(), None, Path(mesh)) if thing else _solid(Path(mesh), options)
     _check_period(coverings, solid)
     lines = solid.warnings
-    if settings.keep_holes_mm is not None:
-        settings, line = _with_holes(settings, solid.body, settings.keep_holes_mm)
-        lines = (*lines, line)
+    settings, line = _with_holes(settings, solid.body)
+    hollow = sealed_hollows(solid.body).any()
+    sealed = "has sealed hollows, whose walls nobody can touch and which stay without texture"
+    lines = (*lines, *([line] if line else []), *([sealed] if hollow else []))
     for line in lines:
         _log.warning("%s: %s", mesh, line)
     for line in warnings:
@@ -185,15 +187,18 @@ def _solid(path: Path, options: MeshOptions) -> Mesh:
     return Mesh(work.body, uv, path, tuple(lines), colours=colours)
 
 
-def _with_holes(settings: Settings, body: Body, most_mm: float) -> tuple[Settings, str]:
-    """Settings with the round holes up to a diameter, mm, and a line about them."""
-    holes = round_holes(body, most_mm)
+def _with_holes(settings: Settings, body: Body) -> tuple[Settings, str]:
+    """Settings with the round holes that stay as they are, and a line about them; empty if nobody asks."""
+    most_mm = settings.keep_holes_mm
+    holes = round_holes(body, most_mm) if most_mm else None
     if holes is None:
-        return settings, f"has no round hole of {most_mm:g} mm or less"
+        asked = most_mm not in (0.0, BORES_MM)
+        return settings, f"has no round hole of {most_mm:g} mm or less" if asked else ""
     low, high = (f"{end:.3g}" for end in (holes.diameters_mm.min(), holes.diameters_mm.max()))
     sizes = low if low == high else f"{low} to {high}"
-    line = f"keeps {len(holes.diameters_mm)} round holes of {sizes} mm without texture"
-    return replace(settings, holes=holes), line
+    count = len(holes.diameters_mm)
+    kept = f"{count} round holes" if count > 1 else "a round hole"
+    return replace(settings, holes=holes), f"keeps {kept} of {sizes} mm without texture (--keep-holes)"
 
 
 def _check_period(coverings: Sequence[Covering], mesh: Mesh) -> None:
