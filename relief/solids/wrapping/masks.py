@@ -12,7 +12,7 @@ z>2 & angle<60  both; z>2 | odd either; not (z>2 | odd) neither
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -67,7 +67,7 @@ class Points:
         uv: (n, 2) texture coordinates of the mesh; None if the mesh has none.
         regions: Regions of the object by name.
         colours: (n, 3) red, green and blue in sRGB, from 0 to 1; None if the mesh has none.
-        middle: (3,) of the box around the object, mm.
+        middle: (3,) of the box around the object, mm; None: the points are all over it.
     """
 
     places: Array
@@ -75,7 +75,7 @@ class Points:
     uv: Array | None
     regions: Regions
     colours: Array | None = None
-    middle: Array = field(default_factory=lambda: np.zeros(3))
+    middle: Array | None = None
 
     def at(self, chosen: Index) -> "Points":
         """Some of the points, by their numbers (k,)."""
@@ -185,7 +185,10 @@ def _values(name: str, points: Points) -> Array:
     if name in "xyz":
         return points.places[:, "xyz".index(name)]
     if name == "turn":
-        offset = points.places - points.middle
+        middle = points.middle
+        if middle is None:
+            middle = 0.5 * (points.places.min(axis=0) + points.places.max(axis=0))
+        offset = points.places - middle
         return np.degrees(np.arctan2(offset[:, 1], offset[:, 0])) % 360.0
     axis = name.partition(":")[2] or "z"
     sign = -1.0 if axis.startswith("-") else 1.0

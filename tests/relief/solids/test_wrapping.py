@@ -156,7 +156,6 @@ POINTS = Points(
     None,
     {"left": lambda places: places[:, 0] < 5.0},
     np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]),
-    np.array([5.0, 5.0, 4.0]),
 )
 
 
