@@ -27,7 +27,6 @@ from relief.solids.body import Body
 from relief.solids.meshes import read_mesh
 from relief.solids.meshes.crops import Cropper, SurfaceCrop
 from relief.solids.meshes.mesh_places import Frame, spread, surface_points
-from relief.solids.meshes.refining import refined
 from relief.solids.meshes.unrolling import Unroller, feet
 from relief.solids.objects.table import OBJECTS
 from relief.solids.remeshing.smooth_surface import smooth_object
@@ -79,9 +78,9 @@ def laid(bare: Body, tile: Tile, regions: Regions, faces: int | None) -> Laid:
     wrapped = wrap(bare, [Covering(tile)], settings, regions=regions)
     base = BaseSurface(FileSurface(bare, None, regions, settings))
     layout = TexturePlacer(base, Placement(), settings.falloff_mm).laid([Covering(tile)])[0].layout
-    fine = refined(base.body, wrapped.edge_mm, base.textured)
-    surface = FineSurface(base, fine, layout.laid())
-    if len(surface.fine.body.vertices) != len(wrapped.body.vertices):
+    divided = base.rest.divided(base.body, wrapped.edge_mm, base.textured)
+    surface = FineSurface(base, *divided, layout.laid())
+    if len(divided[1].joined(surface.fine.body).vertices) != len(wrapped.body.vertices):
         raise RuntimeError("the object was divided otherwise than by wrap")
     return Laid(tile, bare, wrapped, surface, layout)
 
@@ -96,8 +95,12 @@ class Stages:
         self.as_felt = Unroller(part.wrapped.body, base)
         self.before = Unroller(part.wrapped.original, base)
         away = part.wrapped.body.vertices - part.wrapped.original.vertices
-        self.moved = np.einsum("nd,nd->n", away, part.surface.points.normals)
-        heights = part.surface.heights(part.tile, part.layout, np.ones(len(fine.body.vertices), bool))
+        # The vertices of the rest, which stay, come last.
+        count = len(fine.body.vertices)
+        self.moved = np.zeros(len(away))
+        self.moved[:count] = np.einsum("nd,nd->n", away[:count], part.surface.points.normals)
+        heights = np.zeros(len(away))
+        heights[:count] = part.surface.heights(part.tile, part.layout, np.ones(count, bool))
         share = np.divide(self.moved, heights, out=np.ones_like(heights), where=heights > HIGH_MM)
         self.kept = np.clip(share, 0.0, 1.0)
         keys = fine.body.faces[:, 0] * len(share) + fine.body.faces[:, 1]

@@ -39,6 +39,9 @@ def over_object(unroller: Unroller, near: Array, side_mm: float | None, whole: b
     if whole and ends(unroller, places, frame.at):
         return left_out
     flat = unroller.unrolled(places)
+    if not len(flat.faces):
+        # All around lie bare triangles that are wider than the patch.
+        return left_out
     crop = Cropper(flat, side_mm=side_mm).crop(Frame(np.zeros(3), np.eye(3)))
     inside = (np.abs(flat.vertices[:, :2]) < 0.5 * PATCH_SIDE_MM).all(axis=1)
     # The highest point of a crop is at the limit.

@@ -220,11 +220,8 @@ class _Remesher:
         start = triangles.origin[number]
         side, _ = self.nearest.at(inner, self.region[start], start)
         at[held], shares[held] = self.nearest.walk_from(place, side)
-        facet, shares = (
-            part.reshape(len(faces), 3, *part.shape[1:])
-            for part in patch.located(at.ravel(), shares.reshape(-1, 3))
-        )
-        normals = patch.surface.normals_at(facet.ravel(), shares.reshape(-1, 3)).reshape(-1, 3, 3)
+        facet, flat_share = patch.located(at.ravel(), shares.reshape(-1, 3))
+        normals = patch.surface.normals_at(facet, flat_share).reshape(-1, 3, 3)
         body = Body(vertices, faces)
         bulge, far = self._bulges(body, stayed)
         far = max(
@@ -234,7 +231,8 @@ class _Remesher:
         if turns_by_chance(body, normals):
             say("facets turn by chance, as in a scan; normals are smoothed")
             normals = smoothed(body, normals)
-        return EvenMesh(body, normals, bulge, facet, shares, far)
+        facet, flat_share = facet.reshape(-1, 3), flat_share.reshape(-1, 3, 3)
+        return EvenMesh(body, normals, bulge, facet, flat_share, far)
 
     def _bulges(self, body: Body, stayed: NDArray[np.bool_]) -> tuple[Array, float]:
         """Bulges (faces, 3, 3) over edges up to the smooth surface, and the farthest from the facets, mm.

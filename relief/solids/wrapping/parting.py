@@ -195,7 +195,7 @@ def _around(faces: Index, chosen: NDArray[np.bool_], count: int) -> Index:
     for _ in range(RINGS):
         near = np.zeros(count, bool)
         near[faces[chosen]] = True
-        chosen = near[faces].any(axis=1)
+        chosen = np.asarray(near[faces].any(axis=1))
     return np.flatnonzero(chosen)
 
 

@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import AnyArray, Array, sums_by
+from relief.ground.arrays import AnyArray, Array, FloatArray, sums_by
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.solids.body import Body
@@ -82,7 +82,7 @@ class BaseSurface:
         """(vertices,) 0 on the border and 1 elsewhere."""
         return (np.arange(len(self.body.vertices)) >= self.rest.border).astype(np.float64)
 
-    def _at_corners(self, values: Array) -> Array:
+    def _at_corners(self, values: FloatArray) -> Array:
         """Values (faces, 3, k) at the corners, of those at the corners of the facets (m, 3, k)."""
         return np.asarray(np.einsum("fkc,fkcd->fkd", self.mesh.share, values[self.mesh.facet]))
 
