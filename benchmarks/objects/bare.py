@@ -420,7 +420,8 @@ def wrapped_and_checked(file: Path, suffix: str, texture: str, options: Mapping[
         out, began = Path(folder) / f"out{suffix}", time.process_time()
         try:
             with limited(MOST_CPU_S):
-                result = retouch.wrap(texture, file, out, quiet=True, **options)
+                # Bores carry texture here as masks say, so that shares alone tell the classes.
+                result = retouch.wrap(texture, file, out, quiet=True, keep_holes_mm=0.0, **options)
         except (InputError, TimeoutError) as fault:
             return {"refused": str(fault).replace(str(file), file.name), "cpu_s": time.process_time() - began}
         row = {"cpu_s": time.process_time() - began, "suffix": suffix}
