@@ -91,7 +91,7 @@ class FileSurface:
         self.bottom = _bottom(body) if settings.keep_bottom else np.zeros(len(body.faces), bool)
         self.bed_mm = float(body.vertices[:, 2].min()) if self.bottom.any() else -np.inf
         self.bare = self.bottom | sealed_hollows(body)
-        self._rim = cKDTree(_rim(body, self.bottom)) if self.bottom.any() else None
+        self._rim = cKDTree(points_between(body, self.bottom, RIM_MM)) if self.bottom.any() else None
 
     @cached_property
     def _corner_normals(self) -> Array:
@@ -171,13 +171,13 @@ def _bottom(body: Body) -> NDArray[np.bool_]:
     return np.asarray(flat & (areas[flat].sum() >= LEAST_BOTTOM_MM2))
 
 
-def _rim(body: Body, bottom: NDArray[np.bool_]) -> Array:
-    """(n, 3) points on the rim of the bottom, mm, at most `RIM_MM` apart."""
+def points_between(body: Body, chosen: NDArray[np.bool_], spacing_mm: float) -> Array:
+    """(n, 3) points at most so far apart on the edges between chosen triangles, (faces,), and others, mm."""
     pairs = edge_pairs(body.faces)
-    half = pairs[bottom[pairs[:, 0] // 3] != bottom[pairs[:, 1] // 3], 0]
+    half = pairs[chosen[pairs[:, 0] // 3] != chosen[pairs[:, 1] // 3], 0]
     after = np.roll(body.faces, -1, axis=1).ravel()[half]
     ends = body.vertices[np.stack([body.faces.ravel()[half], after], axis=1)]
-    count = np.ceil(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / RIM_MM).astype(np.int64) + 1
+    count = np.ceil(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / spacing_mm).astype(np.int64) + 1
     edge = np.repeat(np.arange(len(half)), count)
     step = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
     share = (step / np.maximum(count[edge] - 1, 1))[:, None]

@@ -18,7 +18,7 @@ from relief.solids.meshes.neighbourhood import among, edge_ends, edge_keys, ways
 from relief.solids.meshes.refining import Refined, refined
 from relief.solids.remeshing.patch import Patch
 from relief.solids.remeshing.smooth_surface import smooth_surface
-from relief.solids.wrapping.file_surface import LEAST_SHARE, FileSurface, Near
+from relief.solids.wrapping.file_surface import LEAST_SHARE, FileSurface, Near, points_between
 
 RINGS = 4
 """Rings of triangles around the touched ones that decide on the smooth surface there, as many as
@@ -131,8 +131,7 @@ def parted(surface: FileSurface, near: Near | None = None) -> Parting:
     touched[samples.face[carries]] = True
     keys = edge_keys(*edge_ends(body.faces)).reshape(-1, 3)
     local = np.flatnonzero(among(keys, np.unique(keys[touched])).any(axis=1))
-    places = samples.points.places[carries]
-    fine, parent, corners = _divided(surface, local, touched, places)
+    fine, parent, corners = _divided(surface, local, touched, carries)
     inside = touched[parent]
     rows = np.flatnonzero(inside)
     points = surface.points(np.repeat(parent[rows], 3), corners[rows].reshape(-1, 3))
@@ -149,26 +148,40 @@ def parted(surface: FileSurface, near: Near | None = None) -> Parting:
 
 
 def _divided(
-    surface: FileSurface, local: Index, touched: NDArray[np.bool_], places: Array
+    surface: FileSurface, local: Index, touched: NDArray[np.bool_], carries: NDArray[np.bool_]
 ) -> tuple[Body, Index, Array]:
-    """Triangles of the file, (k,) numbers, divided where they are near samples with texture (n, 3), mm.
+    """Triangles of the file, (k,) numbers, divided along the border of what carries texture.
+
+    Args:
+        surface: The surface of the file.
+        local: Triangles that carry texture or share an edge with such.
+        touched: (faces,) those that carry texture.
+        carries: (n,) samples of the surface that do.
 
     Returns:
         The finer body with all vertices of the file first, the file's triangle that each lies in, (m,), and
         barycentric coordinates of the corners there, (m, 3, 3).
     """
-    fine, parent = Body(surface.body.vertices, surface.body.faces[local]), local
+    body, samples = surface.body, surface.samples
+    fine, parent = Body(body.vertices, body.faces[local]), local
     corners = np.broadcast_to(np.eye(3), (len(local), 3, 3))
-    tree, spacing = cKDTree(places), surface.samples.spacing_mm
+    without = samples.points.places[touched[samples.face] & ~carries]
+    outside = np.concatenate([without, points_between(body, touched, samples.spacing_mm)])
+    if not len(outside):
+        return fine, parent, corners
+    trees = cKDTree(samples.points.places[carries]), cKDTree(outside)
     for limit in surface.edge_mm * 2.0 ** np.arange(LEVELS)[::-1]:
         at = fine.vertices[fine.faces]
         longest = ((np.roll(at, -1, axis=1) - at) ** 2).sum(axis=2).max(axis=1)
         rows = np.flatnonzero(touched[parent] & (longest > limit**2))
+        middle = at[rows].mean(axis=1, keepdims=True)
+        reach = np.linalg.norm(at[rows] - middle, axis=2).max(axis=1) + samples.spacing_mm
+        for tree in trees:
+            near = tree.query(middle[:, 0])[0] <= reach
+            rows, middle, reach = rows[near], middle[near], reach[near]
         if len(rows):
-            middle = at[rows].mean(axis=1)
-            reach = np.linalg.norm(at[rows] - middle[:, None], axis=2).max(axis=1) + spacing
             needed = np.zeros(len(parent), bool)
-            needed[rows] = tree.query(middle)[0] <= reach
+            needed[rows] = True
             step = refined(fine, float(limit), needed)
             fine, corners = step.body, np.einsum("fkc,fcd->fkd", step.corners, corners[step.parent])
             parent = parent[step.parent]

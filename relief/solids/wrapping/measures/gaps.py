@@ -21,6 +21,8 @@ MOST_SAMPLES = 200_000
 """Samples of walls with texture, about, at most, beyond which they lie farther apart."""
 PLACES = np.array([27 << 38, 27 << 19, 27, 9, 3, 1])
 """Factors that make one number of a cell, which are fewer than 2**19 along a side, and a rounded normal."""
+LARGE_MM = 2.0
+"""Size of pieces of faces, mm, up to which it is looked whether samples are near: larger ones are divided."""
 FACING = -0.5
 """Largest cosine of the angle between the normals of walls that face one another: that of 120 degrees."""
 AHEAD_MM = (0.1, 0.5)
@@ -108,8 +110,10 @@ def _samples(
         longest = square.argmax(axis=1)
         size = np.sqrt(square[np.arange(len(square)), longest])
         if near is not None:
-            far = near.query(corners.mean(axis=1), distance_upper_bound=REACH_MM + size.max())[0]
-            kept = far <= REACH_MM + size
+            kept, small = size > LARGE_MM, np.flatnonzero(size <= LARGE_MM)
+            bound = REACH_MM + LARGE_MM
+            far = near.query(corners[small].mean(axis=1), distance_upper_bound=bound)[0]
+            kept[small] = far <= REACH_MM + size[small]
             corners, faces, size, longest = corners[kept], faces[kept], size[kept], longest[kept]
         small = size <= spacing
         points.append(corners[small].mean(axis=1))
