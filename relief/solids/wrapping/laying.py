@@ -27,8 +27,6 @@ BLEND_MM = 2.0
 """Width of the strip on which neighbouring patches share the surface, mm."""
 TOP_MM = 0.5
 """Depth of what counts as the top of a body, mm."""
-LEAST_WEIGHT = 1e-9
-"""Weight of a triangle that carries texture at a corner alone: a mask may leave no whole triangle."""
 
 
 @dataclass(frozen=True)
@@ -197,7 +195,7 @@ def middle_of(file: FileSurface, placement: Placement, mask: str | None) -> Arra
     if file.settings.mask is None and mask is None:
         top = places[carried > LEAST_SHARE, 2].max() - TOP_MM
         carried = np.where(places[:, 2] >= top, carried, 0.0)
-    return np.asarray(np.average(places, axis=0, weights=samples.areas * carried + LEAST_WEIGHT))
+    return np.asarray(np.average(places, axis=0, weights=samples.areas * carried))
 
 
 def reach_of(file: FileSurface, coverings: Sequence[Covering], placement: Placement) -> Near | None:
@@ -212,10 +210,8 @@ def reach_of(file: FileSurface, coverings: Sequence[Covering], placement: Placem
     places = [carrying[np.argmin(((carrying - middle) ** 2).sum(axis=1))] for middle in middles]
 
     def near(points: Points) -> NDArray[np.bool_]:
-        far = [np.linalg.norm(points.places - place, axis=1) for place in places]
-        return np.any(
-            [way < reach + shift + BLEND_MM for way, reach in zip(far, reaches, strict=True)], axis=0
-        )
+        far = np.stack([np.linalg.norm(points.places - place, axis=1) for place in places])
+        return np.asarray((far < np.array(reaches)[:, None]).any(axis=0))
 
     return near
 
