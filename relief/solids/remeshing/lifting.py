@@ -29,7 +29,7 @@ def lifted(
         vertices: On the facets, mm.
         onto: The same on the smooth surface, mm.
         faces: (m, 3) of a closed mesh.
-        free: (n,) vertices on no held line, which move rather than others.
+        free: (n,) vertices on no held line; others stay.
     """
     stayed = np.zeros(len(vertices), bool)
     for number in range(ROUNDS + 1):
@@ -48,11 +48,12 @@ def _part(vertices: Array, faces: Index, free: NDArray[np.bool_]) -> None:
     Args:
         vertices: mm; changed in place.
         faces: (m, 3) of a closed mesh.
-        free: (n,) vertices on no held line, which move rather than others.
+        free: (n,) vertices on no held line; others stay.
     """
     one, other = edge_ends(faces)
     short = np.linalg.norm(vertices[one] - vertices[other], axis=1) < LEAST_EDGE_MM
     moving = np.unique(np.where(free[one[short]], one[short], other[short]))
+    moving = moving[free[moving]]
     if len(moving):
         count = np.bincount(one, minlength=len(vertices))[moving, None]
         sums = sums_by(one, vertices[other], len(vertices))

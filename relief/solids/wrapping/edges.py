@@ -31,7 +31,10 @@ def edge_of(
     """
     pitch, edge = _pitch(coverings, settings), settings.edge_mm
     if edge is None:
-        edge = max(pitch, edge_for(body, where, _most(body, where, settings, rest)))
+        # Longer edges than those of the patch leave the patch as it is.
+        sides = body.vertices[body.faces[where]]
+        longest = float(np.linalg.norm(np.roll(sides, -1, axis=1) - sides, axis=2).max())
+        edge = max(pitch, min(edge_for(body, where, _most(body, where, settings, rest)), longest))
     count = expected_faces(body, edge, where) + rest
     if settings.edge_mm is not None:
         check_count(count, settings)

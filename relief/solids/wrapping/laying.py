@@ -25,6 +25,8 @@ from relief.solids.wrapping.texture_tiles import Covering
 
 BLEND_MM = 2.0
 """Width of the strip on which neighbouring patches share the surface, mm."""
+OFF_MM = 1.0
+"""Distance, mm, of a stated point from the surface from which it is told."""
 TOP_MM = 0.5
 """Depth of what counts as the top of a body, mm."""
 
@@ -141,7 +143,10 @@ class TexturePlacer:
         corners = base.body.vertices[base.body.faces]
         middle, share = self._place(covering)
         at = share @ corners[middle]
-        self._note(f"placed once, around ({shown_vector(at)}) mm")
+        stated = self.placement.at
+        away = 0.0 if stated is None else float(np.linalg.norm(at - np.array(stated)))
+        beside_it = f", {away:.1f} mm from the point that is stated" if away > OFF_MM else ""
+        self._note(f"placed once, around ({shown_vector(at)}) mm{beside_it}")
         fade: Array | None = None
         if placement.projection in ("auto", "patches"):
             half = 0.5 * math.hypot(rows, cols) + math.hypot(*placement.offset_mm)

@@ -13,6 +13,8 @@ LEAST_OFF = 0.005
 """Share of the textured area from which it is told that lengths are off."""
 LITTLE = 0.1
 """Share of the textured area with the whole relief below which a remedy is told."""
+FUSES_MM = 0.1
+"""Width of a gap, mm, below which printers join its walls."""
 LEAST_FAR_MM = 1e-3
 """Distance from the file from which it is told, mm: less is the rounding of files and the held edges."""
 
@@ -28,8 +30,9 @@ def wrapped_sentences(wrapped: Wrapped) -> list[str]:
     lines += [_narrow(wrapped)] if wrapped.presence.whole_mm2 < LITTLE * wrapped.area_mm2 else []
     lines += [_lowered(wrapped.lowering)] if wrapped.lowering.part > 0.0 else []
     if wrapped.kept_edges:
+        edges = "an edge" if wrapped.kept_edges == 1 else f"{wrapped.kept_edges:,} edges"
         lines.append(
-            f"Keeps {wrapped.kept_edges:,} edges between flat facets: a round surface through their corners "
+            f"Keeps {edges} between flat facets: a round surface through their corners "
             f"would be up to {wrapped.kept_mm:.2g} mm off them (--facets smooth lays the texture on it)."
         )
     if wrapped.farthest_mm >= LEAST_FAR_MM:
@@ -39,8 +42,10 @@ def wrapped_sentences(wrapped: Wrapped) -> list[str]:
         )
     if wrapped.gap is not None:
         width, at = wrapped.gap
+        fuses = ", which prints as one: leave that place out (--mask) or take a lower relief (--relief-mm)"
         lines.append(
-            f"The narrowest gap left between facing walls is {width:.2g} mm, near ({_place(at)}) mm."
+            f"The narrowest gap left between facing walls is {width:.2g} mm, near ({_place(at)}) mm"
+            f"{fuses if width < FUSES_MM else ''}."
         )
     return lines
 

@@ -26,6 +26,9 @@ from retouch.verbs.objects.wrap_task import size_words, task_of, wrap_numbers
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
 
+MANY = 1.2
+"""Number of triangles, in that asked for, from which it is told why there are more."""
+
 
 @dataclass(frozen=True, eq=False)
 class WrappedObject:
@@ -37,6 +40,7 @@ class WrappedObject:
         warnings: lines about what may not be meant, and what was mended.
         printed: what the printer makes of it that is named; None without one.
         steered: tiles that were optimised for its regions.
+        most_faces: number of triangles that was asked for; None: none was.
     """
 
     file: Path
@@ -44,6 +48,7 @@ class WrappedObject:
     warnings: tuple[str, ...]
     printed: PrintedPart | None = None
     steered: tuple[Steered, ...] = ()
+    most_faces: int | None = None
 
     def as_json(self) -> dict[str, Any]:
         """What `retouch wrap --json` prints."""
@@ -72,6 +77,12 @@ class WrappedObject:
             f"{_coordinates(wrapped)}; seams are blended on {100 * wrapped.blended:.0f} % of it.",
             *wrapped_sentences(wrapped),
         ]
+        if self.most_faces and len(wrapped.body.faces) > MANY * self.most_faces:
+            lines.append(
+                f"These are more triangles than the {self.most_faces:,} of --faces: "
+                f"{len(wrapped.base.rest.faces):,} carry no texture, and the others are no larger than the "
+                "surface needs."
+            )
         lines += [one.line() for one in self.steered]
         if bends := _bending_line(wrapped):
             lines.append(bends)
@@ -113,7 +124,7 @@ def wrap(
             printed = None if task.printer is None else print_part(wrapped.body, task.printer)
         with permitted(out):
             write_parts(out, [Part(Path(mesh).stem, wrapped.body)])
-    return WrappedObject(out, wrapped, task.warnings, printed, tuple(steered))
+    return WrappedObject(out, wrapped, task.warnings, printed, tuple(steered), options.faces)
 
 
 def _coordinates(wrapped: Wrapped) -> str:
