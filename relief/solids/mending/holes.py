@@ -60,12 +60,18 @@ class Holes:
         """Share (n,) of the texture at points (n, 3): 0 in a hole, 1 at the falloff or farther."""
         far, _ = cKDTree(self.rim).query(places, distance_upper_bound=falloff_mm)
         share = smooth_step(np.minimum(far, falloff_mm) / falloff_mm)
+        order = np.argsort(places[:, 0])
+        rising = places[order, 0]
         for point, axis, radius, low, high in self.cylinders:
-            along = (places - point) @ axis
-            across = np.linalg.norm(places - point - along[:, None] * axis, axis=1)
             slack = BESIDE * radius + BESIDE_MM
-            inside = (across <= radius + slack) & (along >= low - slack) & (along <= high + slack)
-            share[inside] = 0.0
+            middle, half = point + 0.5 * (low + high) * axis, 0.5 * (high - low) + slack
+            # Of many points few lie beside a hole.
+            reach = np.hypot(radius + slack, half)
+            some = order[slice(*np.searchsorted(rising, [middle[0] - reach, middle[0] + reach]))]
+            way = places[some] - middle
+            along = way @ axis
+            across = np.linalg.norm(way - along[:, None] * axis, axis=1)
+            share[some[(across <= radius + slack) & (np.abs(along) <= half)]] = 0.0
         return np.asarray(share)
 
 
