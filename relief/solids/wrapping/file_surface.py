@@ -5,17 +5,18 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, FloatArray, Index, smooth_step, sums_by, units
+from relief.ground.arrays import Array, FloatArray, Index, smooth_step, units
 from relief.solids.body import Body
 from relief.solids.mending.holes import Holes
 from relief.solids.meshes.neighbourhood import edge_pairs
 from relief.solids.meshes.refining import refined
 from relief.solids.meshes.shells import sealed_hollows
-from relief.solids.remeshing.creases import SHARPEST, turns_at
-from relief.solids.remeshing.smooth_surface import corner_angles, corner_groups
+from relief.solids.remeshing.creases import SHARPEST
+from relief.solids.remeshing.smooth_surface import corner_angles
 from relief.solids.wrapping.masks import ANGLE, Points, Regions, mask_at
 from relief.solids.wrapping.options import SurfaceOptions
 
@@ -95,13 +96,14 @@ class FileSurface:
 
     @cached_property
     def _corner_normals(self) -> Array:
-        """(faces, 3, 3) unit normals at the corners, means over what no sharp edge parts."""
-        body, pairs = self.body, edge_pairs(self.body.faces)
-        sharp = np.zeros(3 * len(body.faces), bool)
-        sharp[pairs[turns_at(body, pairs) >= SHARPEST].ravel()] = True
-        group = corner_groups(body, pairs, sharp.reshape(-1, 3))
-        weighted = corner_angles(body).reshape(-1, 1) * np.repeat(units(body.normals), 3, axis=0)
-        return units(sums_by(group, weighted, int(group.max()) + 1))[group].reshape(-1, 3, 3)
+        """(faces, 3, 3) unit normals at the corners, means over triangles there that turn by little."""
+        body, count = self.body, self.body.faces.size
+        normals = np.repeat(units(body.normals), 3, axis=0)
+        at = sp.csr_array((np.ones(count, np.int8), (np.arange(count), body.faces.ravel())))
+        one, other = (at @ at.T).nonzero()
+        near = np.einsum("nd,nd->n", normals[one], normals[other]) > np.cos(SHARPEST)
+        weights = sp.csr_array((corner_angles(body).ravel()[other[near]], (one[near], other[near])))
+        return units(weights @ normals).reshape(-1, 3, 3)
 
     def points(self, face: Index, share: Array) -> Points:
         """Points at barycentric coordinates (n, 3) in triangles (n,)."""
