@@ -59,11 +59,3 @@ class Patch:
         """Ways (n, 3) that points go from the facets towards the smooth surface, mm."""
         rise = (share * self.rise[self.body.faces[face]]).sum(axis=1, keepdims=True)
         return np.asarray(rise * raised(self.surface.bulges, *self.located(face, share)))
-
-
-def whole(surface: SmoothSurface, uv: Array | None = None) -> Patch:
-    """The patch of a whole body, without a border."""
-    body = surface.body
-    corners = np.broadcast_to(np.eye(3), (len(body.faces), 3, 3))
-    rise, none = np.ones(len(body.vertices)), np.empty(0, np.int64)
-    return Patch(surface, body, np.arange(len(body.faces)), corners, rise, 0, none, uv)

@@ -49,7 +49,7 @@ class BaseSurface:
         normals: (vertices, 3) outward unit normals.
         points: The vertices, as masks take them.
         carried: (vertices,) how much of any texture each vertex carries; 0 on the border.
-        facets: The smooth surface behind the file's facets there.
+        smooth: The smooth surface behind the file's facets there.
         touched: (file's faces,) triangles of the file that carry texture somewhere.
     """
 
@@ -58,7 +58,7 @@ class BaseSurface:
         with stage("normals"):
             parting = parted(file, near)
         self.file, self.rest, self.touched = file, parting.rest, parting.touched
-        patch, self.facets = parting.patch, parting.patch.surface
+        patch, self.smooth = parting.patch, parting.patch.surface
         if not settings.draft:
             whole = self.rest.joined(patch.body)
             check_apart(whole, np.arange(len(whole.faces)) < len(patch.body.faces), "mesh")
@@ -144,9 +144,9 @@ class FineSurface:
         """How much of any texture each fine vertex carries, 0 to 1."""
         return self.base.file.share_at(self.points) * self.of_vertices(self.base.inner)
 
-    def padded(self, values: AnyArray) -> AnyArray:
-        """Values (fine vertices,), and zeros at the vertices of the rest."""
-        return np.concatenate([values, np.zeros(len(self.rest.vertices), values.dtype)])
+    def padded(self, values: AnyArray, rest: float = 0.0) -> AnyArray:
+        """Values (fine vertices,), and one value at all vertices of the rest."""
+        return np.concatenate([values, np.full(len(self.rest.vertices), rest, values.dtype)])
 
     def heights(self, tile: Tile, layout: Layout, chosen: NDArray[np.bool_]) -> Array:
         """Heights (fine vertices,) of a tile with which the triangles come near it, mm; 0 where not chosen.

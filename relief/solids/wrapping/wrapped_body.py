@@ -46,7 +46,7 @@ class Wrapped:
         factor: (vertices,) factors of the heights, below 1 where the relief would intersect itself.
         lowering: Area, factors and places where the relief is lowered.
         bending: Curvatures of the textured surface along the first texture's x and y.
-        base: The coarse triangles.
+        base: The part with texture, on coarse triangles.
         farthest_mm: Largest distance of the textured surface from the file, the relief apart.
         kept_edges: Number of edges between facets of a round surface that are kept.
         kept_mm: Most that these facets leave out of such a surface, mm.
@@ -156,13 +156,13 @@ def wrap(
         stretch=stretch,
         notes=tuple(layer.notes),
         blended=float(seams[textured > 0.0].mean()),
-        factor=surface.padded(surface.of_vertices(factor)),
+        factor=surface.padded(surface.of_vertices(factor), 1.0),
         lowering=lowering(base.body, where, factor),
         bending=bending(base.body, base.mesh.normals, laid[0].layout, where),
         base=base,
         farthest_mm=base.mesh.farthest_mm,
-        kept_edges=base.facets.kept,
-        kept_mm=base.facets.kept_mm,
+        kept_edges=base.smooth.kept,
+        kept_mm=base.smooth.kept_mm,
         falloff_mm=settings.falloff_mm,
         presence=presence(surface.fine.body, textured),
         gap=None if settings.draft else narrowest_gap(wrapped, original, own),

@@ -24,8 +24,8 @@ def wrapped_sentences(wrapped: Wrapped) -> list[str]:
     lines = [f"{note[0].upper()}{note[1:]}." for note in wrapped.notes]
     if wrapped.off_size >= LEAST_OFF:
         lines.append(
-            f"On {100 * wrapped.off_size:.0f} % of it lengths in the texture are off by more than 10 %, "
-            f"by up to {100 * wrapped.stretch:.0f} %."
+            f"On {100 * wrapped.off_size:.0f} % of the textured area lengths in the texture are off by more "
+            f"than 10 %, by up to {100 * wrapped.stretch:.0f} %."
         )
     lines += [_narrow(wrapped)] if wrapped.presence.whole_mm2 < LITTLE * wrapped.area_mm2 else []
     lines += [_lowered(wrapped.lowering)] if wrapped.lowering.part > 0.0 else []
@@ -74,8 +74,8 @@ def _narrow(wrapped: Wrapped) -> str:
 def _lowered(lowering: Lowering) -> str:
     """On what part of the texture the relief is lowered, how far and where."""
     line = (
-        f"On {100 * lowering.part:.1f} % the relief is lowered, to {lowering.median_factor:.2f} of its "
-        f"height in the median and {lowering.lowest_factor:.2f} at least, where the object bends too tightly "
+        f"On {100 * lowering.part:.1f} % of the textured area the relief is lowered, to "
+        f"{lowering.median_factor:.2f} of its height in the median and {lowering.lowest_factor:.2f} at least, where the object bends too tightly "
         "or is too thin"
     )
     if lowering.places:

@@ -6,7 +6,7 @@ import trimesh
 
 from relief.solids.body import Body
 from relief.solids.remeshing.even_mesh import even_mesh
-from relief.solids.remeshing.patch import whole
+from relief.solids.remeshing.patch import Patch
 from relief.solids.remeshing.smooth_surface import smooth_surface
 
 SECTIONS = 42
@@ -26,8 +26,10 @@ def revolved(*profile):
 
 
 def remeshed(body, edge_mm, uv=None):
-    """The even mesh of a whole body."""
-    return even_mesh(whole(smooth_surface(body), uv), edge_mm)
+    """The even mesh of a whole body, a patch without a border."""
+    corners, none = np.broadcast_to(np.eye(3), (len(body.faces), 3, 3)), np.empty(0, np.int64)
+    rise, facets = np.ones(len(body.vertices)), np.arange(len(body.faces))
+    return even_mesh(Patch(smooth_surface(body), body, facets, corners, rise, 0, none, uv), edge_mm)
 
 
 def arc(radius, at, start, stop, count):
