@@ -75,7 +75,8 @@ def _lowered(lowering: Lowering) -> str:
     """On what part of the texture the relief is lowered, how far and where."""
     line = (
         f"On {100 * lowering.part:.1f} % of the textured area the relief is lowered, to "
-        f"{lowering.median_factor:.2f} of its height in the median and {lowering.lowest_factor:.2f} at least, where the object bends too tightly "
+        f"{lowering.median_factor:.2f} of its height in the median and {lowering.lowest_factor:.2f} at "
+        "least, where the object bends too tightly "
         "or is too thin"
     )
     if lowering.places:
