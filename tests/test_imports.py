@@ -24,9 +24,11 @@ _ALLOWED = {
     "relief.reading": "relief.ground",
     "relief.preparing": "relief relief.ground relief.reading",
     "relief.scans": (
-        "relief relief.ground relief.reading relief.solids relief.solids.export relief.solids.meshes"
+        "relief relief.ground relief.reading relief.solids relief.solids.export relief.solids.files "
+        "relief.solids.meshes"
     ),
     "relief.solids": "relief.ground",
+    "relief.solids.files": "relief.ground relief.solids relief.solids.meshes",
     "relief.solids.export": "relief relief.ground relief.solids relief.solids.meshes",
     "relief.solids.mending": "relief.ground relief.solids relief.solids.meshes",
     "relief.solids.meshes": "relief relief.ground relief.solids",
@@ -75,7 +77,7 @@ _ALLOWED = {
         "optimize.descent optimize.settings relief relief.ground tactile visual visual.exact"
     ),
     "optimize.verification.solids": (
-        "relief relief.ground relief.solids relief.solids.meshes relief.solids.objects "
+        "relief relief.ground relief.solids relief.solids.files relief.solids.meshes relief.solids.objects "
         "relief.solids.remeshing tactile"
     ),
     "retouch": (
@@ -151,7 +153,8 @@ _ALLOWED = {
     "retouch.verbs": (
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification optimize.verification.solids relief relief.ground relief.preparing "
-        "relief.solids.export relief.solids.mending relief.solids.meshes relief.solids.objects "
+        "relief.solids.export relief.solids.files relief.solids.mending relief.solids.meshes "
+        "relief.solids.objects "
         "retouch.laboratory.people retouch.laboratory.people.serving retouch.laboratory.people.skin_fit "
         "retouch.laboratory.stimulus_sets retouch.laboratory.studies retouch.laboratory.training "
         "retouch.laboratory.workers retouch.pages retouch.pages.objects surrogate.corpus surrogate.data "
@@ -159,7 +162,8 @@ _ALLOWED = {
     ),
     "retouch.verbs.objects": (
         "mitsuba_scenes optimize.settings relief relief.ground relief.solids relief.solids.export "
-        "relief.solids.mending relief.solids.meshes relief.solids.objects relief.solids.wrapping "
+        "relief.solids.files relief.solids.mending relief.solids.meshes relief.solids.objects "
+        "relief.solids.remeshing relief.solids.wrapping "
         "retouch.pages retouch.pages.objects retouch.verbs"
     ),
     "retouch.verbs.scans": "relief relief.ground relief.scans retouch.pages retouch.verbs tactile",

@@ -40,7 +40,7 @@ from optimize.verification.solids.mesh_feel import feel_of
 from relief.ground.arrays import Array, Index, extents, units
 from relief.ground.errors import InputError
 from relief.solids.body import Body
-from relief.solids.meshes import read_mesh
+from relief.solids.files import read_mesh
 from relief.solids.wrapping.masks import Points, mask_at
 
 RESULT, COMMAND = "bare", "benchmarks.objects.bare"

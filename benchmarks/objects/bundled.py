@@ -22,9 +22,9 @@ from optimize.verification.solids.mesh_feel import MeshFeel, feel_of, pressed
 from relief.ground.arrays import Array
 from relief.heightmap import load_height_map
 from relief.solids.body import Body
+from relief.solids.files.mesh import Mesh
 from relief.solids.meshes.crops import Cropper
 from relief.solids.meshes.intersections import self_intersections
-from relief.solids.meshes.mesh import Mesh
 from relief.solids.meshes.mesh_places import Frame
 from relief.solids.meshes.solid import volume_mm3
 from relief.solids.meshes.unrolling import Unroller, feet

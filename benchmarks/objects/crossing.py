@@ -21,9 +21,9 @@ from optimize.settings.skins import load_skin
 from optimize.verification.solids.mesh_feel import feel_of
 from relief.solids.body import Body, Part, joined
 from relief.solids.export.parts import write_parts
+from relief.solids.files.mesh import Mesh, read_mesh
 from relief.solids.meshes import self_intersections
 from relief.solids.meshes.crops import Cropper
-from relief.solids.meshes.mesh import Mesh, read_mesh
 from relief.solids.objects.table import OBJECTS
 from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.wrapped_body import Covering, wrap

@@ -33,8 +33,8 @@ from optimize.verification.solids.mesh_feel import feel_of
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.solids.body import Body
-from relief.solids.meshes import read_mesh
-from relief.solids.meshes.mesh import Mesh
+from relief.solids.files import read_mesh
+from relief.solids.files.mesh import Mesh
 from relief.solids.objects.implicit import body_of
 from relief.solids.objects.smooth import ball
 from relief.solids.objects.swept import cylinder

@@ -24,7 +24,7 @@ from benchmarks.shared.common import DOCS, kept, load, parser_of, put, table
 from optimize.verification.solids.over_object import ends, over_object
 from relief.ground.arrays import Array, Index
 from relief.solids.body import Body
-from relief.solids.meshes import read_mesh
+from relief.solids.files import read_mesh
 from relief.solids.meshes.crops import Cropper, SurfaceCrop
 from relief.solids.meshes.mesh_places import Frame, spread, surface_points
 from relief.solids.meshes.unrolling import Unroller, feet

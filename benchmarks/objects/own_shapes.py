@@ -22,8 +22,8 @@ from optimize.verification.solids.mesh_feel import feel_of
 from optimize.verification.solids.own_shape import textures_alone
 from relief.ground.arrays import Array
 from relief.solids.body import Body
+from relief.solids.files.mesh import Mesh
 from relief.solids.meshes.crops import Cropper
-from relief.solids.meshes.mesh import Mesh
 from relief.solids.meshes.mesh_places import frames, surface_points
 from relief.solids.objects.table import OBJECTS
 from relief.solids.wrapping.file_surface import Settings

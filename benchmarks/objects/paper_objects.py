@@ -30,7 +30,7 @@ from optimize.verification.solids.mesh_feel import feel_of
 from relief.ground.arrays import Array
 from relief.solids.body import Body
 from relief.solids.export.plate_export import plate_mesh
-from relief.solids.meshes.mesh import Mesh
+from relief.solids.files.mesh import Mesh
 from relief.solids.objects.swept import LINKS
 from relief.solids.objects.table import OBJECTS, Region
 from relief.solids.wrapping.file_surface import Settings

@@ -27,8 +27,9 @@ from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
+from relief.solids.files import read_mesh
 from relief.solids.mending.repair import mended
-from relief.solids.meshes import check_solid, read_mesh
+from relief.solids.meshes import check_solid
 from relief.solids.meshes.intersections import self_intersections
 from relief.solids.meshes.neighbourhood import edge_pairs
 from relief.solids.wrapping.file_surface import Settings

@@ -30,7 +30,7 @@ from PIL import Image
 from benchmarks.shared.common import ROOT, table
 from relief.heightmap import load_heights, save_heights_exr
 from relief.solids.export.plate_export import export_plate
-from relief.solids.meshes.mesh import READERS, read_mesh
+from relief.solids.files.mesh import READERS, read_mesh
 
 Array = NDArray[np.float64]
 

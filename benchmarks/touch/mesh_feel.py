@@ -23,7 +23,8 @@ from relief.places import places
 from relief.relief import Relief
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
-from relief.solids.meshes import Mesh, check_solid, read_mesh
+from relief.solids.files import Mesh, read_mesh
+from relief.solids.meshes import check_solid
 from relief.solids.meshes.crops import Cropper
 from relief.solids.meshes.mesh_places import frame_along
 from relief.solids.meshes.refining import refined

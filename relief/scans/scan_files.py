@@ -22,7 +22,7 @@ from relief.reading.samples import without_stand_ins
 from relief.reading.text_grids import read_points
 from relief.scans.scans import Scan, block_means, check_scan
 from relief.solids.body import Body
-from relief.solids.meshes.mesh import Mesh, check_units, read_mesh
+from relief.solids.files.mesh import Mesh, check_units, read_mesh
 from relief.solids.meshes.raster import rasterise
 
 POINTS = (".xyz", *GRIDS)

@@ -12,8 +12,9 @@ from relief.ground.limits import MOST_MESH_PLACES
 from relief.ground.progress import say, stage
 from relief.printers import Printer
 from relief.solids.export.printed_parts import PrintedPart, print_part
+from relief.solids.files import Mesh, read_mesh
 from relief.solids.mending.repair import mended
-from relief.solids.meshes import Mesh, outer_body, read_mesh
+from relief.solids.meshes import outer_body
 from relief.solids.objects.table import OBJECTS
 from retouch.pages.objects.mesh_colouring import write_coloured
 from retouch.pages.sentences import print_deviation

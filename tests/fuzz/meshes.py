@@ -145,7 +145,7 @@ def meshes(draw: st.DrawFn, whole: bool) -> Case:
 def read_part(folder: Path, arguments: Sequence[Any]) -> None:
     """Read the mesh of a case, with the unit that is given for it; raises as the readers of `readers` do."""
     from relief.ground.errors import InputError
-    from relief.solids.meshes.mesh import LARGEST_MM, read_mesh
+    from relief.solids.files.mesh import LARGEST_MM, read_mesh
     from relief.solids.meshes.solid import check_solid, volume_mm3
 
     name, units = arguments

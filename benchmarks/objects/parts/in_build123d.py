@@ -42,7 +42,7 @@ from build123d import (
 
 from relief.solids.body import Part
 from relief.solids.export.parts import write_parts
-from relief.solids.meshes import read_mesh
+from relief.solids.files import read_mesh
 
 ON_BED = (Align.CENTER, Align.CENTER, Align.MIN)
 """Solids stand on z = 0."""

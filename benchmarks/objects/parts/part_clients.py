@@ -19,7 +19,7 @@ from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.solids.body import TRIANGLE, Part
 from relief.solids.export.parts import write_parts
-from relief.solids.meshes import read_mesh
+from relief.solids.files import read_mesh
 
 CROSSINGS = "benchmarks.objects.parts.crossings_in_blender"
 RAFT_LAYERS = 2

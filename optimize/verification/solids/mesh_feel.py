@@ -18,8 +18,8 @@ from relief.ground.limits import HEIGHT_LIMIT_MM, MOST_MESH_PLACES, PATCH_SIDE_M
 from relief.ground.progress import stage
 from relief.places import SPACING_MM, cut, patch_shape, places
 from relief.solids.body import Body
+from relief.solids.files.mesh import Mesh
 from relief.solids.meshes.crops import EDGE_SHARE, Cropper, SurfaceCrop
-from relief.solids.meshes.mesh import Mesh
 from relief.solids.meshes.mesh_places import frames, spread, surface_points
 from relief.solids.meshes.shells import outside
 from relief.solids.meshes.unrolling import Unroller

@@ -17,7 +17,7 @@ from relief.ground.arrays import Array, Index, extents
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.solids.body import Body
-from relief.solids.meshes.intersections import self_intersections
+from relief.solids.meshes.intersections import near_parts, self_intersections
 from relief.solids.meshes.neighbourhood import (
     BITS,
     connected,
@@ -29,6 +29,7 @@ from relief.solids.meshes.neighbourhood import (
 )
 from relief.solids.meshes.shells import components, parts_within_others, repeats, united
 from relief.solids.meshes.solid import MEND, check_closed
+from relief.solids.meshes.wedges import separated
 
 CRACK_MM = 1e-3
 """Distance of corners, mm, up to which a crack is closed: the least depth of an intersection, and far above
@@ -94,19 +95,23 @@ def mended(body: Body, name: object, holes_mm: float | None = None) -> Mended:
         rim = open_edges(work.body.faces)
     if len(rim):
         work = _without_holes(work, rim, name, holes_mm)
-    return _without_slivers(work)
+    return _without_slivers(_without_flaps(work))
 
 
 def united_parts(work: Mended, name: object) -> Mended:
-    """The body with the Boolean union of overlapping shells. Raises InputError if the body is open."""
+    """The body with the Boolean union of overlapping and touching parts. Raises InputError if it is open."""
     body = work.body
     check_closed(body, name, repeated=True)
-    if not (len(repeats(body.faces)) or self_intersections(body) or parts_within_others(body, name)):
+    part = np.unique(components(separated(body)[0]), return_inverse=True)[1]
+    overlap = len(repeats(body.faces)) or self_intersections(body) or parts_within_others(body, name)
+    if not overlap and not len(near_parts(body, part, CRACK_MM)):
         return work
-    whole = united(body)
-    before, after = (int(components(each).max()) + 1 for each in (body, whole))
+    whole, origin = united(body)
+    before, after = int(part.max()) + 1, len(np.unique(components(whole)))
+    if after == before and not overlap:
+        return work
     line = f"unites parts: {after} where there were {before}"
-    return Mended(whole, np.full(len(whole.faces), -1), (*work.lines, line))
+    return Mended(whole, work.origin[origin], (*work.lines, line))
 
 
 def open_edges(faces: Index) -> Index:
@@ -210,6 +215,27 @@ def _least_area(vertices: Array, loop: Index) -> Index:
             faces.append((low, best[low, high], high))
             spans += [(low, best[low, high]), (best[low, high], high)]
     return loop[np.array(faces, np.int64).reshape(-1, 3)]
+
+
+def _without_flaps(work: Mended) -> Mended:
+    """The body without pairs of faces with the same corners that are turned against each other."""
+    corners = np.sort(work.body.faces, axis=1).astype(np.int64)
+    code = corners @ (1 << np.array([40, 20, 0]))
+    order = np.argsort(code, kind="stable")
+    again = np.flatnonzero(np.diff(code[order]) == 0)
+    several = np.union1d(order[again], order[again + 1])
+    if not len(several):
+        return work
+    _, which, count = np.unique(corners[several], axis=0, return_inverse=True, return_counts=True)
+    a, b, c = work.body.faces[several].T
+    # Two of the three numbers rise around a face, or one if it is turned over.
+    turn = np.where(np.sum([b > a, c > b, a > c], axis=0) == 2, 1.0, -1.0)
+    flap = (count[which.ravel()] == 2) & (np.bincount(which.ravel(), turn)[which.ravel()] == 0.0)
+    kept = np.delete(np.arange(len(corners)), several[flap])
+    if len(kept) == len(corners):
+        return work
+    line = f"drops faces that lie back to back: {len(corners) - len(kept)}"
+    return work.changed(work.body.faces[kept], kept, line)
 
 
 def _without_slivers(work: Mended) -> Mended:

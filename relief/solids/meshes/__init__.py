@@ -1,4 +1,4 @@
-"""Meshes: read from files of other programs, checked as solids, and unrolled around a point."""
+"""Meshes: intersections, shells and neighbourhoods, checks of solids, and unrolling around a point."""
 
 import sys
 from typing import TYPE_CHECKING
@@ -7,8 +7,6 @@ from relief.ground.lazy import lazy_names
 
 if TYPE_CHECKING:
     from relief.solids.meshes.intersections import self_intersections as self_intersections
-    from relief.solids.meshes.mesh import Mesh as Mesh
-    from relief.solids.meshes.mesh import read_mesh as read_mesh
     from relief.solids.meshes.solid import check_solid as check_solid
     from relief.solids.meshes.solid import outer_body as outer_body
 

@@ -94,6 +94,23 @@ def crossing_faces(body: Body, shallow: bool = False, of: Chosen | None = None) 
     return np.flatnonzero(crossing & of)
 
 
+def near_parts(body: Body, part: Index, within_mm: float) -> Index:
+    """Faces (n,), rising, with a box that comes within a distance of that of a face of another part.
+
+    Args:
+        body: any.
+        part: (faces,) number of the part of each face, from 0.
+        within_mm: the distance, mm.
+    """
+    corners = body.vertices[body.faces].transpose(1, 2, 0)
+    order = np.argsort(_morton(corners.mean(axis=0)), kind="stable")
+    every, near = np.ones(len(order), bool), np.zeros(len(order), bool)
+    # Triangles of one part are not compared, like those of a fan.
+    for one, other in _near(corners[:, :, order], part[order], every, -within_mm):
+        near[order[one]] = near[order[other]] = True
+    return np.flatnonzero(near)
+
+
 def _crossings(body: Body, of: Chosen, least_mm: float, rounding: float) -> Iterator[Index]:
     """Blocks (k, 2) of the numbers of faces that pass through one another, up to about `MOST` pairs.
 

@@ -156,6 +156,15 @@ def ways_from(body: Body, start: NDArray[np.bool_], most_mm: float) -> Array:
     )
 
 
+def points_along(ends: Array, spacing_mm: float) -> Array:
+    """(n, 3) points on straight lines with ends (k, 2, 3), at most so far apart, both ends included, mm."""
+    count = np.ceil(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / spacing_mm).astype(np.int64) + 1
+    line = np.repeat(np.arange(len(ends)), count)
+    step = np.arange(len(line)) - np.repeat(np.cumsum(count) - count, count)
+    share = (step / np.maximum(count[line] - 1, 1))[:, None]
+    return np.asarray(ends[line, 0] + share * (ends[line, 1] - ends[line, 0]))
+
+
 class NearFaces:
     """The faces of a body by the boxes that hold them.
 

@@ -21,6 +21,7 @@ from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import crossing_faces, self_intersections
 from relief.solids.meshes.neighbourhood import NearFaces, connected, edge_ends, edge_pairs
+from relief.solids.meshes.wedges import separated
 
 RAY_WORK = 1000
 """Faces that a ray could be compared with in the time that it takes without any."""
@@ -133,42 +134,63 @@ def crossing_place(body: Body, of: NDArray[np.bool_] | None = None) -> Array:
 
 
 @stage("uniting parts")
-def united(body: Body) -> Body:
-    """Boolean union of the outer shells of a closed body, less its hollows; unchanged if Manifold fails."""
-    whole = _manifold(body)
+def united(body: Body) -> tuple[Body, Index]:
+    """Boolean union of the outer shells of a closed body, less its hollows; unchanged if Manifold fails.
+
+    Args:
+        body: With one position per vertex.
+
+    Returns:
+        The union, and the face of the body in which each of its faces lies, (m,).
+    """
+    own, origin, _ = separated(body)
+    whole = _manifold(own)
     if whole.status() != Error.NoError:
-        return body
+        return body, np.arange(len(body.faces))
     shells = whole.decompose()
     outer = Manifold.batch_boolean([shell for shell in shells if shell.volume() > 0.0], OpType.Add)
     for hollow in (_body(shell) for shell in shells if shell.volume() < 0.0):
-        outer -= _manifold(Body(hollow.vertices, hollow.faces[:, ::-1]))
-    return _body(outer)
+        turned = Body(hollow[0].vertices, hollow[0].faces[:, ::-1])
+        outer -= _manifold(turned, hollow[1])
+    union, number = _body(outer)
+    return union, origin[number]
 
 
-def _manifold(body: Body) -> Manifold:
+def _manifold(body: Body, numbers: Index | None = None) -> Manifold:
+    """The body for Boolean operations, with numbers (m,) of its faces that outlast them; None: from 0."""
     faces = np.ascontiguousarray(body.faces, dtype=np.uint64)
-    return Manifold(Mesh64(np.ascontiguousarray(body.vertices), faces))
+    # Faces without numbers would be joined where they lie in one plane.
+    numbers = np.arange(len(faces)) if numbers is None else numbers
+    return Manifold(Mesh64(np.ascontiguousarray(body.vertices), faces, face_id=numbers.astype(np.uint64)))
 
 
-def _body(manifold: Manifold) -> Body:
+def _body(manifold: Manifold) -> tuple[Body, Index]:
+    """The body that is the outcome of Boolean operations, and the numbers of its faces, (m,)."""
     mesh = manifold.to_mesh64()
-    return Body(np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts, dtype=np.int64))
+    body = Body(np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts, dtype=np.int64))
+    return body, np.array(mesh.face_id, dtype=np.int64)
 
 
 def outside(points: Array, normals: Array, body: Body) -> NDArray[np.bool_]:
     """Whether points on a body lie on its outer surface, with nothing of the body before them.
-
-    The winding number before a point is the number of faces that a ray from there leaves the body by, less
-    that of the faces by which it enters.
 
     Args:
         points: (k, 3) on faces, mm.
         normals: (k, 3) unit normals of their faces.
         body: Closed.
     """
+    return windings(points, normals, body) == 0.0
+
+
+def windings(points: Array, normals: Array, body: Body) -> Array:
+    """(k,) winding numbers before points (k, 3) on a closed body; with normals turned over, those behind.
+
+    The winding number before a point is the number of faces that a ray from there leaves the body by, less
+    that of the faces by which it enters.
+    """
     rays = _Rays(body)
     before = points + BEFORE * np.ptp(body.vertices, axis=0).max() * normals
-    return np.array([rays.crossed(at)[1].sum() == 0.0 for at in before], bool)
+    return np.array([rays.crossed(at)[1].sum() for at in before], np.float64)
 
 
 def sealed_hollows(body: Body) -> NDArray[np.bool_]:

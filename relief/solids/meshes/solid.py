@@ -1,12 +1,11 @@
 """Solids: checks whether a printer can make a body, and what has to be repaired."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.solids.body import Body
-from relief.solids.meshes.intersections import MOST, crossing_faces, self_intersections
+from relief.solids.meshes.intersections import MOST, self_intersections
 from relief.solids.meshes.neighbourhood import edge_balance
 from relief.solids.meshes.shells import (
     MOST_BOXES,
@@ -80,13 +79,6 @@ def check_parts(body: Body, name: object) -> None:
         raise _overlap(f"{name}: {line}", body)
 
 
-def check_apart(body: Body, textured: NDArray[np.bool_], name: object) -> None:
-    """Refuse a body of which textured faces, (m,), pass through others. Raises InputError with a place."""
-    if count := len(crossing_faces(body, of=textured)):
-        at = _shown(crossing_place(body, textured))
-        raise _overlap(f"{name}: {count} faces with texture pass through others, some near ({at}) mm", body)
-
-
 def crossings(body: Body) -> str:
     """How many faces pass through one another and near which point, for a person; empty if none do."""
     pairs = self_intersections(body)
@@ -107,10 +99,15 @@ def _shown(place: Array) -> str:
 
 def _overlap(fault: str, body: Body) -> InputError:
     """The error that says what mends a body that overlaps itself."""
+    advice = overlap_advice(body)
+    return InputError(*(f"{fault}; {advice.format(option)}" for option in ("unite", "--unite")))
+
+
+def overlap_advice(body: Body) -> str:
+    """What mends a body that overlaps itself, with braces for the name of the option that unites parts."""
     if components(body).any():
-        mend = "; unite its parts ({}), or " + MEND
-        return InputError(fault + mend.format("unite"), fault + mend.format("--unite"))
-    return InputError(f"{fault}; as it is one part, remesh it (Blender: Remesh, Voxel), or {MEND}")
+        return "unite its parts ({}), or " + MEND
+    return f"as it is one part, remesh it (Blender: Remesh, Voxel), or {MEND}"
 
 
 def outer_body(body: Body, name: object) -> tuple[Body, tuple[str, ...]]:
@@ -130,7 +127,7 @@ def outer_body(body: Body, name: object) -> tuple[Body, tuple[str, ...]]:
     check_closed(body, name, repeated=True)
     twice = len(repeats(body.faces))
     line = f"{twice} faces lie there twice" if twice else crossings(body) or _held_parts(body, name)
-    return (united(body), (f"{line}; its outside is felt",)) if line else (body, ())
+    return (united(body)[0], (f"{line}; its outside is felt",)) if line else (body, ())
 
 
 def _edges(faces: Index) -> tuple[int, int]:

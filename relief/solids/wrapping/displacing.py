@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, Index
-from relief.ground.errors import InputError
 from relief.ground.progress import say
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import crossing_faces
+from relief.solids.wrapping.bare_places import PlaceError
 from relief.solids.wrapping.clearance import evened
 from relief.solids.wrapping.surfaces import FineSurface
 
@@ -72,14 +72,16 @@ def displaced(
 
 
 def _refuse(wrapped: Body, crossing: Index) -> None:
-    """Raise InputError with a place if there are triangles, (k,) numbers, that pass through others."""
+    """Raise PlaceError if there are triangles, (k,) numbers, that pass through others."""
     if not len(crossing):
         return
-    place = ", ".join(f"{value:.1f}" for value in wrapped.vertices[wrapped.faces[crossing[0]]].mean(axis=0))
-    raise InputError(
-        f"relief: {len(crossing):,} triangles pass through others around ({place}) mm, however low the "
-        "relief is there; leave that place out (--mask), take smaller triangles (--faces) or a lower relief "
-        "(--relief-mm)"
+    middles = wrapped.vertices[wrapped.faces[crossing]].mean(axis=1)
+    place = ", ".join(f"{value:.1f}" for value in middles[0])
+    raise PlaceError(
+        "relief",
+        f"{len(crossing):,} triangles pass through others around ({place}) mm, however low the relief is",
+        "leave that place out (--mask), take smaller triangles (--faces) or a lower relief (--relief-mm)",
+        middles,
     )
 
 

@@ -7,16 +7,16 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, FloatArray, Index, smooth_step, units
+from relief.ground.arrays import Array, FloatArray, Index, units
 from relief.solids.body import Body
 from relief.solids.mending.holes import Holes
-from relief.solids.meshes.neighbourhood import edge_pairs
+from relief.solids.meshes.neighbourhood import edge_pairs, points_along
 from relief.solids.meshes.refining import refined
 from relief.solids.meshes.shells import sealed_hollows
 from relief.solids.remeshing.creases import SHARPEST
 from relief.solids.remeshing.smooth_surface import corner_angles
+from relief.solids.wrapping.bare_places import Bare, PlaceError
 from relief.solids.wrapping.masks import ANGLE, Points, Regions, mask_at
 from relief.solids.wrapping.options import SurfaceOptions
 
@@ -34,6 +34,8 @@ LEAST_SHARE = 1e-6
 """Share of the relief above which a place is touched: of a relief of 1 mm, a nanometre."""
 BOTTOM = 0.002
 """Height above the lowest point within which a triangle that points down is the bottom, mm."""
+MOST_LEFT = 0.05
+"""Largest share of the textured area that is left out where the surface cannot carry texture."""
 LEAST_BOTTOM_MM2 = 4.0
 """Least area of a flat bottom, mm²: the lowest triangles of a ball are none."""
 RIM_MM = 0.1
@@ -51,11 +53,13 @@ class Settings(SurfaceOptions):
         draft: Whether the body is to be looked at and not to be printed: patches, normals and clearance are
             computed on triangles of `DRAFT_EDGE_MM`, and crossing triangles stay.
         holes: That stay without texture; None: no hole does.
+        bare: Further places that stay without texture, as where parts touch.
         finest_mm: Edges that are fine enough whatever the texture has, as no printer shows more.
     """
 
     draft: bool = False
     holes: Holes | None = None
+    bare: tuple[Bare, ...] = ()
     finest_mm: float = 0.0
 
 
@@ -92,7 +96,9 @@ class FileSurface:
         self.bottom = _bottom(body) if settings.keep_bottom else np.zeros(len(body.faces), bool)
         self.bed_mm = float(body.vertices[:, 2].min()) if self.bottom.any() else -np.inf
         self.bare = self.bottom | sealed_hollows(body)
-        self._rim = cKDTree(points_between(body, self.bottom, RIM_MM)) if self.bottom.any() else None
+        self._left_mm2 = 0.0
+        rim = points_between(body, self.bottom, RIM_MM)
+        self._places = [*settings.bare, *([Bare(rim)] if len(rim) else [])]
 
     @cached_property
     def _corner_normals(self) -> Array:
@@ -129,9 +135,8 @@ class FileSurface:
         share = np.ones(len(points.places))
         if settings.mask is not None:
             share = mask_at(settings.mask, points, far)
-        if self._rim is not None:
-            away, _ = self._rim.query(points.places, distance_upper_bound=far)
-            share *= smooth_step(np.minimum(away, far) / far)
+        for place in self._places:
+            share *= place.share(points.places, far)
         if settings.holes is not None:
             share *= settings.holes.share(points.places, far)
         return share
@@ -140,6 +145,18 @@ class FileSurface:
     def samples(self) -> "Samples":
         """The surface at points all over the triangles that may carry texture."""
         return Samples(self)
+
+    def leave(self, error: PlaceError) -> str:
+        """Leave the place of an error without texture; a line about it. Raises it if the place is large."""
+        place, samples = Bare(error.points, self.edge_mm), self.samples
+        before = float((samples.areas * samples.share).sum())
+        samples.share *= place.share(samples.points.places, self.settings.falloff_mm)
+        taken_mm2 = before - float((samples.areas * samples.share).sum())
+        self._left_mm2 += taken_mm2
+        if self._left_mm2 > MOST_LEFT * (before - taken_mm2):
+            raise error
+        self._places.append(place)
+        return f"leaves {taken_mm2:.2g} mm² without texture, as {error.fault}"
 
 
 class Samples:
@@ -178,9 +195,4 @@ def points_between(body: Body, chosen: NDArray[np.bool_], spacing_mm: float) -> 
     pairs = edge_pairs(body.faces)
     half = pairs[chosen[pairs[:, 0] // 3] != chosen[pairs[:, 1] // 3], 0]
     after = np.roll(body.faces, -1, axis=1).ravel()[half]
-    ends = body.vertices[np.stack([body.faces.ravel()[half], after], axis=1)]
-    count = np.ceil(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / spacing_mm).astype(np.int64) + 1
-    edge = np.repeat(np.arange(len(half)), count)
-    step = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
-    share = (step / np.maximum(count[edge] - 1, 1))[:, None]
-    return np.asarray(ends[edge, 0] + share * (ends[edge, 1] - ends[edge, 0]))
+    return points_along(body.vertices[np.stack([body.faces.ravel()[half], after], axis=1)], spacing_mm)

@@ -9,10 +9,13 @@ from relief.ground.arrays import AnyArray, Array, FloatArray, sums_by
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.solids.body import Body
+from relief.solids.meshes.intersections import crossing_faces
 from relief.solids.meshes.refining import Refined
-from relief.solids.meshes.solid import check_apart
+from relief.solids.meshes.shells import crossing_place
+from relief.solids.meshes.solid import overlap_advice
 from relief.solids.remeshing.even_mesh import ARC, ROUNDS, even_mesh, vertex_normals
 from relief.solids.remeshing.smooth_surface import raised
+from relief.solids.wrapping.bare_places import PlaceError, points_on
 from relief.solids.wrapping.coordinates.layout import Layout
 from relief.solids.wrapping.file_surface import FileSurface, Near, Settings
 from relief.solids.wrapping.options import MOST_FACES
@@ -61,7 +64,12 @@ class BaseSurface:
         patch, self.smooth = parting.patch, parting.patch.surface
         if not settings.draft:
             whole = self.rest.joined(patch.body)
-            check_apart(whole, np.arange(len(whole.faces)) < len(patch.body.faces), "mesh")
+            crossing = crossing_faces(whole, of=np.arange(len(whole.faces)) < len(patch.body.faces))
+            if len(crossing):
+                place = crossing_place(whole, np.isin(np.arange(len(whole.faces)), crossing))
+                at = ", ".join(f"{value:.4g}" for value in place)
+                fault = f"{len(crossing)} faces with texture pass through others, some near ({at}) mm"
+                raise PlaceError("mesh", fault, overlap_advice(whole), points_on(whole, crossing))
         check_count(int(patch.body.areas.sum() / (EVEN_AREA * file.edge_mm**2)), settings)
         rounds = DRAFT_ROUNDS if settings.draft else ROUNDS
         self.mesh = even_mesh(patch, file.edge_mm, ARC * min(file.coarser, DRAFT_ARC), rounds)

@@ -1,14 +1,15 @@
 """Wrapping: a body displaced along its normals by a tile that has its size in mm everywhere."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, FloatArray
-from relief.ground.progress import stage
+from relief.ground.progress import say, stage
 from relief.solids.body import Body
+from relief.solids.wrapping.bare_places import PlaceError
 from relief.solids.wrapping.clearance import DRAFT_SAMPLES, MOST_SAMPLES, clearance_factor
 from relief.solids.wrapping.displacing import displaced
 from relief.solids.wrapping.edges import edge_of
@@ -23,6 +24,9 @@ from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface, FineSurface
 from relief.solids.wrapping.texture_tiles import Covering
 from relief.solids.wrapping.wrap_checks import check_area, check_choices, check_room, check_size
+
+MOST_PLACES = 4
+"""Places left without texture at most, after each of which the wrapping begins anew."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +122,25 @@ def wrap(
     tallest = max(float(covering.tile.heights.max()) for covering in coverings)
     check_size(body, tallest)
     file = FileSurface(body, uv, regions, settings, colours)
-    placement = placement or Placement()
+    left: list[str] = []
+    while True:
+        try:
+            wrapped = _wrapped(file, coverings, placement or Placement(), written)
+            return replace(wrapped, notes=(*wrapped.notes, *left))
+        except PlaceError as error:
+            # A few noisy or crossing triangles stay as they were read, and the rest begins anew.
+            if len(left) == MOST_PLACES:
+                raise
+            left.append(file.leave(error))
+            say(left[-1])
+
+
+def _wrapped(
+    file: FileSurface, coverings: Sequence[Covering], placement: Placement, written: Callable[[Body], Body]
+) -> Wrapped:
+    """The wrapped body. Raises PlaceError where the surface cannot carry texture, and InputError."""
+    settings = file.settings
+    tallest = max(float(covering.tile.heights.max()) for covering in coverings)
     base, layer, laid = _placed(file, coverings, placement)
     where = base.textured
     edge_mm = edge_of(base.body, where, coverings, settings, len(base.rest.faces))

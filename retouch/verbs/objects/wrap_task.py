@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from mitsuba_scenes import find_texture
-from relief.ground.arrays import Array, FloatArray
+from relief.ground.arrays import Array, FloatArray, Index
 from relief.ground.errors import InputError, naming
 from relief.ground.lengths import Lengths
 from relief.ground.options import checked, part
@@ -19,12 +19,16 @@ from relief.plate_options import TileOptions
 from relief.printers import Printer, printer_of
 from relief.seam import check_seams, misfit
 from relief.solids.body import Body
+from relief.solids.files import Mesh, read_mesh
 from relief.solids.mending.holes import round_holes
 from relief.solids.mending.repair import mended, united_parts
-from relief.solids.meshes import Mesh, read_mesh
 from relief.solids.meshes.shells import sealed_hollows
 from relief.solids.meshes.solid import check_closed, check_parts
+from relief.solids.meshes.touching import TOUCH_MM, touching
+from relief.solids.meshes.wedges import separated
 from relief.solids.objects.table import OBJECTS, BundledObject
+from relief.solids.remeshing.nearest import nearest_in
+from relief.solids.wrapping.bare_places import Bare
 from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.masks import Regions
 from relief.solids.wrapping.options import BORES_MM, MeshOptions, PlacingOptions, SurfaceOptions
@@ -109,10 +113,10 @@ def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions)
     tiles = cast("Sequence[tuple[str, Source]]", options.regions)
     textures = [(texture, None), *((tile, where) for where, tile in tiles)]
     coverings, warnings = _coverings(textures, lengths_of(options), placement)
-    solid = Mesh(thing.make(), None, Path(mesh)) if thing else _solid(Path(mesh), options)
+    solid, bare = (Mesh(thing.make(), None, Path(mesh)), ()) if thing else _solid(Path(mesh), options)
     _check_period(coverings, solid)
     lines = solid.warnings
-    settings, line = _with_holes(settings, solid.body)
+    settings, line = _with_holes(replace(settings, bare=bare), solid.body)
     hollow = sealed_hollows(solid.body).any()
     sealed = "has sealed hollows, whose walls nobody can touch and which stay without texture"
     lines = (*lines, *([line] if line else []), *([sealed] if hollow else []))
@@ -167,24 +171,39 @@ def _bundled(path: Path, units: str | None) -> BundledObject | None:
     return thing
 
 
-def _solid(path: Path, options: MeshOptions) -> Mesh:
-    """The mesh of a file, mended. Raises InputError."""
+def _solid(path: Path, options: MeshOptions) -> tuple[Mesh, tuple[Bare, ...]]:
+    """The mesh of a file, mended, and where its parts touch. Raises InputError."""
     mesh = read_mesh(path, units=options.units)
     work = mended(mesh.body, path, options.close_holes_mm)
     if options.unite:
         work = united_parts(work, path)
     check_closed(work.body, path)
+    body, parent, wedges = separated(work.body)
     # Faces that pass through one another are refused where texture would lie, and stay elsewhere.
-    check_parts(work.body, path)
-    lines = [*mesh.warnings, *work.lines]
-    uv, colours = mesh.uv, mesh.colours
-    if (work.origin >= 0).all():
-        uv = None if uv is None else uv[work.origin]
-        colours = None if colours is None else colours[work.origin]
+    check_parts(body, path)
+    touch, lines = touching(body, wedges), [*mesh.warnings, *work.lines]
+    places = ((touch.edges, TOUCH_MM), (touch.faces, touch.reach_mm))
+    bare = tuple(Bare(points, reach_mm) for points, reach_mm in places if len(points))
+    if bare:
+        where = f"on {touch.area_mm2:.3g} mm²" if touch.area_mm2 else "along edges"
+        advice = "; --unite makes them one" if touch.area_mm2 and not options.unite else ""
+        lines.append(f"has parts that touch {where}, which stay without texture there{advice}")
+    origin, uv, colours = work.origin[parent], mesh.uv, mesh.colours
+    if (origin >= 0).all():
+        uv, colours = (_carried_over(each, mesh.body, body, origin) for each in (uv, colours))
     elif uv is not None or colours is not None:
         uv = colours = None
         lines.append("is mended, so that its texture coordinates and colours are left out")
-    return Mesh(work.body, uv, path, tuple(lines), colours=colours)
+    return Mesh(body, uv, path, tuple(lines), colours=colours), bare
+
+
+def _carried_over(values: FloatArray | None, old: Body, new: Body, origin: Index) -> FloatArray | None:
+    """Values (m, 3, k) at corners of new faces, each in a face of an old body, from those at its corners."""
+    if values is None or np.array_equal(origin, np.arange(len(old.faces))):
+        return values
+    around = np.repeat(old.vertices[old.faces[origin]], 3, axis=0)
+    share, _ = nearest_in(new.vertices[new.faces.ravel()], around)
+    return np.asarray(np.einsum("fkc,fcd->fkd", share.reshape(-1, 3, 3), values[origin]))
 
 
 def _with_holes(settings: Settings, body: Body) -> tuple[Settings, str]:

@@ -9,8 +9,8 @@ import pytest
 from optimize.verification.solids.mesh_feel import PART, PLATE, MeshFeel
 from relief.heightmap import save_heights_exr
 from relief.solids.export.plate_export import export_plate
+from relief.solids.files.mesh import Mesh
 from relief.solids.meshes.crops import SurfaceCrop
-from relief.solids.meshes.mesh import Mesh
 from relief.solids.meshes.mesh_places import Frame
 from relief.solids.objects.table import OBJECTS
 from relief.solids.wrapping.file_surface import Settings

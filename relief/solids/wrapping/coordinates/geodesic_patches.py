@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from relief.ground.arrays import Array, renumbered
-from relief.ground.errors import InputError
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import connected_around, passed_twice
+from relief.solids.wrapping.bare_places import PlaceError
 from relief.solids.wrapping.coordinates.layout import Layout, one_patch, shares_of, stretches
 
 STRETCH = 0.1
@@ -158,8 +158,9 @@ class _Cover:
             uv = np.asarray(solver.compute_log_map(int(np.searchsorted(used, number[seed]))))
         except RuntimeError as error:
             place = ", ".join(f"{value:.1f}" for value in self.body.vertices[seed])
-            fault = f"mesh: has triangles around ({place}) mm that are too thin for flat coordinates"
-            raise InputError(f"{fault}; remesh that place, or leave it out (mask)") from error
+            fault = f"has triangles around ({place}) mm that are too thin for flat coordinates"
+            advice = "remesh that place, or leave it out (mask)"
+            raise PlaceError("mesh", fault, advice, self.body.vertices[seed][None]) from error
         return around[used], uv, faces
 
     def _expected_radius(self, seed: int) -> float:

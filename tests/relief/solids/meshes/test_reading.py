@@ -16,7 +16,8 @@ from relief.ground.formats import MESHES
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
 from relief.solids.export.threemf_writer import PART
-from relief.solids.meshes import check_solid, mesh, read_mesh
+from relief.solids.files import mesh, read_mesh
+from relief.solids.meshes import check_solid
 from relief.solids.meshes.solid import volume_mm3
 from tests.relief.solids.meshes.bodies import cube, joined, ply, stl, torus
 

@@ -15,7 +15,7 @@ from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
 from relief.ground.lengths import shown
 from relief.solids.body import Body, Part, joined
-from relief.solids.meshes.parsed_mesh import (
+from relief.solids.files.parsed_mesh import (
     LARGEST_FILE,
     MOST_FACES,
     MOST_VERTICES,

@@ -13,11 +13,11 @@ from relief.ground.files import damage_named, read_limited
 from relief.ground.formats import MESHES, UNITS
 from relief.ground.progress import stage
 from relief.solids.body import Body
-from relief.solids.meshes.glb_reader import read_glb
-from relief.solids.meshes.parsed_mesh import LARGEST_FILE, Parsed, check_count, check_numbers
-from relief.solids.meshes.ply_reader import read_ply
-from relief.solids.meshes.text_formats import read_obj, read_stl
-from relief.solids.meshes.threemf_reader import read_3mf
+from relief.solids.files.glb_reader import read_glb
+from relief.solids.files.parsed_mesh import LARGEST_FILE, Parsed, check_count, check_numbers
+from relief.solids.files.ply_reader import read_ply
+from relief.solids.files.text_formats import read_obj, read_stl
+from relief.solids.files.threemf_reader import read_3mf
 
 READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".glb": read_glb, ".3mf": read_3mf}
 """Readers by the suffix of the file: from its bytes and its path."""

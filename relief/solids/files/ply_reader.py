@@ -13,7 +13,7 @@ import numpy as np
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.ground.lengths import shown
-from relief.solids.meshes.parsed_mesh import MOST_FACES, MOST_VERTICES, Parsed, check_count, check_numbers
+from relief.solids.files.parsed_mesh import MOST_FACES, MOST_VERTICES, Parsed, check_count, check_numbers
 
 HEADER = re.compile(rb"ply\s.*?\bend_header[ \t]*(?:\r\n|\n|\r)", re.DOTALL)
 LONGEST_HEADER = 1 << 16

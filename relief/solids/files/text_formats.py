@@ -11,7 +11,7 @@ import numpy as np
 
 from relief.ground.errors import InputError
 from relief.solids.body import TRIANGLE
-from relief.solids.meshes.parsed_mesh import MOST_FACES, MOST_VERTICES, Parsed, check_count, check_numbers
+from relief.solids.files.parsed_mesh import MOST_FACES, MOST_VERTICES, Parsed, check_count, check_numbers
 
 STL_HEAD = 84
 """Bytes before the triangles of a binary STL file: a comment, and the number of triangles."""

@@ -10,7 +10,7 @@ from relief.ground.arrays import Array, Index, renumbered
 from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
 from relief.ground.srgb import srgb
-from relief.solids.meshes.parsed_mesh import MOST_VERTICES, Parsed, check_count, check_numbers
+from relief.solids.files.parsed_mesh import MOST_VERTICES, Parsed, check_count, check_numbers
 
 TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """Types of numbers by the codes of glTF."""

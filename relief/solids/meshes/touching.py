@@ -1,0 +1,59 @@
+"""Surfaces of parts of a body that lie on one another."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relief.ground.arrays import Array, units
+from relief.ground.progress import stage
+from relief.solids.body import Body
+from relief.solids.meshes.intersections import near_parts
+from relief.solids.meshes.neighbourhood import points_along
+from relief.solids.meshes.refining import refined
+from relief.solids.meshes.shells import components, windings
+
+TOUCH_MM = 0.5
+"""Longest edge of the triangles by which touching surfaces are found, mm."""
+TOUCHING_MM = 1e-3
+"""Distance up to which boxes around faces meet, mm: far above the rounding of files."""
+MOST_TOUCHING = 20_000
+"""Triangles, about, that are compared with other parts, which takes seconds; more area takes larger ones."""
+
+
+@dataclass(frozen=True)
+class Touching:
+    """Where parts of a body touch.
+
+    Attributes:
+        edges: (n, 3) points of edges along which parts meet, `TOUCH_MM` apart at most, mm.
+        faces: (n, 3) points of faces that lie on those of other parts, mm.
+        reach_mm: Distance from `faces` within which all such places lie, mm.
+        area_mm2: Their area.
+    """
+
+    edges: Array
+    faces: Array
+    reach_mm: float
+    area_mm2: float
+
+
+@stage("looking for touching parts")
+def touching(body: Body, wedges: Array) -> Touching:
+    """Where parts of a body touch.
+
+    Args:
+        body: Closed, and `separated`, so that parts that touch share no vertex.
+        wedges: (n, 2, 3) ends of the edges along which parts meet, mm.
+    """
+    edges = points_along(wedges, TOUCH_MM)
+    part = np.unique(components(body), return_inverse=True)[1]
+    near = near_parts(body, part, TOUCHING_MM) if part.any() else np.zeros(0, np.int64)
+    alone = Body(body.vertices, body.faces[near])
+    spacing = max(TOUCH_MM, float(np.sqrt(2.0 * alone.areas.sum() / MOST_TOUCHING)))
+    fine = refined(alone, spacing).body if len(near) else alone
+    middles, normals = fine.vertices[fine.faces].mean(axis=1), units(fine.normals)
+    covered = np.flatnonzero(windings(middles, normals, body) > 0.0)
+    # Behind a face that only touches another part lies nothing of that part.
+    covered = covered[windings(middles[covered], -normals[covered], body) == 1.0]
+    places = fine.vertices[np.unique(fine.faces[covered])]
+    return Touching(edges, places, spacing, float(fine.areas[covered].sum()))
