@@ -111,7 +111,7 @@ def united_parts(work: Mended, name: object) -> Mended:
     if after == before and not overlap:
         return work
     line = f"unites parts: {after} where there were {before}"
-    return Mended(whole, work.origin[origin], (*work.lines, line))
+    return _without_slivers(Mended(whole, work.origin[origin], (*work.lines, line)))
 
 
 def open_edges(faces: Index) -> Index:
@@ -218,7 +218,7 @@ def _least_area(vertices: Array, loop: Index) -> Index:
 
 
 def _without_flaps(work: Mended) -> Mended:
-    """The body without pairs of faces with the same corners that are turned against each other."""
+    """The body without pairs of faces of one part with the same corners, turned against each other."""
     corners = np.sort(work.body.faces, axis=1).astype(np.int64)
     code = corners @ (1 << np.array([40, 20, 0]))
     order = np.argsort(code, kind="stable")
@@ -226,14 +226,17 @@ def _without_flaps(work: Mended) -> Mended:
     several = np.union1d(order[again], order[again + 1])
     if not len(several):
         return work
-    _, which, count = np.unique(corners[several], axis=0, return_inverse=True, return_counts=True)
+    whole, origin, _ = separated(work.body)
+    part = components(whole)[np.unique(origin, return_index=True)[1]]
     a, b, c = work.body.faces[several].T
-    # Two of the three numbers rise around a face, or one if it is turned over.
+    # Two of the three numbers rise around a face, or one if it is turned over. Parts that touch stay.
     turn = np.where(np.sum([b > a, c > b, a > c], axis=0) == 2, 1.0, -1.0)
-    flap = (count[which.ravel()] == 2) & (np.bincount(which.ravel(), turn)[which.ravel()] == 0.0)
-    kept = np.delete(np.arange(len(corners)), several[flap])
-    if len(kept) == len(corners):
+    same = np.column_stack([corners[several], part[several]])
+    _, which, count = np.unique(same, axis=0, return_inverse=True, return_counts=True)
+    flap = (count == 2) & (np.bincount(which.ravel(), turn) == 0.0)
+    if not flap.any():
         return work
+    kept = np.delete(np.arange(len(corners)), several[flap[which.ravel()]])
     line = f"drops faces that lie back to back: {len(corners) - len(kept)}"
     return work.changed(work.body.faces[kept], kept, line)
 

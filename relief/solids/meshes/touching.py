@@ -12,12 +12,12 @@ from relief.solids.meshes.neighbourhood import points_along
 from relief.solids.meshes.refining import refined
 from relief.solids.meshes.shells import components, windings
 
-TOUCH_MM = 0.5
+TOUCH_MM = 1.0
 """Longest edge of the triangles by which touching surfaces are found, mm."""
 TOUCHING_MM = 1e-3
 """Distance up to which boxes around faces meet, mm: far above the rounding of files."""
-MOST_TOUCHING = 20_000
-"""Triangles, about, that are compared with other parts, which takes seconds; more area takes larger ones."""
+MOST_TOUCHING = 100_000
+"""Triangles, about, that are compared with other parts; more area takes larger ones."""
 
 
 @dataclass(frozen=True)
@@ -48,9 +48,13 @@ def touching(body: Body, wedges: Array) -> Touching:
     edges = points_along(wedges, TOUCH_MM)
     part = np.unique(components(body), return_inverse=True)[1]
     near = near_parts(body, part, TOUCHING_MM) if part.any() else np.zeros(0, np.int64)
+    if not len(near):
+        return Touching(edges, np.zeros((0, 3)), TOUCH_MM, 0.0)
     alone = Body(body.vertices, body.faces[near])
     spacing = max(TOUCH_MM, float(np.sqrt(2.0 * alone.areas.sum() / MOST_TOUCHING)))
-    fine = refined(alone, spacing).body if len(near) else alone
+    pieces = refined(alone, spacing)
+    beside = near_parts(pieces.body, part[near[pieces.parent]], TOUCHING_MM)
+    fine = Body(pieces.body.vertices, pieces.body.faces[beside])
     middles, normals = fine.vertices[fine.faces].mean(axis=1), units(fine.normals)
     covered = np.flatnonzero(windings(middles, normals, body) > 0.0)
     # Behind a face that only touches another part lies nothing of that part.

@@ -110,7 +110,8 @@ def _wedges_of(half: Index, angle: Array, ends: NDArray[np.bool_]) -> list[tuple
     order = np.argsort(angle)
     group = np.cumsum(np.diff(angle[order], prepend=angle[order[0]]) > SAME_ANGLE)
     group[angle[order] > angle[order[0]] + 2.0 * np.pi - SAME_ANGLE] = 0
-    order = order[np.lexsort((~ends[order], group))]
+    # Of parts that fill the same place the faces of each follow one another.
+    order = order[np.lexsort((np.where(ends, -half, half)[order], ~ends[order], group))]
     # From the place where the fewest wedges are open, each begins before it ends.
     depth = np.cumsum(np.where(ends[order], -1, 1))
     began: list[int] = []

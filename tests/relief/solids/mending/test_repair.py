@@ -97,4 +97,4 @@ def test_overlapping_parts_become_one(body: Body, volume: float) -> None:
     work = united_parts(mended(body, "part.stl"), "part.stl")
     check_solid(work.body, "part.stl")
     assert volume_mm3(work.body) == pytest.approx(volume)
-    assert work.lines[-1].startswith("unites parts: 1 where there were")
+    assert work.lines[0].startswith("unites parts: 1 where there were")

@@ -9,7 +9,7 @@ from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes import check_solid
 from relief.solids.meshes.shells import sealed_hollows
-from relief.solids.meshes.solid import check_apart, volume_mm3
+from relief.solids.meshes.solid import volume_mm3
 from tests.relief.solids.meshes.bodies import CUBE, cube, joined, torus
 
 
@@ -103,12 +103,3 @@ def test_hollows_of_a_foam_are_found_soon() -> None:
     started = time.process_time()
     assert sealed_hollows(body).tolist() == 12 * len(bubbles) * [True] + 12 * [False]
     assert time.process_time() - started < 5.0
-
-
-def test_chosen_faces_that_cross_are_refused_at_their_own_place() -> None:
-    bars = [torus((x, 0.0, 0.0), (0, 1, 2), 8.0, 1.0) for x in (-40.0, 40.0)]
-    body = joined(cube(4.0, (-34.0, -2.0, -2.0)), cube(4.0, (46.0, -2.0, -2.0)), *bars)
-    chosen = (np.arange(len(body.faces)) >= 24) & (body.vertices[body.faces[:, 0], 0] > 0.0)
-    with pytest.raises(InputError, match=r"with texture pass through others, some near \(4\d"):
-        check_apart(body, chosen, "bars.stl")
-    check_apart(body, chosen & (body.vertices[body.faces[:, 0], 0] < 38.0), "bars.stl")
