@@ -5,8 +5,7 @@ cross; a finger then touches the outer surface. Manifold computes Boolean unions
 folded through itself keeps its folds; the winding number classifies points on them as inside or outside.
 
 A point behind a face of an outer shell has winding number 1 in a solid. The number is 2 where another part
-holds the point, whose volume would count twice. Winding numbers are sums of the solid angles of all faces
-(A. Van Oosterom and J. Strackee, The solid angle of a plane triangle, IEEE Trans. Biomed. Eng. 30, 1983).
+holds the point, whose volume would count twice. Rays count the faces before a point.
 """
 
 from itertools import combinations
@@ -15,28 +14,28 @@ import numpy as np
 from manifold3d import Error, Manifold, Mesh64, OpType
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Index, units
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import crossing_faces, self_intersections
-from relief.solids.meshes.neighbourhood import NearFaces, connected, edge_ends, edge_pairs
+from relief.solids.meshes.neighbourhood import NearFaces, connected, edge_ends
 from relief.solids.meshes.wedges import separated
 
 ROUNDED_MM = 1e-4
 """Lengths that a union leaves out, mm: ten times what single precision rounds coordinates of 100 mm by."""
 RAY_WORK = 1000
 """Faces that a ray could be compared with in the time that it takes without any."""
-BEHIND = 1e-6
-"""Distance of a point from the face before it, as a share of the body's longest side."""
+MOST_PARTS = 20_000
+"""Most parts of which each has a ray, which takes some seconds."""
 MOST_BOXES, MOST_ANGLES = 1_000_000_000, 100_000_000
-"""Most comparisons of points with boxes of parts, and most solid angles; each takes about ten seconds."""
+"""Most comparisons of boxes, and of rays with faces; each takes about ten seconds."""
 FEW_FACES, HALVINGS = 24, 30
 """Faces, and halvings of the box, at which the search for a place of a crossing ends."""
 UPWARDS = np.array([0.1234567, 0.2345678, 0.9642])
 """Direction of the rays that count faces before a point: parallel to no edge of usual drawings."""
 BEFORE = 1e-6
-"""Distance of the counted faces from the point, as a share of the body's longest side."""
+"""Distance from a point, as a share of the body's longest side, from which faces before it are counted."""
 
 
 def repeats(faces: Index) -> Index:
@@ -56,48 +55,27 @@ def repeats(faces: Index) -> Index:
 
 
 def parts_within_others(body: Body, name: object) -> int:
-    """Number of outer shells that lie within another part, or fill the same place.
+    """Number of parts that lie within another, or fill the same place.
 
     Args:
-        body: Closed, with one position per vertex; its shells do not pass through one another.
+        body: Closed, with one position per vertex; its parts do not pass through one another.
         name: of the file, for the message.
 
     Raises:
         InputError: There are too many parts for the search.
     """
-    faces = body.faces
-    # Shells hang together by edges of two faces; parts, whose shells may touch, by vertices.
-    shell = connected(edge_pairs(faces) // 3, len(faces))
-    if not shell.any():
-        return 0
-    part = np.unique(components(body), return_inverse=True)[1]
-    order = np.argsort(part, kind="stable")
-    starts = np.flatnonzero(np.diff(part[order], prepend=-1))
-    corners = np.split(body.vertices[faces[order]], starts[1:])
-    low, high = (np.array([end(each, axis=(0, 1)) for each in corners]) for end in (np.min, np.max))
+    body = separated(body)[0]
+    part = components(body)
     # Hollows are no parts: the material lies outside of their faces.
-    outer = np.array([_volume(each) > 0.0 for each in corners])
-    largest = _largest_faces(body, shell, outer[part])
-    shells = np.bincount(part[largest], minlength=len(corners))
-    reach = BEHIND * float(np.ptp(body.vertices, axis=0).max())
-    angles = within = 0
-    if len(largest) * len(corners) > MOST_BOXES:
-        largest, angles = largest[:0], MOST_ANGLES + 1
-    front = Body(body.vertices, faces[largest])
-    points = front.vertices[front.faces].mean(axis=1)
-    points -= reach * front.normals / (2.0 * front.areas[:, None])
-    for point, own in zip(points, part[largest], strict=True):
-        around = np.flatnonzero((low <= point).all(axis=1) & (high >= point).all(axis=1))
-        if len(around) == 1 and shells[own] == 1:
-            continue
-        angles += sum(len(corners[other]) for other in around)
-        if angles > MOST_ANGLES:
-            break
-        winding = sum(_solid_angle(corners[other] - point) for other in around) / (4.0 * np.pi)
-        within += winding > 1.5
-    if angles > MOST_ANGLES:
-        raise InputError(f"{name}: its {len(corners)} parts are too many to tell whether one holds another")
-    return within
+    outer = np.bincount(part, body_volumes(body)) > 0.0
+    largest = _largest_faces(body, part, outer[part])
+    if len(largest) < 2:
+        return 0
+    if len(largest) > MOST_PARTS:
+        raise InputError(f"{name}: its {len(largest)} parts are too many to tell whether one holds another")
+    middles = body.vertices[body.faces[largest]].mean(axis=1)
+    behind = windings(middles, -units(body.normals[largest]), body)
+    return int(np.count_nonzero(behind > 1.0))
 
 
 def crossing_place(body: Body, of: NDArray[np.bool_] | None = None) -> Array:
@@ -274,27 +252,12 @@ def body_volumes(body: Body) -> Array:
     return np.asarray(np.einsum("ij,ij->i", np.cross(a, b), c) / 6.0)
 
 
-def _largest_faces(body: Body, shell: Index, outer: Array) -> Index:
+def _largest_faces(body: Body, shell: Index, outer: NDArray[np.bool_]) -> Index:
     """The largest face of each shell, of those faces that are of an outer one."""
     areas = np.where(outer, body.areas, 0.0)
     by_area = np.lexsort((areas, shell))
     largest = by_area[np.flatnonzero(np.diff(shell[by_area], append=-1))]
     return np.asarray(largest[areas[largest] > 0.0])
-
-
-def _volume(corners: Array) -> float:
-    """Signed volume that triangles (m, 3, 3) enclose."""
-    a, b, c = np.moveaxis(corners - corners[0, 0], 1, 0)
-    return float(np.einsum("ij,ij->", np.cross(a, b), c) / 6.0)
-
-
-def _solid_angle(corners: Array) -> float:
-    """Solid angle under which triangles (m, 3, 3) are seen from the origin, 4 pi from within a solid."""
-    a, b, c = np.moveaxis(corners, 1, 0)
-    lengths = np.linalg.norm(corners, axis=2)
-    products = [np.einsum("ij,ij->i", *pair) for pair in ((b, c), (c, a), (a, b))]
-    below = lengths.prod(axis=1) + sum(products[i] * lengths[:, i] for i in range(3))
-    return 2.0 * float(np.arctan2(np.einsum("ij,ij->i", np.cross(a, b), c), below).sum())
 
 
 def _cross(one: Array, other: Array) -> Array:

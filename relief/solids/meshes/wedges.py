@@ -14,8 +14,9 @@ from relief.solids.meshes.neighbourhood import connected, edge_balance, edge_end
 
 MOST_ROUNDS = 8
 """Rounds in which faces are divided at edges of more than two faces: a face has three edges."""
-SAME_ANGLE = 1e-6
-"""Angle around an edge, radians, within which two faces lie on one another."""
+SAME_ANGLE, ROUNDED_MM = 1e-5, 2e-5
+"""Angle around an edge, radians, within which two faces lie on one another, and what the rounding of a file
+moves their corners by, mm: of narrow faces the angle is uncertain."""
 
 
 def separated(body: Body) -> tuple[Body, Index, Array]:
@@ -96,20 +97,24 @@ def _wedges(body: Body) -> Index:
     way = body.vertices[faces.ravel()[half // 3 * 3 + (half + 2) % 3]] - low
     x = np.cross(axis, np.eye(3)[np.abs(axis).argmin(axis=1)])
     y = np.cross(axis, x)
-    angle = np.arctan2((way * y).sum(axis=1), (way * x).sum(axis=1))
+    across = np.stack([(way * x).sum(axis=1), (way * y).sum(axis=1)])
+    angle = np.arctan2(across[1], across[0])
+    slack = SAME_ANGLE + ROUNDED_MM / np.maximum(np.linalg.norm(across, axis=0), ROUNDED_MM)
     # Counter-clockwise about the axis, a wedge ends at a face along whose edge the axis runs.
     pairs: list[tuple[int, int]] = []
     order = np.argsort(edge[half], kind="stable")
     for rows in np.split(order, np.flatnonzero(np.diff(edge[half][order])) + 1):
-        pairs += _wedges_of(half[rows], angle[rows], upward[rows])
+        pairs += _wedges_of(half[rows], angle[rows], slack[rows], upward[rows])
     return np.array(pairs, np.int64)
 
 
-def _wedges_of(half: Index, angle: Array, ends: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def _wedges_of(half: Index, angle: Array, slack: Array, ends: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Pairs of the half-edges at an edge, by angle; where faces lie on one another, wedges end first."""
     order = np.argsort(angle)
-    group = np.cumsum(np.diff(angle[order], prepend=angle[order[0]]) > SAME_ANGLE)
-    group[angle[order] > angle[order[0]] + 2.0 * np.pi - SAME_ANGLE] = 0
+    rising, near = angle[order], slack[order]
+    group = np.append(0, np.cumsum(np.diff(rising) > near[1:] + near[:-1]))
+    if rising[0] + 2.0 * np.pi - rising[-1] <= near[0] + near[-1]:
+        group[group == group[-1]] = 0
     # Of parts that fill the same place the faces of each follow one another.
     order = order[np.lexsort((np.where(ends, -half, half)[order], ~ends[order], group))]
     # From the place where the fewest wedges are open, each begins before it ends.
