@@ -156,7 +156,7 @@ class FileSurface:
         if self._left_mm2 > MOST_LEFT * (before - taken_mm2):
             raise error
         self._places.append(place)
-        return f"leaves {taken_mm2:.2g} mm² without texture, as {error.fault}"
+        return f"leaves {taken_mm2:.0f} mm² without texture, as {error.fault}"
 
 
 class Samples:
