@@ -33,8 +33,6 @@ MANY_TRIANGLES = 4_000_000
 
 MOST_PIXELS = 512
 """Longest side of a picture that BumpMesh 1.2 does not shrink, pixels."""
-BOTH = (True, True)
-"""That a relief repeats along y and along x."""
 
 
 @runtime_checkable
@@ -122,28 +120,27 @@ def export(
         if out.exists() and source.exists() and out.samefile(source):
             raise InputError(f"{out}: is the texture itself", f"{out}: -o: is the texture itself")
     check_file_to_write(out)
+    if tile and out.suffix.lower() != DISPLACEMENT:
+        raise InputError(f"tile: writes {DISPLACEMENT}; {out.name} is none")
     page = out.with_suffix(".html") if tile else None
-    if page is not None:
-        if out.suffix.lower() != DISPLACEMENT:
-            raise InputError(f"tile: writes {DISPLACEMENT}; {out.name} is none")
-        check_file_to_write(page)
+    check_file_to_write(page or out)
     if out.suffix.lower() == DISPLACEMENT and base_mm is not None:
         raise InputError(f"base_mm: is for plates; {out.name} holds heights alone")
     one = relief_of(source, **lengths)
     if tile:
-        check_seams(one.heights, BOTH, one.name)
+        check_seams(one.heights, (True, True), one.name)
     heights = repeated(one.heights, repeat, one.name)
     whole = Relief(heights, one.width_mm * repeat[1], name=one.name, printer=one.printer)
     made_by = printer_of(printer)
     whole = whole if made_by is None else whole.printed(made_by)
     whole = replace(whole, repeats=one.repeats)
+    edge_mm = whole.surface.pitch_mm
     if tile:
-        whole = replace(whole, heights=_finer(whole.heights), repeats=BOTH)
+        whole = replace(whole, heights=_finer(whole.heights), repeats=(True, True))
     with permitted(out):
         exported = _write(out, whole, base_mm, made_by or own)
-        if page is None or exported.strength_mm is None:
-            return exported
-        write_tile_page(page, out, whole, exported.strength_mm, edge_mm=one.surface.pitch_mm)
+        if page is not None and exported.strength_mm is not None:
+            write_tile_page(page, out.name, whole.surface, exported.strength_mm, edge_mm)
     return replace(exported, page=page)
 
 

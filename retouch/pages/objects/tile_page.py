@@ -3,29 +3,27 @@
 from pathlib import Path
 
 from relief.ground.files import write_atomically
-from relief.relief import Relief
-from retouch.pages.colour_maps import hillshade, picture_uri
+from relief.surface import Surface
 from retouch.pages.rendering import render_page
 
 TRIANGLES_PER_EDGE2 = 6.2
 """Triangles of BumpMesh 1.2 for each square of its Resolution: halving leaves most edges shorter."""
-SHOWN_SIDE = 480
-"""Longest side of the picture on the page, pixels."""
 
 
-def tile_lines(relief: Relief, depth_mm: float, edge_mm: float) -> list[tuple[str, str]]:
-    """The tile, each program and the feel that is left, with the numbers to type.
+def write_tile_page(path: Path, name: str, surface: Surface, depth_mm: float, edge_mm: float) -> None:
+    """Write a page of four lines, atomically: the tile, each program and the feel that is left.
 
     Args:
-        relief: a tile that repeats along both axes, its lowest point at 0.
+        path: of the page.
+        name: of the picture.
+        surface: of the picture, whose black is the tile's lowest point.
         depth_mm: height of white above black, mm.
         edge_mm: longest edge of the mesh that is displaced, mm.
     """
-    surface = relief.surface
     rows, cols = surface.shape
     millions = 100.0 * TRIANGLES_PER_EDGE2 / edge_mm**2 / 1e6
     sides = f"{surface.width_mm:.4g} x {surface.height_mm:.4g}"
-    return [
+    lines = [
         (
             "Tile",
             f"{sides} mm, {cols} x {rows} pixels of 16 bits, seamless. Depth {depth_mm:.4g} mm from black, "
@@ -52,17 +50,4 @@ def tile_lines(relief: Relief, depth_mm: float, edge_mm: float) -> list[tuple[st
             "JND in BumpMesh, which reads 8 bits; with its default Resolution bricks feel 3 JND rougher.",
         ),
     ]
-
-
-def write_tile_page(path: Path, picture: Path, relief: Relief, depth_mm: float, edge_mm: float) -> None:
-    """Write a page of the lines of `tile_lines` beside a picture, atomically."""
-    surface = relief.surface
-    shading = hillshade(relief.heights, surface.width_mm)
-    page = render_page(
-        "tile.html.j2",
-        scripts=(),
-        pair={"title": picture.name},
-        shading=picture_uri(shading, 1.4, SHOWN_SIDE),
-        lines=tile_lines(relief, depth_mm, edge_mm),
-    )
-    write_atomically(path, page)
+    write_atomically(path, render_page("tile.html.j2", scripts=(), pair={"title": name}, lines=lines))

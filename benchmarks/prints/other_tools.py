@@ -1,6 +1,6 @@
 """What of a tile's feel is left when BumpMesh displaces a flat face by the exported picture.
 
-python -m benchmarks.objects.other_tools [--again]
+python -m benchmarks.prints.other_tools [--again]
 
 The face of a plate is divided as BumpMesh 1.2 divides it: edges longer than its Resolution are halved, which
 leaves right triangles. Their corners are raised by the picture's 8 bits, straight between pixels. The same
@@ -25,7 +25,7 @@ from relief.solids.meshes.mesh_places import Frame
 from relief.solids.wrapping.texture_tiles import Tile
 from retouch import export
 
-RESULT, COMMAND = "other_tools", "benchmarks.objects.other_tools"
+RESULT, COMMAND = "other_tools", "benchmarks.prints.other_tools"
 TILES = ("gravel-tile", "brick-tile", "knit-tile", "leather-tile", "dots-tile", "bark-tile")
 PART_MM, FACE_MM = 60.0, 30.0
 """Side of the plate, whose halves are the edges, and of its part that is built, mm."""
