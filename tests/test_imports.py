@@ -145,8 +145,9 @@ _ALLOWED = {
         "retouch.pages.plate_viewer retouch.pages.viewer tactile visual"
     ),
     "retouch.pages.objects": (
-        "optimize.verification.solids relief.ground relief.solids relief.solids.export relief.solids.meshes "
-        "relief.solids.wrapping retouch.pages retouch.pages.viewer tactile visual.backend"
+        "optimize.verification.solids relief relief.ground relief.solids relief.solids.export "
+        "relief.solids.meshes relief.solids.wrapping retouch.pages retouch.pages.viewer tactile "
+        "visual.backend"
     ),
     "retouch.pages.plate_viewer": "relief relief.ground retouch.pages.viewer visual visual.lights",
     "retouch.pages.viewer": "relief relief.ground relief.solids relief.solids.meshes",

@@ -28,6 +28,7 @@ examples:
   retouch export runs/stone --base-mm 3 -o stone.stl
   retouch export gravel-tile --repeat 3x3 -o gravel.3mf
   retouch export runs/stone -o stone.png
+  retouch export gravel-tile --tile -o tile.png
   retouch export gravel --printer mask-50 -o gravel.3mf
   retouch export --coupon -o coupon.3mf
 """
@@ -72,6 +73,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NxM",
         help="repeat a tile N times across and M down; --size-mm is the side of one (default: 1x1)",
     )
+    parser.add_argument(
+        "--tile",
+        action="store_true",
+        default=None,
+        help="write a seamless picture, its lowest point black, and beside it a page (.html) of the numbers "
+        "to type into BumpMesh and Blender",
+    )
     add_talk(parser, "file, size and thickness", quiet=False)
 
 
@@ -101,6 +109,8 @@ def run(arguments: argparse.Namespace) -> int:
         )
     by = f", as printed by {exported.printer.name}" if exported.printer else ""
     print(f"{exported.file}: {sentence}{by}, {exported.file.stat().st_size / 2**20:.1f} MiB")
+    if exported.page:
+        print(f"{exported.page}: the numbers to type into BumpMesh and Blender")
     return 0
 
 
@@ -110,13 +120,13 @@ def _texture(arguments: argparse.Namespace) -> "Exported":
     return retouch.export(
         arguments.texture,
         arguments.out,
-        **given(arguments, "base_mm", "repeat", "printer", *LENGTHS),
+        **given(arguments, "base_mm", "repeat", "printer", "tile", *LENGTHS),
     )
 
 
 def _coupon(arguments: argparse.Namespace) -> "Exported":
     """Write the coupon, which has its own size. Raises InputError."""
-    others = given(arguments, "texture", "base_mm", *LENGTHS)
+    others = given(arguments, "texture", "base_mm", "tile", *LENGTHS)
     if others or arguments.repeat != (1, 1):
         name = f"--{next(iter(others), 'repeat').replace('_', '-')}".replace("--texture", "TEXTURE")
         raise InputError(f"coupon: has its own {name}", f"{name}: is for textures; --coupon has its own size")

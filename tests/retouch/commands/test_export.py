@@ -15,6 +15,8 @@ from relief.ground.formats import FORMATS
 from relief.heightmap import load_height_map, save_heights_exr
 from relief.printed import printed
 from relief.printers import find_printer
+from relief.seam import misfit
+from relief.solids.wrapping.texture_tiles import Tile
 from retouch.commands.main import BAD_INPUT, main
 
 
@@ -119,6 +121,31 @@ def test_displacement_tells_what_to_type(capsys: pytest.CaptureFixture[str]) -> 
     assert line.startswith("tile.png: 20 x 10 mm") and "strength 0.85 mm, midlevel 0" in line
 
 
+def test_a_tile_is_a_finer_picture_above_its_lowest_point_with_a_page(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """512 pixels, between the samples by the splines of `retouch wrap`, which repeat."""
+    found = told(capsys, "tile.exr", "--tile", "-o", "seamless.png")
+    assert (found["page"], found["midlevel"], found["bits"]) == ("seamless.html", 0.0, 16)
+    read = load_height_map("seamless.png")
+    assert read.heights.shape == (512, 512) and read.repeats is True and read.size_mm == 10.0
+    depth = found["strength_mm"]
+    assert depth == pytest.approx(np.ptp(hills()), rel=1e-3) and read.heights.min() == 0.0
+    at = np.stack(np.meshgrid(*2 * [(np.arange(512) + 0.5) * 10.0 / 512]), axis=-1).reshape(-1, 2)
+    exact = Tile(hills(), 10.0 / 32).at(at * (1, -1)).reshape(512, 512) - hills().min()
+    exact -= exact.min()
+    np.testing.assert_allclose(read.heights, exact, atol=1.01 * depth / 65535)
+    assert misfit(read.heights) is None
+    page = Path("seamless.html").read_text()
+    for typed in (
+        "Size U and V 10 mm; Texture height 0.7999 mm",
+        "Resolution 0.31 mm",
+        "Strength 0.7999, Midlevel 0",
+        "an empty of scale 5 x 5",
+    ):
+        assert typed in page
+
+
 def test_flat_displacement_is_black(capsys: pytest.CaptureFixture[str]) -> None:
     save_heights_exr("flat.exr", np.zeros((16, 16)), 10.0)
     told(capsys, "flat.exr", "-o", "flat.png")
@@ -168,6 +195,9 @@ def test_the_result_of_a_run_with_a_printer_is_a_print(capsys: pytest.CaptureFix
             ("tile.exr", "--base-mm", "1", "-o", "a.png"),
             "--base-mm: is for plates; a.png holds heights alone",
         ),
+        (("slope.exr", "--tile", "-o", "a.png"), "slope.exr: repeats: the sides do not fit along x"),
+        (("tile.exr", "--tile", "-o", "a.stl"), "--tile: writes .png; a.stl is none"),
+        (("--coupon", "--tile", "-o", "a.stl"), "--tile: is for textures"),
         (("tile.exr", "-o", "a.step"), "'.step' is not one of"),
         (("tile.exr", "-o", "tile.exr"), "tile.exr: -o: is the texture itself"),
     ],
