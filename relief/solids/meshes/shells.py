@@ -9,6 +9,7 @@ holds the point, whose volume would count twice. Winding numbers are sums of the
 (A. Van Oosterom and J. Strackee, The solid angle of a plane triangle, IEEE Trans. Biomed. Eng. 30, 1983).
 """
 
+from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
@@ -154,6 +155,24 @@ def united(body: Body) -> tuple[Body, Index]:
         outer -= _manifold(turned, hollow[1])
     union, number = _body(outer)
     return union, origin[number]
+
+
+def without(body: Body, tools: Sequence[Body]) -> tuple[Body, Index] | None:
+    """A closed body less others, and the face of the body in which each of its faces lies, (m,).
+
+    Faces of the others have -1. None if a body is not closed, or nothing is left.
+    """
+    own, origin, _ = separated(body)
+    cut = _manifold(own)
+    for tool in tools:
+        # As slicers do, a volume that is turned inside out is turned back.
+        turn = -1 if body_volumes(tool).sum() < 0.0 else 1
+        other = Body(tool.vertices, tool.faces[:, ::turn])
+        cut -= _manifold(other, np.full(len(tool.faces), len(origin)))
+    if cut.status() != Error.NoError or cut.is_empty():
+        return None
+    left, number = _body(cut)
+    return left, np.append(origin, -1)[number]
 
 
 def _manifold(body: Body, numbers: Index | None = None) -> Manifold:

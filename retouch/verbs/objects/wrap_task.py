@@ -45,7 +45,7 @@ SAMPLES_OF_PIXEL = 0.5
 """Edges of triangles, in pixels of the printer, that show all that it makes."""
 WITH_UV = (".obj", ".ply", ".glb")
 """Suffixes of files whose meshes may have texture coordinates."""
-WITH_COLOURS = (".obj", ".ply", ".glb")
+WITH_COLOURS = (".obj", ".ply", ".glb", ".3mf")
 """Suffixes of files whose meshes may have colours."""
 
 
