@@ -1,7 +1,7 @@
 """Meshes of files: one position per vertex, in mm, with texture coordinates where the file has them."""
 
 import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +44,7 @@ class Mesh:
         warnings: lines about likely mistakes, such as a size that suggests another unit.
         folded: whether faces may pass through one another, so that some lie inside.
         pieces: of the file, whose faces are counted one after the other.
-        origin: (m,) number of the face of the file that each face lies in, -1 for none; None: its own number.
+        origin: (m,) number of the face of the file that each face lies in, -1 for none.
         unit_mm: mm of the unit in which the file was read.
     """
 
@@ -55,7 +55,7 @@ class Mesh:
     folded: bool = False
     colours: FloatArray | None = None
     pieces: tuple[Piece, ...] = ()
-    origin: Index | None = None
+    origin: Index = field(default_factory=lambda: np.zeros(0, np.int64))
     unit_mm: float = 1.0
 
 
