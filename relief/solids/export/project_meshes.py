@@ -1,7 +1,7 @@
 """Meshes of a project with texture.
 
-The faces of a textured body take the place of those of the file, with the attributes of the triangles in which
-they lie.
+The faces of a textured body take the place of those of the file, with the attributes of the triangles in
+which they lie.
 """
 
 from array import array
@@ -58,7 +58,7 @@ class Textured(NamedTuple):
         winner[pairs[0, order]] = pairs[1, order]
         changed = np.zeros(len(first), bool)
         changed[winner[shell[: self.fine]]] = True
-        # Pieces that are united with one of them change too, and those cut by the same volumes.
+        # Pieces united with one of them change too, and those that the same negative volumes cut.
         changed[own[known & np.isin(shell, shell[: self.fine])]] = True
         cuts = {piece.cut for piece, one in zip(self.pieces, changed, strict=True) if one} - {None}
         changed |= [piece.cut in cuts for piece in self.pieces]
@@ -66,7 +66,7 @@ class Textured(NamedTuple):
 
 
 class _Mesh(NamedTuple):
-    """The mesh of an object as a file has it, and the further attributes of its triangles by their numbers."""
+    """The mesh of an object as a file has it, and the other attributes of its triangles by their numbers."""
 
     vertices: Array
     faces: Index
@@ -101,7 +101,7 @@ class TexturedMeshes:
         triangles: list[bytes] = []
         spans: list[tuple[int, int] | None] = []
         first = count = 0
-        for volume in self._notes.volumes_of(number, parent, len(was.faces)):
+        for volume in self._notes.volumes_of(number, parent, path[-1], len(was.faces)):
             start, end = volume.span or (0, len(was.faces))
             own = self._number_of.get((path, (start, end)))
             rows = np.flatnonzero(self._owner == own)

@@ -5,6 +5,7 @@ of an object with texture are left out, since they are cut out of its mesh, and 
 their walls.
 """
 
+import re
 import uuid
 import zipfile
 from collections import Counter, defaultdict
@@ -18,14 +19,25 @@ from relief.solids.export.package_text import Edit, Element, as_utf8, edited, el
 from relief.solids.export.project_meshes import Textured, TexturedMeshes
 from relief.solids.export.threemf_writer import LEVEL
 from relief.solids.files.parsed_mesh import LARGEST_FILE
-from relief.solids.files.slicer_notes import NEGATIVE, PARTS, VOLUMES, Notes, Volume
+from relief.solids.files.slicer_notes import NEGATIVE, PARTS, VOLUMES, Notes, Volume, part_at
 from relief.solids.files.threemf_archive import model_entries, opened
 
 OF_MODELS = ("object", "mesh", "component", "item", "basematerials", "colorgroup", "texture2d")
 OF_NOTES = ("object", "volume", "part", "metadata", "mesh_stat", "model_instance", "assemble_item")
 """Elements of models and of slicers' notes that may change, or whose numbers are taken."""
+UUID = re.compile(rb"""(\s[\w.-]+:UUID\s*=\s*)(["'])([^"']*)\2""")
+"""The UUID of an object or a component, in a tag."""
+
 Place = tuple[int, ...]
 Key = tuple[str, str]
+
+
+class _Child(NamedTuple):
+    """A component: its object before and now, None if it is gone, and how many triangles more it has."""
+
+    before: str
+    number: str | None
+    added: int
 
 
 class _Version(NamedTuple):
@@ -35,15 +47,14 @@ class _Version(NamedTuple):
         number: Of the object.
         edits: Of its text.
         spans: Of the volumes of its mesh; None for one that is gone.
-        children: By the numbers of its components: their new number, None for one that is gone, and how many
-            triangles more they have.
+        children: Its components.
         added: How many triangles more it has.
     """
 
     number: str
     edits: list[Edit]
     spans: list[tuple[int, int] | None]
-    children: dict[str, tuple[str | None, int]]
+    children: list[_Child]
     added: int
 
 
@@ -145,23 +156,23 @@ class _Project:
         """The object that an item or a component has now, None for none, and how many triangles more."""
         key = _target(reference, model)
         if path not in self._meshes.changed:
-            beside = self._notes.objects.get(parent, Volume()).volumes
-            cut = any(part.number == key[1] and part.kind == NEGATIVE for part in beside)
-            return None if cut and path[:-1] in self._meshes.cuts else key[1], 0
+            part = part_at(self._notes.objects.get(parent, Volume()).volumes, path[-1], key[1])
+            cut = part and part.kind == NEGATIVE and path[:-1] in self._meshes.cuts
+            return None if cut else key[1], 0
         own, text = self._objects[key], self._models[key[0]]
         edits: list[Edit] = []
         spans: list[tuple[int, int] | None] = []
-        children: dict[str, tuple[str | None, int]] = {}
+        children: list[_Child] = []
         added = 0
         for mesh in own.inner("mesh"):
             new, spans, added = self._meshes.text(text, mesh, path, key[1], parent)
             edits.append((mesh.start, mesh.end, new))
         for k, child in enumerate(own.inner("component")):
             number, more = self._rewritten(child, key[0], (*path, k), key[1])
-            children[child.attributes["objectid"]] = number, more
+            children.append(_Child(child.attributes["objectid"], number, more))
             edits.append(_reference(child, text, number))
             added += more
-        if all(span is None for span in spans) and all(number is None for number, _ in children.values()):
+        if all(span is None for span in spans) and all(child.number is None for child in children):
             return None, added
         versions = self._versions[key]
         number = key[1]
@@ -176,12 +187,9 @@ class _Project:
         own, text = self._objects[key], self._models[key[0]]
         texts = [text[own.start : own.end]] if key in self._kept else []
         for version in versions:
-            values = {"id": version.number}
-            if version.number != key[1]:
-                # The production extension asks for a UUID of its own for each object.
-                values["UUID"] = str(uuid.uuid5(uuid.NAMESPACE_OID, f"{key} {version.number}"))
-            edits = [own.with_attributes(text, **values), *version.edits]
-            texts.append(edited(text, edits, own.start, own.end))
+            edits = [own.with_attributes(text, id=version.number), *version.edits]
+            new = edited(text, edits, own.start, own.end)
+            texts.append(new if version.number == key[1] else _with_new_uuids(new, version.number))
         return own.start, own.end, b"".join(texts)
 
     def _notes_text(self, text: bytes) -> bytes:
@@ -210,29 +218,39 @@ class _Project:
 def _noted(own: Element, text: bytes, version: _Version) -> list[Edit]:
     """Edits of a slicer's note of an object."""
     edits = [own.with_attributes(text, id=version.number)]
-    spans = iter(version.spans)
+    spans, places = iter(version.spans), iter(range(len(own.within)))
     for each in own.within:
-        number, added = each.attributes.get("id", ""), version.added
+        added, gone = version.added, False
         if "firstid" in each.attributes:
             span = next(spans, None)
             gone = span is None
             if span is not None:
                 edits.append(each.with_attributes(text, firstid=span[0], lastid=span[1] - 1))
         elif each.local == "part":
-            new, added = version.children.get(number, (number, version.added))
-            gone = new is None
-            if new is not None and new != number:
-                edits.append(each.with_attributes(text, id=new))
-        else:
-            gone = False
+            place, number = next(places), each.attributes.get("id", "")
+            beside = version.children[place : place + 1] + version.children
+            child = next((child for child in beside if child.before == number), None)
+            if child is not None:
+                added, gone = child.added, child.number is None
+                edits += [] if gone else [each.with_attributes(text, id=str(child.number))]
         if gone:
             edits.append((each.start, each.end, b""))
             continue
-        for one in [each, *each.within]:
+        for one in (each, *each.within):
             if "face_count" in one.attributes:
                 count = int(one.attributes["face_count"]) + added
                 edits.append(one.with_attributes(text, face_count=count))
     return edits
+
+
+def _with_new_uuids(text: bytes, number: str) -> bytes:
+    """The text of a copy of an object: the production extension allows each UUID once in a file."""
+
+    def new(match: re.Match[bytes]) -> bytes:
+        name = f"{number} {match[3].decode()}"
+        return match[1] + match[2] + str(uuid.uuid5(uuid.NAMESPACE_OID, name)).encode() + match[2]
+
+    return UUID.sub(new, text)
 
 
 def _target(reference: Element, model: str) -> Key:

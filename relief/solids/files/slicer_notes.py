@@ -8,6 +8,7 @@ import io
 import json
 import re
 import zipfile
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO
@@ -95,6 +96,12 @@ def paint_state(text: str) -> int:
     return int(text, 16) >> 2 if len(text) == 1 else int(text[0], 16) + 3
 
 
+def part_at(parts: list[Volume], place: int, number: str) -> Volume | None:
+    """The part of a component, by its place and the number of its object, which several parts may share."""
+    same = [part for part in parts[place : place + 1] + parts if part.number == number]
+    return same[0] if same else None
+
+
 class Notes:
     """The notes of a slicer.
 
@@ -111,12 +118,13 @@ class Notes:
         rgb = np.array([rgb_of(colour) for colour in self._filaments()], np.float32)
         self.filaments: FloatArray = rgb.reshape(-1, 3) / 255
 
-    def volumes_of(self, number: str, above: str, triangles: int) -> list[Volume]:
+    def volumes_of(self, number: str, above: str, place: int, triangles: int) -> list[Volume]:
         """The volumes of an object's mesh. Raises InputError if they are not all of its triangles.
 
         Args:
             number: Of the object.
             above: Number of the object that it is a component of; empty for an item.
+            place: Which component of that it is, from 0.
             triangles: How many the mesh has.
         """
         own, parent = self.objects.get(number, Volume()), self.objects.get(above, Volume())
@@ -126,8 +134,10 @@ class Notes:
                 fault = f"the volumes of object {shown(number)!r} are not all of its triangles"
                 raise InputError(f"{self._path}: {VOLUMES}: {fault}; save the project again")
             return [self._whole(volume, own) for volume in own.volumes if volume.span]
-        parts = [volume for volume in parent.volumes if volume.number == number] or own.volumes
-        return [self._whole(parts[0], parent if above else own) if len(parts) == 1 else own]
+        part = part_at(parent.volumes, place, number)
+        if part is None and len(own.volumes) == 1:
+            part, parent = own.volumes[0], own
+        return [own if part is None else self._whole(part, parent)]
 
     def _whole(self, volume: Volume, above: Volume) -> Volume:
         """A volume with name and extruder of its object, where it has none."""
@@ -144,9 +154,13 @@ class Notes:
 
     def _filaments(self) -> list[str]:
         """Colours of the filaments of all extruders, as the slicer wrote them."""
-        bambu = json.loads(self._text("Metadata/project_settings.config") or b"{}")
-        if isinstance(bambu, dict) and (colours := bambu.get("filament_colour")):
-            return [str(colour) for colour in colours]
+        settings = self._text("Metadata/project_settings.config") or b"{}"
+        # A mesh is sound without colours.
+        with suppress(ValueError, RecursionError):
+            bambu = json.loads(settings)
+            colours = bambu.get("filament_colour") if isinstance(bambu, dict) else None
+            if isinstance(colours, list):
+                return [str(colour) for colour in colours]
         text = self._text("Metadata/Slic3r_PE.config").decode(errors="replace")
         lines = dict(re.findall(r"^; (extruder_colour|filament_colour) = (.*)$", text, re.MULTILINE))
         filaments, extruders = (
@@ -180,7 +194,7 @@ class Notes:
                 if key == "name":
                     nested[-1].name = value
                 elif key == "extruder":
-                    nested[-1].extruder = int(value)
+                    nested[-1].extruder = int(value) if value.isdecimal() else 0
                 elif key == "volume_type" or (key == "modifier" and value == "1"):
                     nested[-1].kind = KINDS.get(value, "")
 

@@ -15,7 +15,6 @@ from relief.solids.body import Body, Part, joined
 from relief.solids.files.parsed_mesh import MOST_VERTICES, Parsed, Piece, check_count, check_numbers
 from relief.solids.files.slicer_notes import NEGATIVE, Notes
 from relief.solids.files.threemf_archive import IDENTITY, Archive, Object, Reference, opened
-from relief.solids.meshes.shells import without
 
 UNIT_NAMES = {
     "micron": "um",
@@ -114,7 +113,7 @@ class _Bodies:
         self._vertices += len(mesh.vertices)
         check_count(self._faces, "faces", self._path)
         check_count(self._vertices, "vertices", self._path, MOST_VERTICES)
-        for volume in self._notes.volumes_of(key[1], parent, len(mesh.faces)):
+        for volume in self._notes.volumes_of(key[1], parent, path[-1], len(mesh.faces)):
             self._visited += 1
             start, end = volume.span or (0, len(mesh.faces))
             used, faces = renumbered(mesh.faces[start:end], len(mesh.vertices))
@@ -165,6 +164,9 @@ class _Bodies:
 
     def _cut(self, built: _Built) -> _Built:
         """A volume less the negative volumes of its object."""
+        # Boolean operations take time to load, and few files need them.
+        from relief.solids.meshes.shells import without
+
         path = built.piece.path
         where = next((at for at in (path, path[:-1]) if at in self._negative and at), None)
         if where is None:
