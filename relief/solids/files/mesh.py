@@ -1,7 +1,7 @@
 """Meshes of files: one position per vertex, in mm, with texture coordinates where the file has them."""
 
 import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ from relief.ground.formats import MESHES, UNITS
 from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.files.glb_reader import read_glb
-from relief.solids.files.parsed_mesh import LARGEST_FILE, Parsed, check_count, check_numbers
+from relief.solids.files.parsed_mesh import LARGEST_FILE, Parsed, Piece, check_count, check_numbers
 from relief.solids.files.ply_reader import read_ply
 from relief.solids.files.text_formats import read_obj, read_stl
 from relief.solids.files.threemf_reader import read_3mf
@@ -43,6 +43,9 @@ class Mesh:
         path: of the file.
         warnings: lines about likely mistakes, such as a size that suggests another unit.
         folded: whether faces may pass through one another, so that some lie inside.
+        pieces: of the file, whose faces are counted one after the other.
+        origin: (m,) number of the face of the file that each face lies in, -1 for none.
+        unit_mm: mm of the unit in which the file was read.
     """
 
     body: Body
@@ -51,6 +54,9 @@ class Mesh:
     warnings: tuple[str, ...] = ()
     folded: bool = False
     colours: FloatArray | None = None
+    pieces: tuple[Piece, ...] = ()
+    origin: Index = field(default_factory=lambda: np.zeros(0, np.int64))
+    unit_mm: float = 1.0
 
 
 @stage("reading a mesh")
@@ -84,7 +90,8 @@ def read_mesh(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh
     body, sound = _welded(parsed, factor, path)
     lines = (*parsed.warnings, *_doubts(body, parsed.unit_mm is None and units is None))
     uv, colours = (None if each is None else each[sound] for each in (parsed.uv, parsed.colours))
-    return Mesh(body, uv, path, lines, colours=colours)
+    origin = np.flatnonzero(sound) if parsed.origin is None else parsed.origin[sound]
+    return Mesh(body, uv, path, lines, False, colours, parsed.pieces, origin, factor)
 
 
 def check_units(path: Path, units: str | None) -> None:

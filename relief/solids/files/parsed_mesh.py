@@ -15,6 +15,27 @@ LARGEST_FILE = 1 << 29
 
 
 @dataclass(frozen=True)
+class Piece:
+    """A part of a file, or a volume of a 3MF, at one of its places.
+
+    Attributes:
+        name: As a slicer or a modelling program shows it.
+        first: Number of its first face, when the faces of all pieces are counted.
+        path: Places of the item in the build, and of the components in what is above each.
+        span: Number of its first triangle in the mesh of its object, and the number after the last.
+        placement: (4, 3) of the mesh of its object, for row vectors, in the file's unit.
+        cut: Path of what holds the negative volumes that are cut out of the piece; None: there are none.
+    """
+
+    name: str
+    first: int
+    path: tuple[int, ...] = ()
+    span: tuple[int, int] = (0, 0)
+    placement: Any = None
+    cut: tuple[int, ...] | None = None
+
+
+@dataclass(frozen=True)
 class Parsed:
     """Content of a file.
 
@@ -25,6 +46,8 @@ class Parsed:
         colours: (m, 3, 3) red, green and blue of corners in sRGB, from 0 to 1, or None.
         unit_mm: mm of the file's unit; None where the format has none.
         warnings: lines about content that was left out.
+        pieces: of the file, whose faces are counted one after the other; empty for one without a name.
+        origin: (m,) number of the face of the file that each face lies in, -1 for none; None: its own number.
     """
 
     vertices: Any
@@ -33,6 +56,8 @@ class Parsed:
     unit_mm: float | None = None
     warnings: tuple[str, ...] = ()
     colours: Any = None
+    pieces: "tuple[Piece, ...]" = ()
+    origin: Any = None
 
 
 def check_count(count: int, what: str, path: Path, most: int = MOST_FACES) -> None:

@@ -8,6 +8,7 @@ A point behind a face of an outer shell has winding number 1 in a solid. The num
 holds the point, whose volume would count twice. Rays count the faces before a point.
 """
 
+from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
@@ -135,6 +136,24 @@ def united(body: Body) -> tuple[Body, Index]:
     # Parts that touch but for the rounding of a file leave steps and slits of that size.
     union, number = _body(outer.simplify(ROUNDED_MM))
     return union, origin[number]
+
+
+def without(body: Body, tools: Sequence[Body]) -> tuple[Body, Index] | None:
+    """A closed body less others, and the face of the body in which each of its faces lies, (m,).
+
+    Faces of the others have -1. None if a body is not closed, or nothing is left.
+    """
+    own, origin, _ = separated(body)
+    cut = _manifold(own)
+    for tool in tools:
+        # As slicers do, a volume that is turned inside out is turned back.
+        turn = -1 if body_volumes(tool).sum() < 0.0 else 1
+        other = Body(tool.vertices, tool.faces[:, ::turn])
+        cut -= _manifold(other, np.full(len(tool.faces), len(origin)))
+    if cut.status() != Error.NoError or cut.is_empty():
+        return None
+    left, number = _body(cut)
+    return left, np.append(origin, -1)[number]
 
 
 def _manifold(body: Body, numbers: Index | None = None) -> Manifold:

@@ -38,11 +38,13 @@ class Rest:
         vertices: (n, 3) those that the patch lacks, mm.
         faces: (m, 3) numbers of vertices: first come those of the border, then `vertices`.
         border: Number of vertices on the border.
+        parent: (m,) the triangle of the file that each face lies in.
     """
 
     vertices: Array
     faces: Index
     border: int
+    parent: Index
 
     def after(self, count: int) -> Index:
         """Faces (m, 3) with `vertices` counted from `count`, after those of a patch."""
@@ -70,7 +72,7 @@ class Rest:
         """
         keys = edge_keys(*edge_ends(self.faces))
         beside = among(keys, self._border_edges(body)).reshape(-1, 3).any(axis=1)
-        whole = Rest(self.vertices, self.faces[beside], self.border).joined(body)
+        whole = Rest(self.vertices, self.faces[beside], self.border, self.parent[beside]).joined(body)
         needed = np.concatenate([where, np.zeros(int(beside.sum()), bool)])
         fine = refined(whole, edge_mm, needed)
         # New vertices all lie in the patch or on its border, and come before those of the rest.
@@ -81,8 +83,10 @@ class Rest:
         number[end:] -= end - count
         faces, own = number[fine.body.faces], fine.parent < len(body.faces)
         vertices = np.concatenate([fine.body.vertices[:count], fine.body.vertices[end:]])
-        far = Rest(self.vertices, self.faces[~beside], self.border).after(count + new)
-        rest = Rest(self.vertices, np.concatenate([far, faces[~own]]), count + new)
+        far = Rest(self.vertices, self.faces[~beside], self.border, self.parent).after(count + new)
+        parent = self.parent[beside][fine.parent[~own] - len(body.faces)]
+        parent = np.concatenate([self.parent[~beside], parent])
+        rest = Rest(self.vertices, np.concatenate([far, faces[~own]]), count + new, parent)
         return Refined(Body(vertices, faces[own]), fine.parent[own], fine.corners[own]), rest
 
     def _border_edges(self, body: Body) -> Index:
@@ -140,7 +144,8 @@ def parted(surface: FileSurface, near: Near | None = None) -> Parting:
         shared &= near(points)
     inside[rows] = shared.reshape(-1, 3).any(axis=1)
     rest = np.concatenate([np.delete(body.faces, local, axis=0), fine.faces[~inside]])
-    own, other = _apart(fine.vertices, fine.faces[inside], rest)
+    bare = np.concatenate([np.delete(np.arange(len(body.faces)), local), parent[~inside]])
+    own, other = _apart(fine.vertices, fine.faces[inside], rest, bare)
     facets = _around(body.faces, touched, len(body.vertices))
     return Parting(
         _patch(surface, own, other, parent[inside], corners[inside], facets), other, facets, touched
@@ -188,8 +193,8 @@ def _divided(
     return fine, parent, corners
 
 
-def _apart(vertices: Array, patch: Index, rest: Index) -> tuple[Body, Rest]:
-    """Triangles of a patch with its border first, and the rest, of two sets of triangles."""
+def _apart(vertices: Array, patch: Index, rest: Index, parent: Index) -> tuple[Body, Rest]:
+    """Triangles of a patch with its border first, and the rest with parents, of two sets of triangles."""
     in_patch, in_rest = np.zeros(len(vertices), bool), np.zeros(len(vertices), bool)
     in_patch[patch] = True
     in_rest[rest] = True
@@ -200,7 +205,7 @@ def _apart(vertices: Array, patch: Index, rest: Index) -> tuple[Body, Rest]:
     number[own] = np.arange(len(own))
     body = Body(vertices[own], number[patch])
     number[others] = len(border) + np.arange(len(others))
-    return body, Rest(vertices[others], number[rest], len(border))
+    return body, Rest(vertices[others], number[rest], len(border), parent)
 
 
 def _around(faces: Index, chosen: NDArray[np.bool_], count: int) -> Index:

@@ -54,6 +54,7 @@ class BaseSurface:
         carried: (vertices,) how much of any texture each vertex carries; 0 on the border.
         smooth: The smooth surface behind the file's facets there.
         touched: (file's faces,) triangles of the file that carry texture somewhere.
+        facets: (k,) numbers of the file's triangles that `mesh` counts as its facets.
     """
 
     def __init__(self, file: FileSurface, near: Near | None = None) -> None:
@@ -61,6 +62,7 @@ class BaseSurface:
         with stage("normals"):
             parting = parted(file, near)
         self.file, self.rest, self.touched = file, parting.rest, parting.touched
+        self.facets = parting.facets
         patch, self.smooth = parting.patch, parting.patch.surface
         if not settings.draft:
             whole = self.rest.joined(patch.body)

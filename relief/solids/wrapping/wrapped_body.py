@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, FloatArray
+from relief.ground.arrays import Array, FloatArray, Index
 from relief.ground.progress import say, stage
 from relief.solids.body import Body
 from relief.solids.wrapping.bare_places import PlaceError
@@ -57,6 +57,8 @@ class Wrapped:
         falloff_mm: Width over which textures end, mm.
         presence: How much of the relief is there.
         gap: Width and middle (3,), mm, of the narrowest gap between facing walls; None: there is none.
+        source: (faces,) the face of the file's body in which each face lies.
+        fine: Number of the faces that carry texture or lie beside it, which come first.
     """
 
     body: Body
@@ -81,6 +83,8 @@ class Wrapped:
     falloff_mm: float
     presence: Presence
     gap: tuple[float, Array] | None
+    source: Index
+    fine: int
 
 
 @stage("wrapping")
@@ -165,6 +169,7 @@ def _wrapped(
     own, original = np.arange(len(wrapped.faces)) < len(fine.parent), rest.joined(surface.fine.body)
     seams = _unfit(*laid[0].layout.at(surface.parent, surface.share))
     off, stretch = off_size(laid[0], base.body.areas, where)
+    nearest = fine.corners.mean(axis=1).argmax(axis=1)
     return Wrapped(
         body=wrapped,
         original=original,
@@ -188,6 +193,8 @@ def _wrapped(
         falloff_mm=settings.falloff_mm,
         presence=presence(surface.fine.body, textured),
         gap=None if settings.draft else narrowest_gap(wrapped, original, own),
+        source=np.concatenate([base.facets[base.mesh.facet[fine.parent, nearest]], rest.parent]),
+        fine=len(fine.parent),
     )
 
 

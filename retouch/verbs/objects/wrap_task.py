@@ -20,6 +20,7 @@ from relief.printers import Printer, printer_of
 from relief.seam import check_seams, misfit
 from relief.solids.body import Body
 from relief.solids.files import Mesh, read_mesh
+from relief.solids.files.parsed_mesh import Piece
 from relief.solids.mending.holes import round_holes
 from relief.solids.mending.repair import mended, united_parts
 from relief.solids.meshes.shells import sealed_hollows
@@ -45,7 +46,7 @@ SAMPLES_OF_PIXEL = 0.5
 """Edges of triangles, in pixels of the printer, that show all that it makes."""
 WITH_UV = (".obj", ".ply", ".glb")
 """Suffixes of files whose meshes may have texture coordinates."""
-WITH_COLOURS = (".obj", ".ply", ".glb")
+WITH_COLOURS = (".obj", ".ply", ".glb", ".3mf")
 """Suffixes of files whose meshes may have colours."""
 
 
@@ -83,6 +84,9 @@ class Task(NamedTuple):
         colours: of the corners of the mesh, or None.
         warnings: lines about the mesh and what was mended of it, and about textures that do not repeat.
         printer: that is to print the object, or None.
+        pieces: of the file of the mesh.
+        origin: (faces,) number of the file's face that each face of the body lies in, -1 for none.
+        unit_mm: mm of the unit of the file; None: of another unit than it states.
     """
 
     arguments: tuple[Body, list[Covering], Settings, Array | None, Regions]
@@ -90,6 +94,9 @@ class Task(NamedTuple):
     colours: FloatArray | None
     warnings: tuple[str, ...]
     printer: Printer | None = None
+    pieces: tuple[Piece, ...] = ()
+    origin: Index = np.zeros(0, np.int64)
+    unit_mm: float | None = None
 
     @property
     def settings(self) -> Settings:
@@ -125,7 +132,9 @@ def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions)
     for line in warnings:
         _log.warning("%s", line)
     arguments = (solid.body, coverings, settings, solid.uv, named_regions)
-    return Task(arguments, placement, solid.colours, (*lines, *warnings), printer)
+    unit_mm = solid.unit_mm if options.units is None else None
+    source = (solid.pieces, solid.origin, unit_mm)
+    return Task(arguments, placement, solid.colours, (*lines, *warnings), printer, *source)
 
 
 def lengths_of(options: TileOptions) -> Lengths:
@@ -194,10 +203,11 @@ def _solid(path: Path, options: MeshOptions) -> tuple[Mesh, tuple[Bare, ...]]:
     elif uv is not None or colours is not None:
         uv = colours = None
         lines.append("is mended, so that its texture coordinates and colours are left out")
-    return Mesh(body, uv, path, tuple(lines), colours=colours), bare
+    number = np.append(mesh.origin, -1)[origin]
+    return replace(mesh, body=body, uv=uv, warnings=tuple(lines), colours=colours, origin=number), bare
 
 
-def _carried_over(values: FloatArray | None, old: Body, new: Body, origin: Index) -> FloatArray | None:
+def _carried_over(values: Any, old: Body, new: Body, origin: Index) -> Any:
     """Values (m, 3, k) at corners of new faces, each in a face of an old body, from those at its corners."""
     if values is None or np.array_equal(origin, np.arange(len(old.faces))):
         return values

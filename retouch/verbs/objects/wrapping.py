@@ -15,6 +15,7 @@ from relief.ground.options import by_keywords
 from relief.solids.body import Part
 from relief.solids.export.parts import as_written, write_parts
 from relief.solids.export.printed_parts import PrintedPart, print_part
+from relief.solids.export.project_writer import Textured, write_project
 from relief.solids.meshes.solid import check_closed, check_parts
 from relief.solids.wrapping.wrapped_body import Wrapped
 from relief.solids.wrapping.wrapped_body import wrap as wrapped_by
@@ -22,7 +23,7 @@ from retouch.pages.objects.wrap_sentences import wrapped_sentences
 from retouch.pages.sentences import print_deviation
 from retouch.verbs.objects.steering import Steered, with_steered
 from retouch.verbs.objects.wrap_options import WrapOptions
-from retouch.verbs.objects.wrap_task import size_words, task_of, wrap_numbers
+from retouch.verbs.objects.wrap_task import Task, size_words, task_of, wrap_numbers
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
 
@@ -123,8 +124,18 @@ def wrap(
             check_parts(wrapped.body, "the wrapped object")
             printed = None if task.printer is None else print_part(wrapped.body, task.printer)
         with permitted(out):
-            write_parts(out, [Part(Path(mesh).stem, wrapped.body)])
-    return WrappedObject(out, wrapped, task.warnings, printed, tuple(steered), options.faces)
+            lines = _write(out, Path(mesh), task, wrapped)
+    return WrappedObject(out, wrapped, (*task.warnings, *lines), printed, tuple(steered), options.faces)
+
+
+def _write(out: Path, mesh: Path, task: Task, wrapped: Wrapped) -> list[str]:
+    """Write a 3MF with all else that the 3MF of the mesh holds, or a body; lines about what is lost."""
+    if not task.pieces or task.unit_mm is None or out.suffix.lower() != mesh.suffix.lower():
+        write_parts(out, [Part(mesh.stem, wrapped.body)])
+        return []
+    source = task.origin[wrapped.source]
+    whole = Textured(task.pieces, task.unit_mm, wrapped.body, source, wrapped.fine)
+    return write_project(out, mesh, whole)
 
 
 def _coordinates(wrapped: Wrapped) -> str:

@@ -211,7 +211,7 @@ def test_items_that_are_not_printed_and_supports_are_no_body(tmp_path: Path) -> 
     )
     mesh = read_mesh(path)
     assert volume_mm3(mesh.body) == pytest.approx(1000 / 6)
-    assert mesh.warnings[0] == "leaves out 4 supports or items that are not printed"
+    assert mesh.warnings[0] == "leaves out supports or items that are not printed: 4"
     path.write_bytes(
         package(HEAD.format("centimeter", objects + "</components></object>") + TAIL.format(items[20:]))
     )
