@@ -83,8 +83,8 @@ def test_stl_in_text_is_read_too(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("unit", "mm"), [("in", 25.4), ("m", 1000.0), ("um", 1e-3)])
 def test_a_unit_that_is_stated_goes_before_that_of_the_file(unit: str, mm: float, tmp_path: Path) -> None:
     path = tmp_path / "cube.3mf"
-    write_parts(path, [Part("cube", cube(30.0))])
-    assert np.ptp(read_mesh(path, units=unit).body.vertices, axis=0) == pytest.approx(30.0 * mm)
+    write_parts(path, [Part("cube", cube(10.0))])
+    assert np.ptp(read_mesh(path, units=unit).body.vertices, axis=0) == pytest.approx(10.0 * mm)
     with pytest.raises(InputError, match="units: 'parsec' is not one of um, mm"):
         read_mesh(path, units="parsec")
 
@@ -252,7 +252,7 @@ def test_colours_of_vertices_and_faces_are_read(name: str, tmp_path: Path) -> No
         mesh.export(tmp_path / name, encoding="ascii")
     else:
         mesh.export(tmp_path / name)
-    read = read_mesh(tmp_path / name)
+    read = read_mesh(tmp_path / name, units="mm")
     assert read.colours is not None and read.colours.shape == (12, 3, 3)
     upper = read.body.vertices[read.body.faces][:, :, 2] > 0.0
     if name == "faces.ply":
@@ -281,9 +281,9 @@ def test_colours_that_are_none_are_left_out(more: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("side", "told"),
     [
-        (0.6, "only 0.6 x 0.6 x 0.6 mm; .* --units m or in"),
+        (0.6, "only 0.6 x 0.6 x 0.6 mm; .* --units in or m"),
         (2.0, "in or cm"),
-        (2000.0, "--units um"),
+        (2000.0, "measures 2,000 x .* --units"),
     ],
 )
 def test_a_size_of_another_unit_is_told(side: float, told: str, tmp_path: Path) -> None:
@@ -362,8 +362,8 @@ HOSTILE = {
     "corners.obj": (b"v 0 0 0\nf 1 1\n", "a face of the corners"),
     "coordinates.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/2\n", "name texture coordinates"),
     "billion.stl": (
-        bytes(80) + struct.pack("<I", 10**9) + bytes(50),
-        "states 1000000000 triangles, .* holds 1",
+        bytes(80) + struct.pack("<I", 10**9) + bytes(53),
+        "states 1000000000 triangles, .* holds 1 and 3 bytes",
     ),
     "many.ply": (
         ply(cube()).replace(b"face 12", b"face 1000000000"),
