@@ -85,10 +85,18 @@ def add_talk(parser: argparse.ArgumentParser, document: str | None = None, quiet
 
 
 class _Telling(logging.Handler):
-    """Prints records on the stderr of the moment, above a moving line if there is one."""
+    """Prints records on the stderr of the moment, above a moving line if there is one; warnings once each."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._warned: set[str] = set()
 
     def emit(self, record: logging.LogRecord) -> None:
-        print(self.format(record), file=sys.stderr)
+        line = self.format(record)
+        # A verb may read a file several times.
+        if record.levelno < logging.WARNING or line not in self._warned:
+            print(line, file=sys.stderr)
+            self._warned.add(line)
 
 
 @contextlib.contextmanager

@@ -41,13 +41,14 @@ def read_solid(path: str | os.PathLike[str], *, units: str | None = None) -> Mes
     if (thing := OBJECTS.get(str(path))) is not None:
         return Mesh(thing.make(), None, path)
     mesh = read_mesh(path, units=units)
-    work = mended(mesh.body, path)
-    body, crossings = outer_body(work.body, path)
-    lines = (*mesh.warnings, *work.lines, *crossings)
-    mesh = replace(mesh, body=body, uv=None, warnings=lines, folded=bool(crossings))
     for line in mesh.warnings:
         say(f"{path}: {line}")
-    return mesh
+    work = mended(mesh.body, path)
+    body, crossings = outer_body(work.body, path)
+    lines = (*work.lines, *crossings)
+    for line in lines:
+        say(f"{path}: {line}")
+    return replace(mesh, body=body, uv=None, warnings=(*mesh.warnings, *lines), folded=bool(crossings))
 
 
 def press_solid(

@@ -21,11 +21,13 @@ from relief.solids.files.threemf_reader import read_3mf
 
 READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".glb": read_glb, ".3mf": read_3mf}
 """Readers by the suffix of the file: from its bytes and its path."""
-SMALLEST_MM, LARGEST_MM = 0.01, 1e5
-"""Least and greatest longest side of a mesh, mm: a speck of dust, and a hundred metres."""
+SMALLEST_MM, LARGEST_MM = 0.01, 1e4
+"""Least and greatest longest side of a mesh, mm: a speck of dust, and ten metres, more than printers make."""
 FEW_MM, MANY_MM = 12.0, 1000.0
 """Longest sides, mm, below and above which a warning asks for the unit. Things in the hand measure 0.5 to 12
 inches, and less than 12 mm has no room for a finger's patch of 10 mm beside an edge."""
+GUESSES = ("mm", "in", "m", "cm", "um")
+"""Units of files, the usual ones first."""
 
 MIXERS = np.array([0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB], np.uint64).view(np.int64)
 """Odd factors that spread the bits of coordinates over a number by which equal positions are sorted; from
@@ -88,7 +90,7 @@ def read_mesh(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh
     factor = parsed.unit_mm or 1.0 if units is None else UNITS[units]
     parsed = _checked(parsed, path)
     body, sound = _welded(parsed, factor, path)
-    lines = (*parsed.warnings, *_doubts(body, parsed.unit_mm is None and units is None))
+    lines = (*parsed.warnings, *_doubts(body, factor))
     uv, colours = (None if each is None else each[sound] for each in (parsed.uv, parsed.colours))
     origin = np.flatnonzero(sound) if parsed.origin is None else parsed.origin[sound]
     return Mesh(body, uv, path, lines, False, colours, parsed.pieces, origin, factor)
@@ -132,10 +134,10 @@ def _welded(parsed: Parsed, factor: float, path: Path) -> tuple[Body, NDArray[np
     vertices = np.asarray(parsed.vertices, dtype=np.float64)
     longest = float(np.max(vertices.max(axis=0) / 2 - vertices.min(axis=0) / 2)) * 2 * factor
     if not SMALLEST_MM <= longest <= LARGEST_MM:
-        raise InputError(
-            f"{path}: the longest side is {longest:.3g} mm, outside [{SMALLEST_MM:g}, {LARGEST_MM:g}]; "
-            "scale the mesh or state its unit"
-        )
+        fault = f"{path}: the longest side is {longest:,.6g} mm, outside [{SMALLEST_MM:g}, {LARGEST_MM:g}]; "
+        likely = _likely_units(longest / factor)
+        advice = ("state its unit (units", "state its unit (--units")
+        raise InputError(*(f"{fault}{way}{likely}) or scale the mesh" for way in advice))
     if np.abs(vertices).max() * factor > 1e3 * LARGEST_MM:
         raise InputError(f"{path}: lies too far from the origin; move the mesh there")
     # Adding 0 makes -0 and 0 the same bytes.
@@ -168,14 +170,18 @@ def _row_starts(rows: Index) -> NDArray[np.bool_]:
     return np.append(True, (rows[1:] != rows[:-1]).any(axis=1))
 
 
-def _doubts(body: Body, unit_unknown: bool) -> list[str]:
-    """Lines about a size that suggests another unit than the one taken."""
+def _doubts(body: Body, factor: float) -> list[str]:
+    """Lines about a size that suggests another unit than the one taken, of `factor` mm."""
     sides = np.ptp(body.vertices, axis=0)
-    size = " x ".join(f"{side:.3g}" for side in sides) + " mm"
-    advice = "; if that is not meant, state the unit with --units " if unit_unknown else "; is that meant? "
-    if sides.max() < FEW_MM:
-        metres = "m or in" if sides.max() < 1.0 else "in or cm"
-        return [f"measures only {size}{advice}{metres}"]
-    if sides.max() > MANY_MM:
-        return [f"measures {size}{advice}um"]
-    return []
+    longest = float(sides.max())
+    if FEW_MM <= longest <= MANY_MM:
+        return []
+    only, size = "only " if longest < FEW_MM else "", " x ".join(f"{side:,.4g}" for side in sides)
+    advice = f"if that is not meant, state the unit with --units{_likely_units(longest / factor)}"
+    return [f"measures {only}{size} mm; {advice}"]
+
+
+def _likely_units(longest: float) -> str:
+    """The two likeliest units, for a person, in which a side of this number fits into the hand."""
+    likely = [unit for unit in GUESSES if FEW_MM <= longest * UNITS[unit] <= MANY_MM]
+    return f" {' or '.join(likely[:2])}" if likely else ""

@@ -13,7 +13,7 @@ import numpy as np
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.ground.lengths import shown
-from relief.solids.files.parsed_mesh import MOST_FACES, MOST_VERTICES, Parsed, check_count, check_numbers
+from relief.solids.files.parsed_mesh import MOST_FACES, MOST_VERTICES, Parsed, check_count, triangulated
 
 HEADER = re.compile(rb"ply\s.*?\bend_header[ \t]*(?:\r\n|\n|\r)", re.DOTALL)
 LONGEST_HEADER = 1 << 16
@@ -65,7 +65,7 @@ class Lists(NamedTuple):
 
 
 def read_ply(content: bytes, path: Path) -> Parsed:
-    """Read a PLY of faces, binary or ASCII; polygons become fans of triangles. Raises InputError."""
+    """Read a PLY of faces, binary or ASCII; polygons become triangles. Raises InputError."""
     header = HEADER.match(content[:LONGEST_HEADER])
     if header is None:
         raise InputError(f"{path}: damaged or not a PLY: has no header")
@@ -86,15 +86,14 @@ def read_ply(content: bytes, path: Path) -> Parsed:
     if (numbers != corners.numbers).any():
         raise InputError(f"{path}: damaged: numbers of vertices are no whole numbers")
     check_count(int(np.maximum(corners.lengths - 2, 0).sum()), "faces", path)
-    fans = _fans(corners.lengths)
-    triangles = numbers[fans]
     positions = np.stack([vertices[name] for name in "xyz"], axis=1)
-    check_numbers(triangles, len(positions), "vertices", path)
+    places = triangulated(positions, numbers, corners.lengths, path)
+    triangles = numbers[places]
     uv: Array | None = None
     at_corners = faces.get("texcoord")
     pair = next((names for names in COORDINATES if {*names} <= vertices.keys()), None)
     if isinstance(at_corners, Lists) and np.array_equal(at_corners.lengths, 2 * corners.lengths):
-        uv = at_corners.numbers.reshape(-1, 2)[fans]
+        uv = at_corners.numbers.reshape(-1, 2)[places]
     elif pair is not None:
         uv = np.stack([vertices[name] for name in pair], axis=1)[triangles]
     colours: Array | None = None
@@ -207,11 +206,3 @@ def _walked(
     return {
         name: Lists(np.array(lengths), np.array(numbers)) for name, (lengths, numbers) in lists.items()
     }, at
-
-
-def _fans(lengths: Index) -> Index:
-    """(m, 3) places in the numbers of lists that are the corners of fans of triangles."""
-    triangles = np.maximum(lengths - 2, 0)
-    first = np.repeat(np.cumsum(lengths) - lengths, triangles)
-    step = np.arange(len(first)) - np.repeat(np.cumsum(triangles) - triangles, triangles)
-    return np.stack([first, first + step + 1, first + step + 2], axis=1)

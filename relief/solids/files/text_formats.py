@@ -4,24 +4,33 @@ import codecs
 import re
 from array import array
 from contextlib import suppress
-from itertools import chain, islice, pairwise
+from itertools import chain, islice
 from pathlib import Path
 
 import numpy as np
 
 from relief.ground.errors import InputError
 from relief.solids.body import TRIANGLE
-from relief.solids.files.parsed_mesh import MOST_FACES, MOST_VERTICES, Parsed, check_count, check_numbers
+from relief.solids.files.parsed_mesh import (
+    MOST_FACES,
+    MOST_VERTICES,
+    Parsed,
+    check_count,
+    check_numbers,
+    triangulated,
+)
 
 STL_HEAD = 84
 """Bytes before the triangles of a binary STL file: a comment, and the number of triangles."""
+STREAMED = (0, 0xFFFFFFFF)
+"""Numbers of triangles that programs write into a pipe, before they know how many there will be."""
 STL_VERTEX = re.compile(
     rb"(?im)^(?:end)?solid\b.{0,1000}?(?=\bfacet\s+normal\b|$)|\bvertex\s+(\S*)\s*(\S*)\s*(\S*)"
 )
 """A vertex in text, or the name of a solid, which may hold any word and ends at the first facet in its line.
 A number that is missing is matched as no text, which is refused."""
 CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
-"""Control characters that no text has; the header of a binary STL has some."""
+"""Control characters that no text has; the header and the first triangle of a binary STL have some."""
 OBJ_LINE = re.compile(rb"(?im)^(v|vt|f)[ \t]+([^\n#]*)")
 """A vertex, a pair of texture coordinates or a face of an OBJ, without the comment behind it."""
 LONGEST_LINE = 1 << 20
@@ -38,14 +47,16 @@ BYTE_ORDER_MARKS = {
 
 def read_stl(content: bytes, path: Path) -> Parsed:
     """Read a binary or ASCII STL. Raises InputError."""
-    count = int.from_bytes(content[80:STL_HEAD], "little")
-    if len(content) >= STL_HEAD and STL_HEAD + count * TRIANGLE.itemsize == len(content):
+    count, lines = int.from_bytes(content[80:STL_HEAD], "little"), tuple[str, ...]()
+    exact = len(content) >= STL_HEAD and STL_HEAD + count * TRIANGLE.itemsize == len(content)
+    text = b"" if exact else _text(content, path)
+    if exact or text[:5].lower() != b"solid" or CONTROL.search(text[: STL_HEAD + TRIANGLE.itemsize]):
+        if not exact:
+            count, line = _held(content, text, count, path)
+            lines = (line,)
         check_count(count, "triangles", path)
         corners = np.frombuffer(content, TRIANGLE, count, STL_HEAD)["corners"].astype(np.float64)
     else:
-        text = _text(content, path)
-        if text[:5].lower() != b"solid" or b"\0" in text[:STL_HEAD]:
-            raise InputError(f"{path}: damaged or not an STL: {_stl_fault(content, text, count)}")
         vertices = (vertex.groups() for vertex in STL_VERTEX.finditer(text) if vertex[1] is not None)
         numbers = chain.from_iterable(islice(vertices, MOST_VERTICES + 1))
         corners = np.fromiter(map(float, numbers), np.float64)
@@ -53,30 +64,41 @@ def read_stl(content: bytes, path: Path) -> Parsed:
         if len(corners) % 9:
             raise InputError(f"{path}: damaged: {len(corners) // 3} vertices do not make whole triangles")
     corners = corners.reshape(-1, 3)
-    return Parsed(corners, np.arange(len(corners)).reshape(-1, 3))
+    return Parsed(corners, np.arange(len(corners)).reshape(-1, 3), warnings=lines)
 
 
-def _stl_fault(content: bytes, text: bytes, count: int) -> str:
-    """Why a file is neither a binary STL with the number of triangles of its header nor one in text."""
-    if text and CONTROL.search(text[:STL_HEAD]) is None:
-        return "is a text that does not begin with the word solid"
+def _held(content: bytes, text: bytes, stated: int, path: Path) -> tuple[int, str]:
+    """Number of triangles of a binary STL whose header states another one than the file holds, and a line.
+
+    Programs that write into a pipe cannot go back to the header. Others add bytes behind the triangles.
+    Raises InputError for files that end within a triangle, and for what is no STL.
+    """
+    fault = f"{path}: damaged or not an STL:"
+    if text and CONTROL.search(text[: STL_HEAD + TRIANGLE.itemsize]) is None:
+        raise InputError(f"{fault} is a text that does not begin with the word solid")
     if len(content) < STL_HEAD:
-        return f"has {len(content)} bytes, fewer than the {STL_HEAD} of the header"
+        raise InputError(f"{fault} has {len(content)} bytes, fewer than the {STL_HEAD} of the header")
     held, more = divmod(len(content) - STL_HEAD, TRIANGLE.itemsize)
-    rest = f" and {more} bytes" if more else ""
-    return f"the header states {count} triangles, the file holds {held}{rest}"
+    line = f"the header states {stated} triangles"
+    behind = content[STL_HEAD + stated * TRIANGLE.itemsize :]
+    if 0 < stated <= held and (more or not any(behind)):
+        return stated, f"{line}; {len(behind)} bytes behind them are left out"
+    if held and (not more or stated in STREAMED):
+        rest = f", without {more} bytes behind them" if more else ""
+        return held, f"{line}; the {held} that the file holds are read{rest}"
+    raise InputError(f"{fault} {line}, the file holds {held}" + (f" and {more} bytes" if more else ""))
 
 
 def read_obj(content: bytes, path: Path) -> Parsed:
     """Read an OBJ with texture coordinates and colours; what it says of materials and normals is passed over.
 
-    Polygons become fans of triangles. Negative numbers count back from the last vertex before the face.
+    Polygons become triangles. Negative numbers count back from the last vertex before the face.
 
     Raises:
         InputError: A line is too long, holds no vertex or face, or there is more than is read.
     """
     vertices, coordinates, faces, pairs = array("d"), array("d"), array("q"), array("q")
-    colours = array("f")
+    colours, lengths = array("f"), array("q")
     for line in OBJ_LINE.finditer(_text(content, path).replace(b"\\\n", b" ")):
         word, rest = line.groups()
         if len(rest) > LONGEST_LINE:
@@ -95,37 +117,35 @@ def read_obj(content: bytes, path: Path) -> Parsed:
                 both = [corner.split(b"/") for corner in corners]
                 corners = [corner[0] for corner in both]
                 if coordinates and all(len(corner) > 1 and corner[1] for corner in both):
-                    pairs.extend(_fan([int(corner[1]) for corner in both], len(coordinates) // 2))
-            faces.extend(_fan([int(corner) for corner in corners], len(vertices) // 3))
+                    pairs.extend(_counted([int(corner[1]) for corner in both], len(coordinates) // 2))
+            faces.extend(_counted([int(corner) for corner in corners], len(vertices) // 3))
+            lengths.append(len(corners))
         else:
             u, v = [*rest.split(None, 2), b"0"][:2]
             coordinates.extend((float(u), float(v)))
         if len(faces) > 3 * MOST_FACES or max(len(vertices), len(coordinates)) > 3 * MOST_VERTICES:
             break
-    check_count(len(faces) // 3, "faces", path)
+    check_count(len(faces) - 2 * len(lengths), "faces", path)
     check_count(max(len(vertices) // 3, len(coordinates) // 2), "vertices", path, MOST_VERTICES)
+    points, corners = np.array(vertices).reshape(-1, 3), np.array(faces, np.int64)
+    places = triangulated(points, corners, np.array(lengths, np.int64), path)
     uv = None
     # Only where all corners have texture coordinates do they place a texture.
     if faces and len(pairs) == len(faces):
-        numbers = np.array(pairs).reshape(-1, 3)
+        numbers = np.array(pairs)
         check_numbers(numbers, len(coordinates) // 2, "texture coordinates", path)
-        uv = np.array(coordinates).reshape(-1, 2)[numbers]
-    triangles = np.array(faces).reshape(-1, 3)
+        uv = np.array(coordinates).reshape(-1, 2)[numbers][places]
     painted = None
     if colours and len(colours) == len(vertices):
-        check_numbers(triangles, len(colours) // 3, "vertices", path)
-        painted = np.array(colours).reshape(-1, 3)[triangles]
-    return Parsed(np.array(vertices).reshape(-1, 3), triangles, uv, colours=painted)
+        painted = np.array(colours).reshape(-1, 3)[corners[places]]
+    return Parsed(points, corners[places], uv, colours=painted)
 
 
-def _fan(numbers: list[int], count: int) -> list[int]:
-    """Corners of a fan of triangles, from 0, of a polygon whose numbers begin at 1 or count back."""
+def _counted(numbers: list[int], count: int) -> list[int]:
+    """Corners of a polygon, from 0, whose numbers begin at 1 or count back."""
     if len(numbers) < 3 or 0 in numbers:
         raise ValueError(f"a face of the corners {numbers[:3]}")
-    corners = [number - 1 if number > 0 else count + number for number in numbers]
-    if len(corners) == 3:
-        return corners
-    return [corner for pair in pairwise(corners[1:]) for corner in (corners[0], *pair)]
+    return [number - 1 if number > 0 else count + number for number in numbers]
 
 
 def _text(content: bytes, path: Path) -> bytes:

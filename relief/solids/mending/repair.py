@@ -1,34 +1,29 @@
 """Repair of bodies as files bring them: cracks, repeated faces, small holes and slivers.
 
-A crack lies between faces whose corners differ by the rounding of a file. A hole is a loop of edges that have
-a face on one side only, and is closed by the triangles of least area between its corners (G. Barequet and M.
-Sharir, Filling gaps in the boundary of a polyhedron, Computer Aided Geometric Design 12, 1995). A sliver with
-a short edge is dropped by joining the ends of that edge, one without by turning its longest edge towards the
-corner opposite to it. A sound body stays unchanged.
+A crack lies between faces whose corners differ by the rounding of a file, or beside a corner that lies on an
+edge. A hole is a loop of edges that have a face on one side only, and is closed by the triangles of least
+area between its corners (G. Barequet and M. Sharir, Filling gaps in the boundary of a polyhedron, Computer
+Aided Geometric Design 12, 1995). A sliver with a short edge is dropped by joining the ends of that edge;
+another sliver leaves a crack, which is closed. Faces that run against their neighbours are turned over, and
+so are shells that are inside out. No repair makes a body worse, and a sound body stays unchanged.
 """
 
 from collections import defaultdict
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from relief.ground.arrays import Array, Index, extents
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.solids.body import Body
+from relief.solids.mending.cracks import divided, joined, near_pairs, open_edges
+from relief.solids.mending.winding import against_neighbours
 from relief.solids.meshes.intersections import near_parts, self_intersections
-from relief.solids.meshes.neighbourhood import (
-    BITS,
-    connected,
-    edge_balance,
-    edge_ends,
-    edge_keys,
-    edge_pairs,
-    twins,
-)
+from relief.solids.meshes.neighbourhood import edge_balance, edge_ends
 from relief.solids.meshes.shells import components, parts_within_others, repeats, united
-from relief.solids.meshes.solid import MEND, check_closed
+from relief.solids.meshes.solid import MEND, check_closed, inside_out
 from relief.solids.meshes.wedges import separated
 
 CRACK_MM = 1e-3
@@ -37,13 +32,10 @@ the rounding of files."""
 SLIVER_MM = 1e-5
 """Height of a triangle over its longest edge, mm, below which it is a sliver: what single precision rounds
 coordinates of 100 mm by."""
-MOST_RIM, MOST_OPEN = 300, 200_000
+MOST_RIM, MOST_OPEN = 300, 500_000
 """Most edges around a hole, whose triangulation takes half a second, and most open edges of a mesh."""
-MOST_NEAR = 20
-"""Mean number of corners within `CRACK_MM` of one, beyond which the mesh is a cloud of points without
-cracks."""
-MOST_TURNS = 10
-"""Rounds in which edges of slivers are turned; two are usual."""
+MOST_TRIES = 5
+"""Tries to drop slivers, each without those beside which the one before left unsound edges."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +44,7 @@ class Mended:
 
     Attributes:
         body: Each position once.
-        origin: (m,) number that each face had before; -1 for faces that are new.
+        origin: (m,) number of the face before that each is, or is part of; -1 for faces that are new.
         lines: The repairs, for a person; empty if the body is unchanged.
     """
 
@@ -60,10 +52,36 @@ class Mended:
     origin: Index
     lines: tuple[str, ...] = ()
 
+    @cached_property
+    def rim(self) -> Index:
+        """(k, 2) ends of the open edges."""
+        return open_edges(self.body.faces)
+
+    @cached_property
+    def edges(self) -> Index:
+        """(3,) numbers of edges without a face on each side, of those with more on one, and of open ones."""
+        _, count, balance = edge_balance(self.body.faces)
+        uneven = balance != 0.0
+        return np.array([np.count_nonzero(uneven | (count != 2)), np.count_nonzero(uneven), len(self.rim)])
+
+    @cached_property
+    def thin(self) -> Index:
+        """Numbers of the faces that are slivers."""
+        return _thin(self.body)
+
     def changed(self, faces: Index, origin: Index, line: str) -> "Mended":
-        """The body with other faces, and a line about the change; `origin` counts faces of this body."""
+        """The body with other faces, and a line about the change; this body if the other would be worse.
+
+        A body is worse with more unsound edges of any kind and, with as many, with more repeated faces or
+        slivers. Corners move by less than the least depth of an intersection; `check_solid` finds faces that
+        close a hole and cross others. `origin` counts faces of this body.
+        """
         before = np.where(origin < 0, -1, self.origin[origin])
-        return Mended(Body(self.body.vertices, faces), before, (*self.lines, line))
+        after = Mended(Body(self.body.vertices, faces), before, (*self.lines, line))
+        worse = bool((after.edges > self.edges).any())
+        if not worse and after.edges[0] == self.edges[0]:
+            worse = len(repeats(faces)) > len(repeats(self.body.faces)) or len(after.thin) > len(self.thin)
+        return self if worse else after
 
 
 @stage("mending a mesh")
@@ -80,21 +98,18 @@ def mended(body: Body, name: object, holes_mm: float | None = None) -> Mended:
         The body. It need not be closed.
 
     Raises:
-        InputError: A hole is wider than `holes_mm`, or its rim has too many edges.
+        InputError: A hole is wider than `holes_mm`, its rim has too many edges, or there are too many parts.
     """
     work = Mended(body, np.arange(len(body.faces)))
-    rim = open_edges(body.faces)
-    if len(rim):
-        work = _without_cracks(work, rim)
-    again = repeats(work.body.faces)
-    kept = np.delete(np.arange(len(work.body.faces)), again)
-    # Repeated parts are closed, so the mesh is no more open without them.
-    if len(again) and len(open_edges(work.body.faces[kept])) < len(open_edges(work.body.faces)):
+    if len(work.rim):
+        work = _without_cracks(work)
+    if len(again := repeats(work.body.faces)):
+        kept = np.delete(np.arange(len(work.body.faces)), again)
         work = work.changed(work.body.faces[kept], kept, f"drops faces that lie there twice: {len(again)}")
-    if work.body is not body:
-        rim = open_edges(work.body.faces)
-    if len(rim):
-        work = _without_holes(work, rim, name, holes_mm)
+    # Loops of open edges run the way of their faces, which are turned before holes are closed.
+    work = _turned(work, name)
+    if len(work.rim):
+        work = _turned(_without_holes(work, name, holes_mm), name)
     return _without_slivers(_without_flaps(work))
 
 
@@ -114,46 +129,49 @@ def united_parts(work: Mended, name: object) -> Mended:
     return _without_slivers(Mended(whole, work.origin[origin], (*work.lines, line)))
 
 
-def open_edges(faces: Index) -> Index:
-    """(k, 2) ends of the edges, in the order of their faces, that lack a face on the other side."""
-    start, end = edge_ends(faces)
-    edge, count, balance = edge_balance(faces)
-    upward = np.where(start < end, 1.0, -1.0)
-    lone = np.flatnonzero((count % 2 == 1)[edge] & (upward == np.sign(balance)[edge]))
-    # Of several faces on the same side of an edge one is alone.
-    lone = lone[np.unique(edge[lone], return_index=True)[1]]
-    return np.stack([start[lone], end[lone]], axis=1)
+def _turned(work: Mended, name: object) -> Mended:
+    """The body with the faces turned over that run against their neighbours or make shells inside out.
 
-
-def _without_cracks(work: Mended, rim: Index) -> Mended:
-    """The body with cracks closed: corners at open edges within `CRACK_MM` are joined."""
-    at = np.unique(rim)
-    tree = cKDTree(work.body.vertices[at])
-    if tree.count_neighbors(tree, CRACK_MM) > MOST_NEAR * len(at):
+    Raises InputError if there are too many parts to tell whether they are hollows.
+    """
+    _, uneven, rim = work.edges
+    body, turned = work.body, np.zeros(len(work.body.faces), bool)
+    if uneven > rim:
+        turned = against_neighbours(body)
+    if not rim:
+        alike = Body(body.vertices, np.where(turned[:, None], body.faces[:, ::-1], body.faces))
+        turned ^= inside_out(alike, name)
+    if not turned.any():
         return work
-    pairs = at[tree.query_pairs(CRACK_MM, output_type="ndarray")]
-    faces, kept = _joined(work.body, pairs)
-    if not len(pairs) or len(open_edges(faces)) >= len(rim):
+    faces = np.where(turned[:, None], body.faces[:, ::-1], body.faces)
+    line = f"turns over triangles that face the wrong way: {np.count_nonzero(turned)}"
+    return work.changed(faces, np.arange(len(faces)), line)
+
+
+def _without_cracks(work: Mended) -> Mended:
+    """The body with cracks closed: corners within `CRACK_MM` are joined, or divide the edges they lie on."""
+    pairs = near_pairs(work.body.vertices, np.unique(work.rim), CRACK_MM)
+    line = f"joins corners less than {1e3 * CRACK_MM:g} um apart along {len(work.rim)} open edges"
+    after = work.changed(*joined(work.body, pairs), line) if len(pairs) else work
+    work = after if len(after.rim) < len(work.rim) else work
+    if not 0 < len(work.rim) <= MOST_OPEN:
         return work
-    line = f"joins corners less than {1e3 * CRACK_MM:g} um apart along {len(rim)} open edges"
-    return work.changed(faces, kept, line)
+    faces, origin = divided(work.body.vertices, work.body.faces, CRACK_MM)
+    line = f"divides edges at corners that lie on them: {len(faces) - len(work.body.faces)}"
+    after = work.changed(faces, origin, line)
+    return after if len(after.rim) < len(work.rim) else work
 
 
-def _joined(body: Body, pairs: Index) -> tuple[Index, Index]:
-    """Faces when pairs (n, 2) of vertices are one, without those that vanish, and their numbers."""
-    group = connected(pairs, len(body.vertices))
-    faces = np.unique(group, return_index=True)[1][group][body.faces]
-    kept = np.flatnonzero((faces != np.roll(faces, 1, axis=1)).all(axis=1))
-    return faces[kept], kept
-
-
-def _without_holes(work: Mended, rim: Index, name: object, holes_mm: float | None) -> Mended:
+def _without_holes(work: Mended, name: object, holes_mm: float | None) -> Mended:
     """The body with its holes closed. Raises InputError if a hole is too large."""
+    rim = work.rim
     if len(rim) > MOST_OPEN:
         return work
     loops = _loops(rim)
     sizes = [_width(work.body.vertices[loop]) for loop in loops]
     most_mm = CRACK_MM if holes_mm is None else holes_mm
+    if not loops:
+        return work
     largest = int(np.argmax(sizes))
     at = ", ".join(f"{value:.4g}" for value in work.body.vertices[loops[largest]].mean(axis=0))
     if sizes[largest] > most_mm or max(map(len, loops)) > MOST_RIM:
@@ -242,25 +260,24 @@ def _without_flaps(work: Mended) -> Mended:
 
 
 def _without_slivers(work: Mended) -> Mended:
-    """The body without slivers, unless their removal would open edges."""
-    thin = _thin(work.body)
+    """The body without slivers, but for those whose cracks cannot be closed."""
+    thin, vertices = work.thin, work.body.vertices
     if not len(thin):
         return work
-    few, open_before = len(thin), len(open_edges(work.body.faces))
-    corners = work.body.faces[thin]
-    ends = np.stack(edge_ends(corners), axis=1)
-    short = np.linalg.norm(np.diff(work.body.vertices[ends], axis=1)[:, 0], axis=1) < SLIVER_MM
-    faces, origin = _joined(work.body, ends[short])
-    for _ in range(MOST_TURNS):
-        turned = _turned(Body(work.body.vertices, faces))
-        if not len(turned):
+    ends = np.stack(edge_ends(work.body.faces[thin]), axis=1)
+    short = np.linalg.norm(np.diff(vertices[ends], axis=1)[:, 0], axis=1) < SLIVER_MM
+    whole, numbers = joined(work.body, ends[short])
+    stuck = np.zeros(len(vertices), bool)
+    for _ in range(MOST_TRIES):
+        kept = ~np.isin(numbers, thin) | stuck[whole].any(axis=1)
+        faces, origin = divided(vertices, whole[kept], SLIVER_MM)
+        edge, count, balance = edge_balance(faces)
+        left = np.setdiff1d(faces.ravel()[((count != 2) | (balance != 0.0))[edge]], work.rim)
+        if not len(left):
             break
-        at, corners = turned[:, 0], turned[:, 1:]
-        faces[at], origin[at] = corners, -1
-    left = len(_thin(Body(work.body.vertices, faces)))
-    if len(open_edges(faces)) > open_before or left >= few or len(repeats(faces)):
-        return work
-    return work.changed(faces, origin, f"drops slivers: {few - left}")
+        stuck[left] = True
+    few = len(thin) - len(_thin(Body(vertices, faces)))
+    return work.changed(faces, numbers[kept][origin], f"drops slivers: {few}") if few > 0 else work
 
 
 def _thin(body: Body) -> Index:
@@ -269,26 +286,3 @@ def _thin(body: Body) -> Index:
     sides = corners - corners[:, [1, 2, 0]]
     longest = np.sqrt(extents(np.einsum("fcd,fcd->fc", sides, sides))[1])
     return np.flatnonzero(2.0 * body.areas < SLIVER_MM * longest)
-
-
-def _turned(body: Body) -> Index:
-    """(2 k, 4) numbers and new corners of slivers and of those beyond their longest edges, each once."""
-    faces = body.faces
-    thin = _thin(body)
-    corners = body.vertices[faces[thin]]
-    half = 3 * thin + np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).argmax(axis=1)
-    beyond = twins(edge_pairs(faces), 3 * len(faces))
-    edges = set(edge_keys(*edge_ends(faces)).tolist())
-    new: list[tuple[int, int, int, int]] = []
-    used: set[int] = set()
-    for own, other in zip(half.tolist(), beyond[half].tolist(), strict=True):
-        if other < 0 or {own // 3, other // 3} & used:
-            continue
-        start, end, top = np.roll(faces[own // 3], -(own % 3)).tolist()
-        far = int(faces[other // 3, (other + 2) % 3])
-        if (key := min(top, far) << BITS | max(top, far)) in edges:
-            continue
-        edges.add(key)
-        used |= {own // 3, other // 3}
-        new += [(own // 3, start, far, top), (other // 3, far, end, top)]
-    return np.array(new, np.int64).reshape(-1, 4)

@@ -1,12 +1,13 @@
 """Solids: checks whether a printer can make a body, and what has to be repaired."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import MOST, self_intersections
-from relief.solids.meshes.neighbourhood import edge_balance
+from relief.solids.meshes.neighbourhood import connected, edge_balance, edge_pairs
 from relief.solids.meshes.shells import (
     MOST_BOXES,
     body_volumes,
@@ -50,7 +51,7 @@ def check_closed(body: Body, name: object, *, repeated: bool = False) -> None:
     volumes, longest = body_volumes(body), float(np.ptp(body.vertices, axis=0).max())
     if abs(volumes.sum()) < THINNEST * longest**3:
         raise InputError(f"{name}: encloses no volume; give the surface a thickness")
-    if volumes.sum() < 0.0 or _inverted_part(body, volumes, name):
+    if inside_out(body, name).any():
         raise InputError(f"{name}: is turned inside out; flip the normals (Blender: Mesh, Normals, Flip)")
 
 
@@ -136,22 +137,20 @@ def _edges(faces: Index) -> tuple[int, int]:
     return int(np.count_nonzero(count % 2)), int(np.count_nonzero((count % 2 == 0) & (balance != 0.0)))
 
 
-def _inverted_part(body: Body, volumes: Array, name: object) -> bool:
-    """Whether a part with negative volume is no hollow, as the box of no other part holds it.
+def inside_out(body: Body, name: object) -> NDArray[np.bool_]:
+    """(m,) faces of shells of a closed body that have negative volume and are no hollows.
 
-    Raises InputError if there are too many parts for the search.
+    A shell hangs together by edges of two faces; the box of another shell holds a hollow. With a negative
+    volume in total all shells are inside out. Raises InputError if there are too many for the search.
     """
-    part = components(body)
-    count = int(part.max()) + 1
-    sums = np.bincount(part, volumes, count)
-    inside_out = np.flatnonzero(sums < 0.0)
-    if not len(inside_out):
-        return False
-    if len(inside_out) * count > MOST_BOXES:
-        raise InputError(f"{name}: its {count} parts are too many to tell whether they are hollows")
-    low, high = part_boxes(body, part)
-    for one in inside_out:
-        holds = (low <= low[one]).all(axis=1) & (high >= high[one]).all(axis=1) & (sums > 0.0)
-        if not holds.any():
-            return True
-    return False
+    shell = connected(edge_pairs(body.faces) // 3, len(body.faces))
+    volumes = np.bincount(shell, body_volumes(body))
+    turned = np.full(len(volumes), volumes.sum() < 0.0)
+    negative = np.flatnonzero((volumes < 0.0) ^ turned)
+    if len(negative) * len(volumes) > MOST_BOXES:
+        raise InputError(f"{name}: its {len(volumes)} parts are too many to tell whether they are hollows")
+    low, high = part_boxes(body, shell) if len(negative) else (np.zeros((0, 3)),) * 2
+    for one in negative:
+        holds = (low <= low[one]).all(axis=1) & (high >= high[one]).all(axis=1)
+        turned[one] ^= np.count_nonzero(holds) == 1
+    return np.asarray(turned[shell])

@@ -122,19 +122,19 @@ def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions)
     coverings, warnings = _coverings(textures, lengths_of(options), placement)
     solid, bare = (Mesh(thing.make(), None, Path(mesh)), ()) if thing else _solid(Path(mesh), options)
     _check_period(coverings, solid)
-    lines = solid.warnings
     settings, line = _with_holes(replace(settings, bare=bare), solid.body)
     hollow = sealed_hollows(solid.body).any()
     sealed = "has sealed hollows, whose walls nobody can touch and which stay without texture"
-    lines = (*lines, *([line] if line else []), *([sealed] if hollow else []))
-    for line in lines:
+    more = [*([line] if line else []), *([sealed] if hollow else [])]
+    for line in more:
         _log.warning("%s: %s", mesh, line)
     for line in warnings:
         _log.warning("%s", line)
     arguments = (solid.body, coverings, settings, solid.uv, named_regions)
     unit_mm = solid.unit_mm if options.units is None else None
     source = (solid.pieces, solid.origin, unit_mm)
-    return Task(arguments, placement, solid.colours, (*lines, *warnings), printer, *source)
+    warned = (*solid.warnings, *more, *warnings)
+    return Task(arguments, placement, solid.colours, warned, printer, *source)
 
 
 def lengths_of(options: TileOptions) -> Lengths:
@@ -181,8 +181,13 @@ def _bundled(path: Path, units: str | None) -> BundledObject | None:
 
 
 def _solid(path: Path, options: MeshOptions) -> tuple[Mesh, tuple[Bare, ...]]:
-    """The mesh of a file, mended, and where its parts touch. Raises InputError."""
+    """The mesh of a file, mended, and where its parts touch.
+
+    Its lines are logged, those about the file before it may be refused. Raises InputError.
+    """
     mesh = read_mesh(path, units=options.units)
+    for line in mesh.warnings:
+        _log.warning("%s: %s", path, line)
     work = mended(mesh.body, path, options.close_holes_mm)
     if options.unite:
         work = united_parts(work, path)
@@ -190,7 +195,7 @@ def _solid(path: Path, options: MeshOptions) -> tuple[Mesh, tuple[Bare, ...]]:
     body, parent, wedges = separated(work.body)
     # Faces that pass through one another are refused where texture would lie, and stay elsewhere.
     check_parts(body, path)
-    touch, lines = touching(body, wedges), [*mesh.warnings, *work.lines]
+    touch, lines = touching(body, wedges), list(work.lines)
     places = ((touch.edges, TOUCH_MM), (touch.faces, touch.reach_mm))
     bare = tuple(Bare(points, reach_mm) for points, reach_mm in places if len(points))
     if bare:
@@ -203,13 +208,15 @@ def _solid(path: Path, options: MeshOptions) -> tuple[Mesh, tuple[Bare, ...]]:
     elif uv is not None or colours is not None:
         uv = colours = None
         lines.append("is mended, so that its texture coordinates and colours are left out")
-    number = np.append(mesh.origin, -1)[origin]
+    for line in lines:
+        _log.warning("%s: %s", path, line)
+    lines, number = [*mesh.warnings, *lines], np.append(mesh.origin, -1)[origin]
     return replace(mesh, body=body, uv=uv, warnings=tuple(lines), colours=colours, origin=number), bare
 
 
 def _carried_over(values: Any, old: Body, new: Body, origin: Index) -> Any:
     """Values (m, 3, k) at corners of new faces, each in a face of an old body, from those at its corners."""
-    if values is None or np.array_equal(origin, np.arange(len(old.faces))):
+    if values is None or np.array_equal(new.vertices[new.faces], old.vertices[old.faces]):
         return values
     around = np.repeat(old.vertices[old.faces[origin]], 3, axis=0)
     share, _ = nearest_in(new.vertices[new.faces.ravel()], around)

@@ -83,8 +83,8 @@ def test_stl_in_text_is_read_too(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("unit", "mm"), [("in", 25.4), ("m", 1000.0), ("um", 1e-3)])
 def test_a_unit_that_is_stated_goes_before_that_of_the_file(unit: str, mm: float, tmp_path: Path) -> None:
     path = tmp_path / "cube.3mf"
-    write_parts(path, [Part("cube", cube(30.0))])
-    assert np.ptp(read_mesh(path, units=unit).body.vertices, axis=0) == pytest.approx(30.0 * mm)
+    write_parts(path, [Part("cube", cube(10.0))])
+    assert np.ptp(read_mesh(path, units=unit).body.vertices, axis=0) == pytest.approx(10.0 * mm)
     with pytest.raises(InputError, match="units: 'parsec' is not one of um, mm"):
         read_mesh(path, units="parsec")
 
@@ -252,7 +252,7 @@ def test_colours_of_vertices_and_faces_are_read(name: str, tmp_path: Path) -> No
         mesh.export(tmp_path / name, encoding="ascii")
     else:
         mesh.export(tmp_path / name)
-    read = read_mesh(tmp_path / name)
+    read = read_mesh(tmp_path / name, units="mm")
     assert read.colours is not None and read.colours.shape == (12, 3, 3)
     upper = read.body.vertices[read.body.faces][:, :, 2] > 0.0
     if name == "faces.ply":
@@ -281,9 +281,9 @@ def test_colours_that_are_none_are_left_out(more: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("side", "told"),
     [
-        (0.6, "only 0.6 x 0.6 x 0.6 mm; .* --units m or in"),
+        (0.6, "only 0.6 x 0.6 x 0.6 mm; .* --units in or m"),
         (2.0, "in or cm"),
-        (2000.0, "--units um"),
+        (2000.0, "measures 2,000 x .* --units"),
     ],
 )
 def test_a_size_of_another_unit_is_told(side: float, told: str, tmp_path: Path) -> None:
@@ -362,8 +362,8 @@ HOSTILE = {
     "corners.obj": (b"v 0 0 0\nf 1 1\n", "a face of the corners"),
     "coordinates.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/2\n", "name texture coordinates"),
     "billion.stl": (
-        bytes(80) + struct.pack("<I", 10**9) + bytes(50),
-        "states 1000000000 triangles, .* holds 1",
+        bytes(80) + struct.pack("<I", 10**9) + bytes(53),
+        "states 1000000000 triangles, .* holds 1 and 3 bytes",
     ),
     "many.ply": (
         ply(cube()).replace(b"face 12", b"face 1000000000"),
@@ -434,3 +434,130 @@ def test_equal_positions_become_one_whatever_their_bits_are_mixed_to(
     rows = 0.3 * single.astype(np.float64) + 0.0
     expected = [rows.tolist().index(row) for row in rows.tolist()]
     assert mesh._first_equal(rows).tolist() == expected
+
+
+def prism(outline, height: float, turn: float, first: int) -> tuple:
+    """Vertices and polygons of an upright prism, turned about an inclined axis; caps begin at a corner."""
+    count = len(outline)
+    points = np.vstack([np.column_stack([outline, np.full(count, z)]) for z in (0.0, height)])
+    points = trimesh.transform_points(points, trimesh.transformations.rotation_matrix(turn, (1, 2, 3)))
+    around = np.roll(np.arange(count), -first)
+    walls = [(i, (i + 1) % count, (i + 1) % count + count, i + count) for i in range(count)]
+    return points, [around[::-1], around + count, *walls]
+
+
+def as_obj(points, polygons) -> str:
+    corners = "".join("v {!r} {!r} {!r}\n".format(*map(float, point)) for point in points)
+    numbers = (" ".join(f"{i + 1}/{i + 1}" for i in polygon) for polygon in polygons)
+    return corners + "".join(f"vt {i / 100} 0\n" for i in range(len(points))) + "f " + "\nf ".join(numbers)
+
+
+def as_ply(points, polygons) -> str:
+    lines = [f"ply\nformat ascii 1.0\nelement vertex {len(points)}", *(f"property double {x}" for x in "xyz")]
+    lines += [f"element face {len(polygons)}", "property list uchar int vertex_indices", "end_header"]
+    lines += [" ".join(map(repr, map(float, point))) for point in points]
+    return "\n".join([*lines, *(" ".join(map(str, (len(each), *each))) for each in polygons)])
+
+
+ELL = [(0, 0), (40, 0), (40, 15), (15, 15), (15, 40), (0, 40)]
+TURNS = np.arange(1000) * np.pi / 500
+STAR = np.where(np.arange(1000) % 2, 20.0, 15.0)[:, None] * np.stack([np.cos(TURNS), np.sin(TURNS)], axis=1)
+OUTLINES = {
+    "ell": (ELL, 975.0),
+    "dart": ([(0, 0), (20, 10), (0, 20), (5, 10)], 150.0),
+    "fork": ([(0, 0), (30, 0), (30, 30), (20, 30), (20, 10), (10, 10), (10, 30), (0, 30)], 700.0),
+    "corners on a line": ([(0, 0), (9, 0), (40, 0), (40, 15), (27, 15), (15, 15), (15, 40), (0, 40)], 975.0),
+    "convex, on a line": ([(0, 0), (10, 0), (20, 0), (20, 20), (0, 20), (0, 7)], 400.0),
+    "a corner twice": ([ELL[0], *ELL, ELL[5]], 975.0),
+    "a thousand corners": (STAR, 500 * 300.0 * np.sin(np.pi / 500)),
+}
+
+
+@pytest.mark.parametrize("form", [as_obj, as_ply])
+@pytest.mark.parametrize("turn", [0.0, 0.7])
+@pytest.mark.parametrize("name", OUTLINES)
+def test_polygons_are_triangulated_within_their_outlines(
+    name: str, turn: float, form, tmp_path: Path
+) -> None:
+    outline, area = OUTLINES[name]
+    path = tmp_path / f"part.{form.__name__[3:]}"
+    for first in range(len(outline) if len(outline) < 100 else 1):
+        points, polygons = prism(outline, 10.0, turn, first)
+        path.write_text(form(points, polygons))
+        read = read_mesh(path)
+        assert volume_mm3(read.body) == pytest.approx(10.0 * area)
+        if name not in ("corners on a line", "convex, on a line"):
+            check_solid(read.body, path)
+        assert read.body.areas.sum() == pytest.approx(
+            2.0 * area + 10.0 * np.linalg.norm(np.diff([*outline, outline[0]], axis=0), axis=1).sum()
+        )
+        if read.uv is not None and name != "a corner twice" and len(outline) < 100:
+            numbers = np.round(100 * read.uv[:, :, 0]).astype(int)
+            np.testing.assert_allclose(points[numbers], read.body.vertices[read.body.faces])
+
+
+def test_convex_polygons_stay_fans_and_warped_ones_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "part.obj"
+    points, polygons = prism([(0, 0), (20, 0), (20, 20), (0, 20)], 10.0, 0.0, 0)
+    points[6, 2] += 0.3
+    path.write_text(as_obj(points, polygons))
+    body = read_mesh(path).body
+    check_solid(body, path)
+    # The second polygon is the top, whose first corner is in both triangles.
+    assert [8 - 4 in face for face in body.faces[2:4]] == [True, True]
+
+
+def test_concave_polygons_with_too_many_corners_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "part.obj"
+    turns = np.arange(40_000) * np.pi / 20_000
+    radii = np.where(np.arange(40_000) % 2, 20.0, 15.0)
+    points = np.column_stack([radii * np.cos(turns), radii * np.sin(turns), 0 * turns])
+    path.write_text(as_obj(points, [range(40_000)]))
+    with pytest.raises(InputError, match="concave polygons of up to 40000 corners; triangulate the mesh"):
+        read_mesh(path)
+
+
+@pytest.mark.parametrize("head", [b"", b"solid part"], ids=["head", "solid"])
+@pytest.mark.parametrize(
+    ("stated", "behind", "told"),
+    [
+        (0, b"", "states 0 triangles; the 12 that the file holds are read"),
+        (0xFFFFFFFF, b"", "the 12 that the file holds are read"),
+        (0, b"ab", "are read, without 2 bytes behind them"),
+        (7, b"", "states 7 triangles; the 12"),
+        (13, b"", "states 13 triangles; the 12"),
+        (12, b"\r\n", "states 12 triangles; 2 bytes behind them are left out"),
+        (12, bytes(340), "340 bytes behind"),
+        (12, bytes(100), "100 bytes behind"),
+    ],
+)
+def test_a_binary_stl_of_a_stream_is_read(
+    head: bytes, stated: int, behind: bytes, told: str, tmp_path: Path
+) -> None:
+    path, content = tmp_path / "part.stl", stl(cube())
+    path.write_bytes(head.ljust(80) + struct.pack("<I", stated) + content[84:] + behind)
+    read = read_mesh(path)
+    assert volume_mm3(read.body) == pytest.approx(8000.0)
+    assert len(read.warnings) == 1 and told in read.warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("suffix", "side", "units", "told"),
+    [
+        (".glb", 40.0, "mm or cm", "40,000 mm"),
+        (".glb", 2.0, "in or cm", "measures 2,000 x"),
+        (".obj", 0.04, "m", "measures only 0.04 x"),
+        (".stl", 2.0, "in or cm", "measures only 2 x"),
+        (".stl", 40_000.0, "um", "40,000 mm"),
+    ],
+)
+def test_a_line_names_the_units_that_are_likely(
+    suffix: str, side: float, units: str, told: str, tmp_path: Path
+) -> None:
+    path = tmp_path / f"part{suffix}"
+    trimesh.creation.box((side,) * 3).export(path)
+    try:
+        (line,) = read_mesh(path).warnings
+    except InputError as error:
+        line = error.for_command
+    assert told in line and (line + ")").split("--units ")[1].split(")")[0] == units
