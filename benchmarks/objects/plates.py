@@ -21,7 +21,7 @@ from relief.solids.body import Body, Part
 from relief.solids.export.back_labels import labelled
 from relief.solids.export.parts import write_parts
 from relief.solids.export.plate_export import plate_mesh
-from relief.solids.meshes.shells import _body, _manifold
+from relief.solids.meshes.shells import body_of, manifold_of
 from tactile import jnd_apart
 
 TEXTURES = ("gravel", "leather", "bark", "brick", "knit", "terrain")
@@ -47,7 +47,7 @@ def variants(heights: Array, folder: Path) -> Iterator[tuple[str, Path]]:
         turn = Rotation.from_euler("xyz", degrees, degrees=True).as_matrix()
         kinds[how] = Body(body.vertices @ turn.T, body.faces)
     for mm in TOLERANCES_MM:
-        coarse = _body(_manifold(body).simplify(mm))
+        coarse, _ = body_of(manifold_of(body, np.zeros(len(body.faces), np.int64)).simplify(mm))
         kinds[f"{len(coarse.faces) / len(body.faces):.0%} of the triangles"] = coarse
     for kind, each in kinds.items():
         yield kind, write_parts(folder / "variant.stl", [Part("plate", each)])

@@ -125,16 +125,16 @@ def united(body: Body) -> tuple[Body, Index]:
         The union, and the face of the body in which each of its faces lies, (m,).
     """
     own, origin, _ = separated(body)
-    whole = _manifold(own)
+    whole = manifold_of(own)
     if whole.status() != Error.NoError:
         return body, np.arange(len(body.faces))
     shells = whole.decompose()
     outer = Manifold.batch_boolean([shell for shell in shells if shell.volume() > 0.0], OpType.Add)
-    for hollow in (_body(shell) for shell in shells if shell.volume() < 0.0):
+    for hollow in (body_of(shell) for shell in shells if shell.volume() < 0.0):
         turned = Body(hollow[0].vertices, hollow[0].faces[:, ::-1])
-        outer -= _manifold(turned, hollow[1])
+        outer -= manifold_of(turned, hollow[1])
     # Parts that touch but for the rounding of a file leave steps and slits of that size.
-    union, number = _body(outer.simplify(ROUNDED_MM))
+    union, number = body_of(outer.simplify(ROUNDED_MM))
     return union, origin[number]
 
 
@@ -144,19 +144,19 @@ def without(body: Body, tools: Sequence[Body]) -> tuple[Body, Index] | None:
     Faces of the others have -1. None if a body is not closed, or nothing is left.
     """
     own, origin, _ = separated(body)
-    cut = _manifold(own)
+    cut = manifold_of(own)
     for tool in tools:
         # As slicers do, a volume that is turned inside out is turned back.
         turn = -1 if body_volumes(tool).sum() < 0.0 else 1
         other = Body(tool.vertices, tool.faces[:, ::turn])
-        cut -= _manifold(other, np.full(len(tool.faces), len(origin)))
+        cut -= manifold_of(other, np.full(len(tool.faces), len(origin)))
     if cut.status() != Error.NoError or cut.is_empty():
         return None
-    left, number = _body(cut)
+    left, number = body_of(cut)
     return left, np.append(origin, -1)[number]
 
 
-def _manifold(body: Body, numbers: Index | None = None) -> Manifold:
+def manifold_of(body: Body, numbers: Index | None = None) -> Manifold:
     """The body for Boolean operations, with numbers (m,) of its faces that outlast them; None: from 0."""
     faces = np.ascontiguousarray(body.faces, dtype=np.uint64)
     # Faces without numbers would be joined where they lie in one plane.
@@ -164,7 +164,7 @@ def _manifold(body: Body, numbers: Index | None = None) -> Manifold:
     return Manifold(Mesh64(np.ascontiguousarray(body.vertices), faces, face_id=numbers.astype(np.uint64)))
 
 
-def _body(manifold: Manifold) -> tuple[Body, Index]:
+def body_of(manifold: Manifold) -> tuple[Body, Index]:
     """The body that is the outcome of Boolean operations, and the numbers of its faces, (m,)."""
     mesh = manifold.to_mesh64()
     body = Body(np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts, dtype=np.int64))

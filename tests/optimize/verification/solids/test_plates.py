@@ -19,7 +19,7 @@ from relief.solids.body import Body
 from relief.solids.export.back_labels import labelled
 from relief.solids.export.plate_export import export_plate, plate_mesh
 from relief.solids.files import Mesh, read_mesh
-from relief.solids.meshes.shells import _body, _manifold
+from relief.solids.meshes.shells import body_of, manifold_of
 from relief.solids.objects.table import OBJECTS
 from retouch.verbs.evaluation import Evaluation
 from tactile import jnd_apart
@@ -28,6 +28,10 @@ from tactile.skin import Skin
 from tests.relief.solids.meshes.bodies import cube, joined
 
 SIZE_MM, SIDE = 16.0, 128
+
+
+def made(manifold: Manifold) -> Body:
+    return body_of(manifold)[0]
 
 
 def texture(side: int = SIDE) -> np.ndarray:
@@ -105,7 +109,7 @@ def test_flat_pixels_of_a_printer_are_samples(tmp_path: Path) -> None:
 
 
 def test_a_decimated_plate_is_within_a_twentieth_of_a_jnd(plate: Body, flat: TouchMeasures) -> None:
-    coarse = _body(_manifold(plate).simplify(0.01))
+    coarse = made(manifold_of(plate, np.zeros(len(plate.faces), np.int64)).simplify(0.01))
     assert len(coarse.faces) < 0.9 * len(plate.faces)
     felt = feel_of(Mesh(coarse, None, Path("plate.stl")), Skin())
     assert abs(jnd_apart(felt.means["roughness"], flat.means["roughness"])) < 0.05
@@ -113,13 +117,13 @@ def test_a_decimated_plate_is_within_a_twentieth_of_a_jnd(plate: Body, flat: Tou
 
 
 def test_places_over_the_outline_and_holes_are_left_out(plate: Body) -> None:
-    whole = _manifold(plate)
+    whole = manifold_of(plate)
     hole = Manifold.cylinder(20.0, 1.0, 1.0, 32, True).translate((6.5, 6.5, 0.0))
-    felt = feel_of(Mesh(_body(whole - hole), None, Path("plate.stl")), Skin())
+    felt = feel_of(Mesh(made(whole - hole), None, Path("plate.stl")), Skin())
     assert felt.curvature == PLATE and felt.edges > 0 and len(felt.crops) + felt.edges == 16
     at = np.array([crop.frame.at for crop in felt.crops])
     assert (np.abs(at[:, :2] - 6.5).max(axis=1) > 4.0).all()
-    assert plates_of(_body(whole ^ Manifold.cylinder(20.0, 8.0, 8.0, 64, True)), "round")[0].bare[0, 0]
+    assert plates_of(made(whole ^ Manifold.cylinder(20.0, 8.0, 8.0, 64, True)), "round")[0].bare[0, 0]
 
 
 def test_several_plates_in_a_file_are_felt_one_by_one(plate: Body, flat: TouchMeasures) -> None:
@@ -142,12 +146,12 @@ def dome(sag_mm: float, relief: float, side: int = 200) -> Body:
 def cup() -> Body:
     """A mug without a handle, which stands on its flat bottom."""
     outer, inner = (Manifold.cylinder(80.0, radius, radius, 64) for radius in (35.0, 32.0))
-    return _body(outer - inner.translate((0.0, 0.0, 3.0)))
+    return made(outer - inner.translate((0.0, 0.0, 3.0)))
 
 
 def with_boss() -> Body:
     plate = Manifold.cube((40.0, 40.0, 4.0), True)
-    return _body(plate + Manifold.cylinder(8.0, 8.0, 8.0, 64))
+    return made(plate + Manifold.cylinder(8.0, 8.0, 8.0, 64))
 
 
 def of_trimesh(body: trimesh.Trimesh) -> Body:
@@ -157,7 +161,7 @@ def of_trimesh(body: trimesh.Trimesh) -> Body:
 def back_to_back() -> Body:
     """A plate with the relief on both sides, none of which is a back."""
     one = plate_mesh(texture(), SIZE_MM)
-    return _body(_manifold(one) + _manifold(one).rotate((180.0, 0.0, 0.0)).translate((0.0, 0.0, -3.5)))
+    return made(manifold_of(one) + manifold_of(one).rotate((180.0, 0.0, 0.0)).translate((0.0, 0.0, -3.5)))
 
 
 def wedge() -> Body:

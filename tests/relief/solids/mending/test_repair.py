@@ -210,7 +210,7 @@ def test_slivers_back_to_back_are_dropped(own: list[float], beyond: list[float])
     one, two = np.split(8 + np.arange(len(places)), [len(own)])
     around = [end, *one[::-1], start, *two]
     faces = [
-        *np.delete(CUBE, [0, other], axis=0),
+        *np.delete(CUBE, [0, int(other)], axis=0),
         *[(*pair, top) for pair in pairwise([start, *one, end])],
         *[(*pair[::-1], far) for pair in pairwise([start, *two, end])],
         *[(end, *pair) for pair in pairwise(around[1:])],

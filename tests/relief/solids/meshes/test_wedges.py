@@ -21,7 +21,8 @@ def welded(*bodies: Body) -> Body:
 
 def voxels(filled) -> Body:
     """The surface of unit cubes, each position once: faces between full and empty cells."""
-    corners, faces = [], []
+    corners: list[np.ndarray] = []
+    faces: list[list[int]] = []
     padded = np.pad(filled, 1)
     for cell in np.argwhere(filled):
         for axis in range(3):
