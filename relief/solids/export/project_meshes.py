@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, Index, renumbered
 from relief.solids.body import Body
-from relief.solids.export.package_text import Element
 from relief.solids.export.threemf_writer import TRIANGLE, VERTEX
 from relief.solids.export.written_numbers import rows_as_text
 from relief.solids.files.parsed_mesh import Piece
@@ -92,11 +91,18 @@ class TexturedMeshes:
         self._number_of = {(piece.path, piece.span): k for k, piece in enumerate(textured.pieces)}
 
     def text(
-        self, text: bytes, mesh: Element, path: tuple[int, ...], number: str, parent: str
+        self, mesh: bytes, path: tuple[int, ...], number: str, parent: str
     ) -> tuple[bytes, list[tuple[int, int] | None], int]:
-        """A mesh with texture, the spans of its volumes, None for one that is gone, and triangles added."""
-        was, textured = _mesh(text[mesh.start : mesh.end]), self._textured
-        prefix = mesh.name[:-4]
+        """A mesh with texture, the spans of its volumes, None for one that is gone, and triangles added.
+
+        Args:
+            mesh: Its text in the file.
+            path: Its place, as of `Piece`.
+            number: Of its object.
+            parent: Number of the object that this is a component of; empty for an item.
+        """
+        was, textured = _mesh(mesh), self._textured
+        prefix = mesh[1 : mesh.index(b"mesh")].decode()
         vertices: list[bytes] = []
         triangles: list[bytes] = []
         spans: list[tuple[int, int] | None] = []
