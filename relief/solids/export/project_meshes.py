@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, Index, renumbered
-from relief.solids.body import Body
+from relief.solids.body import Body, Part
 from relief.solids.export.threemf_writer import TRIANGLE, VERTEX
 from relief.solids.export.written_numbers import rows_as_text
 from relief.solids.files.parsed_mesh import Piece
@@ -33,7 +33,7 @@ class Textured(NamedTuple):
 
     Attributes:
         pieces: Of the file.
-        unit_mm: mm of its unit.
+        unit_mm: mm of the unit in which it was read.
         body: In mm.
         source: (m,) face of the file in which each face of the body lies, -1 for none.
         fine: Number of the faces with texture, which come first.
@@ -62,6 +62,17 @@ class Textured(NamedTuple):
         cuts = {piece.cut for piece, one in zip(self.pieces, changed, strict=True) if one} - {None}
         changed |= [piece.cut in cuts for piece in self.pieces]
         return winner[shell], changed
+
+    def parts(self) -> list[Part]:
+        """The pieces, each with its name, where they lie."""
+        owner, _ = self.owners()
+        bodies = (Body(self.body.vertices, self.body.faces[owner == k]) for k in range(len(self.pieces)))
+        used = (renumbered(body.faces, len(body.vertices)) for body in bodies)
+        return [
+            Part(piece.name, Body(self.body.vertices[numbers], faces))
+            for piece, (numbers, faces) in zip(self.pieces, used, strict=True)
+            if len(faces)
+        ]
 
 
 class _Mesh(NamedTuple):
