@@ -196,7 +196,7 @@ def test_prusaslicer_opens_what_is_written(tmp_path: Path) -> None:
     out, again = tmp_path / "out.3mf", tmp_path / "again.3mf"
     write_project(out, file, textured(read_mesh(file), np.array([0, 1])))
     # The slicer itself tells what it made of the file by writing it again.
-    command = ["prusa-slicer", "--export-3mf", "--dont-arrange", "-o", again, out]
+    command = ["prusa-slicer", "--export-3mf", "--dont-arrange", "-o", str(again), str(out)]
     subprocess.run(command, capture_output=True, check=True)
     mesh, notes = read_mesh(again), entries(again)[VOLUMES].decode()
     assert mesh.warnings[:1] == ("leaves out support blockers: 1",)

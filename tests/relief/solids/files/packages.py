@@ -1,6 +1,7 @@
 """Projects of slicers for tests, written as the slicers write them."""
 
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -53,7 +54,7 @@ def model(resources: str, build: str, attributes: str = "") -> str:
     return f"{text}<resources>{resources}</resources><build>{build}</build></model>"
 
 
-def write(path: Path, files: dict[str, str | bytes]) -> Path:
+def write(path: Path, files: Mapping[str, str | bytes]) -> Path:
     """An archive with a picture."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         whole = {"[Content_Types].xml": TYPES, RELS: RELATIONS.format(MAIN), **files}
