@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, Index, renumbered
-from relief.solids.body import Body
-from relief.solids.export.package_text import Element
+from relief.solids.body import Body, Part
 from relief.solids.export.threemf_writer import TRIANGLE, VERTEX
 from relief.solids.export.written_numbers import rows_as_text
 from relief.solids.files.parsed_mesh import Piece
@@ -34,7 +33,7 @@ class Textured(NamedTuple):
 
     Attributes:
         pieces: Of the file.
-        unit_mm: mm of its unit.
+        unit_mm: mm of the unit in which it was read.
         body: In mm.
         source: (m,) face of the file in which each face of the body lies, -1 for none.
         fine: Number of the faces with texture, which come first.
@@ -64,6 +63,17 @@ class Textured(NamedTuple):
         changed |= [piece.cut in cuts for piece in self.pieces]
         return winner[shell], changed
 
+    def parts(self) -> list[Part]:
+        """The pieces, each with its name, where they lie."""
+        owner, _ = self.owners()
+        bodies = (Body(self.body.vertices, self.body.faces[owner == k]) for k in range(len(self.pieces)))
+        used = (renumbered(body.faces, len(body.vertices)) for body in bodies)
+        return [
+            Part(piece.name, Body(self.body.vertices[numbers], faces))
+            for piece, (numbers, faces) in zip(self.pieces, used, strict=True)
+            if len(faces)
+        ]
+
 
 class _Mesh(NamedTuple):
     """The mesh of an object as a file has it, and the other attributes of its triangles by their numbers."""
@@ -92,11 +102,18 @@ class TexturedMeshes:
         self._number_of = {(piece.path, piece.span): k for k, piece in enumerate(textured.pieces)}
 
     def text(
-        self, text: bytes, mesh: Element, path: tuple[int, ...], number: str, parent: str
+        self, mesh: bytes, path: tuple[int, ...], number: str, parent: str
     ) -> tuple[bytes, list[tuple[int, int] | None], int]:
-        """A mesh with texture, the spans of its volumes, None for one that is gone, and triangles added."""
-        was, textured = _mesh(text[mesh.start : mesh.end]), self._textured
-        prefix = mesh.name[:-4]
+        """A mesh with texture, the spans of its volumes, None for one that is gone, and triangles added.
+
+        Args:
+            mesh: Its text in the file.
+            path: Its place, as of `Piece`.
+            number: Of its object.
+            parent: Number of the object that this is a component of; empty for an item.
+        """
+        was, textured = _mesh(mesh), self._textured
+        prefix = mesh[1 : mesh.index(b"mesh")].decode()
         vertices: list[bytes] = []
         triangles: list[bytes] = []
         spans: list[tuple[int, int] | None] = []

@@ -8,54 +8,32 @@ their walls.
 import re
 import uuid
 import zipfile
-from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections import Counter
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
+from xml.dom.minidom import Document, Node, parseString
 
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named, partial_file, read_limited
-from relief.solids.export.package_text import Edit, Element, as_utf8, edited, elements
 from relief.solids.export.project_meshes import Textured, TexturedMeshes
 from relief.solids.export.threemf_writer import LEVEL
 from relief.solids.files.parsed_mesh import LARGEST_FILE
 from relief.solids.files.slicer_notes import NEGATIVE, PARTS, VOLUMES, Notes, Volume, part_at
 from relief.solids.files.threemf_archive import model_entries, opened
 
-OF_MODELS = ("object", "mesh", "component", "item", "basematerials", "colorgroup", "texture2d")
-OF_NOTES = ("object", "volume", "part", "metadata", "mesh_stat", "model_instance", "assemble_item")
-"""Elements of models and of slicers' notes that may change, or whose numbers are taken."""
-UUID = re.compile(rb"""(\s[\w.-]+:UUID\s*=\s*)(["'])([^"']*)\2""")
-"""The UUID of an object or a component, in a tag."""
+MOST_TAGS = 500_000
+"""Most tags of a tree, which takes a kilobyte for each; large projects have thousands besides meshes."""
+BULK = re.compile(
+    rb"<((?:[\w.-]+:)?(?:mesh|colorgroup|texture2dgroup|multiproperties|slicestack))(\s[^<>]*)?(?<!/)>"
+)
+"""The first tag of an element whose many elements no tree holds."""
+STUB = re.compile(rb"<[^<>]* stub=\"(\d+)\"/>")
+"""What stands for such an element in a tree, with its number."""
 
+Element = Any
+"""An element of a tree; the types of minidom know no parents."""
 Place = tuple[int, ...]
 Key = tuple[str, str]
-
-
-class _Child(NamedTuple):
-    """A component: its object before and now, None if it is gone, and how many triangles more it has."""
-
-    before: str
-    number: str | None
-    added: int
-
-
-class _Version(NamedTuple):
-    """An object as one place has it.
-
-    Attributes:
-        number: Of the object.
-        edits: Of its text.
-        spans: Of the volumes of its mesh; None for one that is gone.
-        children: Its components.
-        added: How many triangles more it has.
-    """
-
-    number: str
-    edits: list[Edit]
-    spans: list[tuple[int, int] | None]
-    children: list[_Child]
-    added: int
 
 
 def write_project(out: Path, file: Path, textured: Textured) -> list[str]:
@@ -79,7 +57,7 @@ def write_project(out: Path, file: Path, textured: Textured) -> list[str]:
         if sum(entry.file_size for entry in entries) > 2 * LARGEST_FILE:
             raise InputError(f"{file}: unpacks to more than {2 * LARGEST_FILE} bytes")
         project = _Project(archive, file, textured)
-        texts = [project.texts.get(entry.filename) or archive.read(entry) for entry in entries]
+        texts = [project.text(entry.filename) or archive.read(entry) for entry in entries]
     with partial_file(out) as partial, zipfile.ZipFile(partial, "w", compresslevel=LEVEL) as written:
         for entry, text in zip(entries, texts, strict=True):
             info = zipfile.ZipInfo(entry.filename, entry.date_time)
@@ -89,178 +67,219 @@ def write_project(out: Path, file: Path, textured: Textured) -> list[str]:
 
 
 class _Project:
-    """The texts of an archive that change.
+    """The trees of an archive.
 
     Attributes:
-        texts: By the names of their entries.
         lines: About what could not be carried over.
     """
 
     def __init__(self, archive: zipfile.ZipFile, path: Path, textured: Textured) -> None:
-        self._notes = Notes(archive, path)
-        self._meshes = TexturedMeshes(self._notes, textured)
-        self._models = {
-            f"/{entry.filename}": as_utf8(archive.read(entry)) for entry in model_entries(archive, path)
-        }
-        roots = {name: elements(text, OF_MODELS) for name, text in self._models.items()}
-        self._objects = {
-            (name, each.attributes.get("id", "")): each
-            for name in roots
-            for each in roots[name].inner("object")
-        }
-        self._main, self._items = next(
-            (name, items) for name, root in roots.items() if (items := root.inner("item"))
-        )
-        numbers = [each.attributes.get("id", "") for root in roots.values() for each in root.within]
-        self._last = max((int(number) for number in numbers if number.isdigit()), default=0)
+        self._path, self._notes = path, Notes(archive, path)
+        self._meshes, self._texts = TexturedMeshes(self._notes, textured), list[bytes]()
+        models = [entry.filename for entry in model_entries(archive, path)]
+        notes = [name for name in (VOLUMES, PARTS) if name in archive.NameToInfo]
+        self._trees = {f"/{name}": self._tree(archive.read(name)) for name in (*models, *notes)}
+        self._changed: set[str] = set()
+        found = [(name, each) for name, tree in self._trees.items() for each in _all(tree, "object")]
+        # Texts of objects in models and in notes of slicers, before any of them changes.
+        self._before = {(name, each.getAttribute("id")): each for name, each in found}
+        self._main = next(f"/{name}" for name in models if _all(self._trees[f"/{name}"], "item"))
+        resources = [each for tree in self._trees.values() for each in _all(tree, "resources")]
+        ids = [each.getAttribute("id") for one in resources for each in _children(one)]
+        self._last = max(int(number) for number in ids if number.isdecimal())
+        items = _all(self._trees[self._main], "item")
+        self._after: dict[Key, Element] = {}
         self._kept: set[Key] = set()
-        self._versions: dict[Key, list[_Version]] = defaultdict(list)
-        for place, item in enumerate(self._items):
+        for place, item in enumerate(items):
             self._find_kept(item, self._main, (place,))
-        edits: dict[str, list[Edit]] = defaultdict(list)
-        self._moved: dict[tuple[str, str], tuple[str, int]] = {}
+        instances: dict[tuple[str, str], tuple[str, str]] = {}
         before, after = Counter[str](), Counter[str]()
-        for place, item in enumerate(self._items):
+        for place, item in enumerate(items):
+            old = item.getAttribute("objectid")
             number, _ = self._rewritten(item, self._main, (place,), "")
-            edits[self._main].append(_reference(item, self._models[self._main], number))
-            old = item.attributes["objectid"]
             if number is not None:
-                self._moved[old, str(before[old])] = number, after[number]
+                instances[old, str(before[old])] = number, str(after[number])
                 after[number] += 1
             before[old] += 1
-        for key, versions in self._versions.items():
-            edits[key[0]].append(self._object_text(key, versions))
-        self.texts = {name[1:]: edited(self._models[name], edits[name]) for name in edits}
-        for name in (VOLUMES, PARTS):
-            if name in archive.NameToInfo:
-                self.texts[name] = self._notes_text(as_utf8(archive.read(name)))
+        self._renumber(instances)
         self.lines = []
-        if self._meshes.lost:
-            self.lines.append(
-                f"leaves out paint that divides triangles which carry texture now: {self._meshes.lost}"
-            )
+        if lost := self._meshes.lost:
+            self.lines.append(f"leaves out paint that divides triangles which carry texture now: {lost}")
         if any(name.endswith(".gcode") for name in archive.namelist()):
             self.lines.append("keeps the G-code of the project, which has no texture: slice again")
+
+    def text(self, name: str) -> bytes:
+        """The text of an entry that changes; empty for others."""
+        if f"/{name}" not in self._changed:
+            return b""
+        text: bytes = self._trees[f"/{name}"].toxml("UTF-8")
+        return STUB.sub(lambda match: self._texts[int(match[1])], text)
+
+    def _tree(self, text: bytes) -> Document:
+        """The tree of a text, with stubs in place of meshes. Raises InputError if it is too large."""
+        if text[:2] in (b"\xff\xfe", b"\xfe\xff"):
+            text = re.sub("encoding=[\"'][^\"']*.", "", text.decode("utf-16"), count=1).encode()
+        parts, at = [], 0
+        for match in BULK.finditer(text):
+            end = text.find(b"</" + match[1], match.end()) if match.start() >= at else at
+            if end < 0:
+                break
+            if end > at:
+                end = text.index(b">", end) + 1
+                stub = b'<%s%s stub="%d"/>' % (match[1], match[2] or b"", len(self._texts))
+                parts += [text[at : match.start()], stub]
+                self._texts.append(text[match.start() : end])
+                at = end
+        text = b"".join([*parts, text[at:]])
+        if text.count(b"<") > MOST_TAGS:
+            raise InputError(f"{self._path}: has more than {MOST_TAGS} tags besides meshes")
+        return parseString(text)
 
     def _find_kept(self, reference: Element, model: str, path: Place) -> None:
         """Note the objects that some place has as they were."""
         key = _target(reference, model)
-        if key not in self._objects or (path not in self._meshes.changed and key in self._kept):
+        if key not in self._before or (path not in self._meshes.changed and key in self._kept):
             return
         if path not in self._meshes.changed:
             self._kept.add(key)
-        for k, child in enumerate(self._objects[key].inner("component")):
-            self._find_kept(child, key[0], (*path, k))
+        for place, child in enumerate(_all(self._before[key], "component")):
+            self._find_kept(child, key[0], (*path, place))
 
     def _rewritten(self, reference: Element, model: str, path: Place, parent: str) -> tuple[str | None, int]:
-        """The object that an item or a component has now, None for none, and how many triangles more."""
+        """Give an item or a component its object with texture.
+
+        Returns:
+            The number of the object, None if nothing is left of it, and how many triangles more it has.
+        """
         key = _target(reference, model)
         if path not in self._meshes.changed:
             part = part_at(self._notes.objects.get(parent, Volume()).volumes, path[-1], key[1])
             cut = part and part.kind == NEGATIVE and path[:-1] in self._meshes.cuts
-            return None if cut else key[1], 0
-        own, text = self._objects[key], self._models[key[0]]
-        edits: list[Edit] = []
+            return self._referred(reference, model, None if cut else key[1]), 0
+        own = self._before[key].cloneNode(True)
         spans: list[tuple[int, int] | None] = []
-        children: list[_Child] = []
         added = 0
-        for mesh in own.inner("mesh"):
-            new, spans, added = self._meshes.text(text, mesh, path, key[1], parent)
-            edits.append((mesh.start, mesh.end, new))
-        for k, child in enumerate(own.inner("component")):
-            number, more = self._rewritten(child, key[0], (*path, k), key[1])
-            children.append(_Child(child.attributes["objectid"], number, more))
-            edits.append(_reference(child, text, number))
-            added += more
-        if all(span is None for span in spans) and all(child.number is None for child in children):
-            return None, added
-        versions = self._versions[key]
-        number = key[1]
-        if versions or key in self._kept:
-            self._last += 1
-            number = str(self._last)
-        versions.append(_Version(number, edits, spans, children, added))
-        return number, added
+        for mesh in _all(own, "mesh"):
+            was = self._texts[int(mesh.getAttribute("stub"))]
+            text, spans, added = self._meshes.text(was, path, key[1], parent)
+            mesh.setAttribute("stub", str(len(self._texts)))
+            self._texts.append(text)
+        children = []
+        for place, child in enumerate(_all(own, "component")):
+            before = child.getAttribute("objectid")
+            children.append((before, *self._rewritten(child, key[0], (*path, place), key[1])))
+            added += children[-1][2]
+        if all(span is None for span in spans) and all(number is None for _, number, _ in children):
+            return self._referred(reference, model, None), added
+        number = self._placed(key, own)
+        note = next((name for name in (VOLUMES, PARTS) if (f"/{name}", key[1]) in self._before), None)
+        if note is not None and key[0] == self._main:
+            noted = self._before[f"/{note}", key[1]].cloneNode(True)
+            _note(noted, spans, children, added)
+            self._placed((f"/{note}", key[1]), noted, number)
+        return self._referred(reference, model, number), added
 
-    def _object_text(self, key: Key, versions: Sequence[_Version]) -> Edit:
-        """All versions of an object, one after the other."""
-        own, text = self._objects[key], self._models[key[0]]
-        texts = [text[own.start : own.end]] if key in self._kept else []
-        for version in versions:
-            edits = [own.with_attributes(text, id=version.number), *version.edits]
-            new = edited(text, edits, own.start, own.end)
-            texts.append(new if version.number == key[1] else _with_new_uuids(new, version.number))
-        return own.start, own.end, b"".join(texts)
+    def _referred(self, reference: Element, model: str, number: str | None) -> str | None:
+        """The number of the object that an item or a component has now; without one it is gone."""
+        if number is None:
+            reference.parentNode.removeChild(reference)
+        elif number != reference.getAttribute("objectid"):
+            reference.setAttribute("objectid", number)
+        else:
+            return number
+        self._changed.add(model)
+        return number
 
-    def _notes_text(self, text: bytes) -> bytes:
-        """The notes of a slicer by the new numbers of objects, instances, volumes and triangles."""
-        root = elements(text, OF_NOTES)
-        edits: list[Edit] = []
-        for own in root.within:
-            key = self._main, own.attributes.get("id", "")
-            if own.local == "object" and (versions := self._versions.get(key)):
-                texts = [text[own.start : own.end]] if key in self._kept else []
-                texts += [edited(text, _noted(own, text, each), own.start, own.end) for each in versions]
-                edits.append((own.start, own.end, b"".join(texts)))
-        for instance in root.inner("model_instance"):
-            noted = {each.attributes.get("key"): each for each in instance.within}
+    def _placed(self, key: Key, own: Element, number: str | None = None) -> str:
+        """Put an object with texture in the place of the one before, or after it if that one stays."""
+        if number is None:
+            taken = key in self._kept or key in self._after
+            self._last += taken
+            number = str(self._last) if taken else key[1]
+        own.setAttribute("id", number)
+        before = self._after.get(key, self._before[key])
+        if number == key[1]:
+            before.parentNode.replaceChild(own, before)
+        else:
+            before.parentNode.insertBefore(own, before.nextSibling)
+            # The production extension allows each UUID once in a file.
+            for each in (own, *own.getElementsByTagName("*")):
+                for name, value in each.attributes.items():
+                    if name.endswith(":UUID"):
+                        each.setAttribute(name, str(uuid.uuid5(uuid.NAMESPACE_OID, f"{number} {value}")))
+        self._after[key] = own
+        self._changed.add(key[0])
+        return number
+
+    def _renumber(self, instances: dict[tuple[str, str], tuple[str, str]]) -> None:
+        """Give instances on the plates of Bambu Studio the new numbers of their objects."""
+        tree = self._trees.get(f"/{PARTS}")
+        if tree is None or all(old == new for old, new in instances.items()):
+            return
+        for each in _all(tree, "model_instance"):
+            noted = {one.getAttribute("key"): one for one in _all(each, "metadata")}
             one, other = noted.get("object_id"), noted.get("instance_id")
-            if one and other and (new := self._moved.get((one.value, other.value))):
-                edits.append(one.with_attributes(text, value=new[0]))
-                edits.append(other.with_attributes(text, value=new[1]))
-        for item in root.inner("assemble_item"):
-            was = item.attributes.get("object_id", ""), item.attributes.get("instance_id", "")
-            if new := self._moved.get(was):
-                edits.append(item.with_attributes(text, object_id=new[0], instance_id=new[1]))
-        return edited(text, edits)
+            if one and other:
+                was = one.getAttribute("value"), other.getAttribute("value")
+                for element, value in zip((one, other), instances.get(was, was), strict=True):
+                    element.setAttribute("value", value)
+        for each in _all(tree, "assemble_item"):
+            was = each.getAttribute("object_id"), each.getAttribute("instance_id")
+            for name, value in zip(("object_id", "instance_id"), instances.get(was, was), strict=True):
+                each.setAttribute(name, value)
 
 
-def _noted(own: Element, text: bytes, version: _Version) -> list[Edit]:
-    """Edits of a slicer's note of an object."""
-    edits = [own.with_attributes(text, id=version.number)]
-    spans, places = iter(version.spans), iter(range(len(own.within)))
-    for each in own.within:
-        added, gone = version.added, False
-        if "firstid" in each.attributes:
-            span = next(spans, None)
-            gone = span is None
-            if span is not None:
-                edits.append(each.with_attributes(text, firstid=span[0], lastid=span[1] - 1))
-        elif each.local == "part":
-            place, number = next(places), each.attributes.get("id", "")
-            beside = version.children[place : place + 1] + version.children
-            child = next((child for child in beside if child.before == number), None)
-            if child is not None:
-                added, gone = child.added, child.number is None
-                edits += [] if gone else [each.with_attributes(text, id=str(child.number))]
-        if gone:
-            edits.append((each.start, each.end, b""))
+def _note(
+    own: Element,
+    spans: list[tuple[int, int] | None],
+    children: list[tuple[str, str | None, int]],
+    added: int,
+) -> None:
+    """Change a slicer's note of an object.
+
+    Args:
+        own: The note.
+        spans: Of the volumes of its mesh, in their order; None for one that is gone.
+        children: Of each component: its object before and now, None if it is gone, and triangles added.
+        added: How many triangles more the object has.
+    """
+    volumes = [each for each in _children(own) if each.hasAttribute("firstid")]
+    for volume, span in zip(volumes, spans, strict=False):
+        if span is None:
+            own.removeChild(volume)
+        else:
+            volume.setAttribute("firstid", str(span[0]))
+            volume.setAttribute("lastid", str(span[1] - 1))
+    for place, part in enumerate(each for each in _children(own) if each.localName == "part"):
+        beside = children[place : place + 1] + children
+        child = next((child for child in beside if child[0] == part.getAttribute("id")), None)
+        if child is None:
             continue
-        for one in (each, *each.within):
-            if "face_count" in one.attributes:
-                count = int(one.attributes["face_count"]) + added
-                edits.append(one.with_attributes(text, face_count=count))
-    return edits
+        if child[1] is None:
+            own.removeChild(part)
+            continue
+        part.setAttribute("id", child[1])
+        _count(part, child[2])
+    _count(own, added)
 
 
-def _with_new_uuids(text: bytes, number: str) -> bytes:
-    """The text of a copy of an object: the production extension allows each UUID once in a file."""
+def _count(own: Element, added: int) -> None:
+    """Add to the number of triangles that Bambu Studio notes of an object or a part."""
+    for each in _children(own):
+        if each.hasAttribute("face_count"):
+            each.setAttribute("face_count", str(int(each.getAttribute("face_count")) + added))
 
-    def new(match: re.Match[bytes]) -> bytes:
-        name = f"{number} {match[3].decode()}"
-        return match[1] + match[2] + str(uuid.uuid5(uuid.NAMESPACE_OID, name)).encode() + match[2]
 
-    return UUID.sub(new, text)
+def _children(own: Element) -> list[Element]:
+    return [each for each in own.childNodes if each.nodeType == Node.ELEMENT_NODE]
+
+
+def _all(of: Document | Element, name: str) -> list[Element]:
+    """The elements of a name, in any namespace, at any depth."""
+    return list(of.getElementsByTagNameNS("*", name))
 
 
 def _target(reference: Element, model: str) -> Key:
     """Model and number of the object of an item or a component."""
     paths = [value for name, value in reference.attributes.items() if name.endswith(":path")]
-    return (*paths, model)[0], reference.attributes.get("objectid", "")
-
-
-def _reference(reference: Element, text: bytes, number: str | None) -> Edit:
-    """An item or a component that has another object; None: it is gone."""
-    if number is None:
-        return reference.start, reference.end, b""
-    return reference.with_attributes(text, objectid=number)
+    return (*paths, model)[0], reference.getAttribute("objectid")

@@ -143,7 +143,7 @@ class _Bodies:
     def parsed(self, unit_mm: float) -> Parsed:
         """All bodies as one. Raises InputError if there is none."""
         if not self._built:
-            only = " but " + " and ".join(self._left_out) if self._left_out else ""
+            only = " but " + " and ".join(self._left_out).replace(" or ", " and ") if self._left_out else ""
             raise InputError(f"{self._path}: builds nothing{only}: put an object on the plate and save again")
         lines = [f"leaves out {kind}: {count}" for kind, count in self._left_out.items()]
         if count := sum(map(len, self._negative.values())):

@@ -129,13 +129,16 @@ def wrap(
 
 
 def _write(out: Path, mesh: Path, task: Task, wrapped: Wrapped) -> list[str]:
-    """Write a 3MF with all else that the 3MF of the mesh holds, or a body; lines about what is lost."""
-    if not task.pieces or task.unit_mm is None or out.suffix.lower() != mesh.suffix.lower():
+    """Write a 3MF with all else that the 3MF of the mesh holds, or the parts; lines about what is lost."""
+    if not task.pieces:
         write_parts(out, [Part(mesh.stem, wrapped.body)])
         return []
     source = task.origin[wrapped.source]
-    whole = Textured(task.pieces, task.unit_mm, wrapped.body, source, wrapped.fine)
-    return write_project(out, mesh, whole)
+    whole = Textured(task.pieces, task.unit_mm or 1.0, wrapped.body, source, wrapped.fine)
+    if mesh.suffix.lower() == out.suffix.lower() == ".3mf" and task.unit_mm is not None:
+        return write_project(out, mesh, whole)
+    write_parts(out, whole.parts())
+    return []
 
 
 def _coordinates(wrapped: Wrapped) -> str:

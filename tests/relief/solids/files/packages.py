@@ -85,7 +85,7 @@ def prusa(path: Path, bodies: list[tuple[Body, str]], marks: dict[int, str] | No
     objects = f'<object id="1" type="model">{mesh_xml(*(body for body, _ in bodies), marks=marks)}</object>'
     objects += f'<object id="2" type="model">{mesh_xml(tub)}</object>'
     build = '<item objectid="1" transform="1 0 0 0 1 0 0 0 1 90 90 0" printable="1"/>'
-    build += '<item objectid="2" transform="0 1 0 -1 0 0 0 0 1 150 90 0" printable="1"/>'
+    build += '<item objectid="2" transform="0 1 0 -1 0 0 0 0 1 210 90 0" printable="1"/>'
     return write(
         path,
         {
