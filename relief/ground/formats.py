@@ -1,6 +1,7 @@
 """File formats: of bodies, one row each, which everything that names a format reads; of height maps."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 
@@ -71,8 +72,26 @@ MEASURED = (
 HEIGHTS = (*HEIGHT_MAPS, *GRIDS, *MEASURED)
 """Suffixes of all files that hold a surface as heights on a grid."""
 
-MESHES = (".stl", ".obj", ".ply", ".glb", ".3mf")
+MESHES = (".stl", ".obj", ".ply", ".glb", ".3mf", ".step", ".stp")
 """Suffixes of the files that `relief.solids.meshes` reads."""
+
+STEP_MARK, MARKED = b"ISO-10303-21", 4096
+"""What a file of STEP begins with, and the bytes among which the mark is sought: comments may come before."""
+
+
+def is_step(path: Path) -> bool:
+    """Whether a file is STEP by its mark: microscopes write heights as `.stp` as well."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return STEP_MARK in file.read(MARKED)
+
+
+def is_mesh(path: Path) -> bool:
+    """Whether a file is a mesh by its suffix, one of `.stp` also by its mark."""
+    suffix = path.suffix.lower()
+    return suffix in MESHES and (suffix != ".stp" or is_step(path))
+
 
 UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
 """Millimetres in each unit of length that a mesh may have."""

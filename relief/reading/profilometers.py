@@ -14,7 +14,7 @@ import numpy as np
 
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
-from relief.ground.formats import GRIDS, MEASURED
+from relief.ground.formats import GRIDS, MEASURED, is_step
 from relief.reading.samples import Check, Samples
 from relief.reading.tiff import MAGIC, opened
 
@@ -65,6 +65,8 @@ def read_measured(path: Path, check: Check) -> Samples | None:
     """
     if not is_measured(path):
         return None
+    if is_step(path):
+        raise InputError(f"{path}: a part of a CAD program (STEP), no height map; it goes where a mesh does")
     if find_spec("SurfaceTopography") is None:
         raise InputError(f"{path}: needs the extra metrology: pip install 'retouch[metrology]'")
     state = path.stat()

@@ -12,7 +12,7 @@ from scipy.spatial import Delaunay, QhullError
 
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError, naming
-from relief.ground.formats import GRIDS, HEIGHTS, MEASURED, MESHES, UNITS
+from relief.ground.formats import GRIDS, HEIGHTS, MEASURED, MESHES, UNITS, is_mesh
 from relief.ground.lengths import scale_of, within
 from relief.ground.limits import LARGEST_SIDE, SMALLEST_SIDE
 from relief.ground.progress import stage
@@ -69,8 +69,8 @@ def read_scan(path: str | os.PathLike[str], lengths: ScanLengths | None = None) 
 
     Args:
         path: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm, not finite in holes), texts of such
-            numbers; files of profilometers, with their size and unit; STL, OBJ, PLY, GLB or 3MF, seen from
-            above; or lines of x, y and z in mm.
+            numbers; files of profilometers, with their size and unit; STL, OBJ, PLY, GLB, 3MF or STEP, seen
+            from above; or lines of x, y and z in mm.
         lengths: lengths that the file lacks.
 
     Returns:
@@ -93,7 +93,7 @@ def read_scan(path: str | os.PathLike[str], lengths: ScanLengths | None = None) 
         points = read_points(path, SMALLEST_SIDE - 1) if is_text else None
         if is_text and points is None and suffix not in HEIGHTS:
             raise InputError(f"{path}: holds {SMALLEST_SIDE} columns or more, not points; name a table .txt")
-        if points is None and suffix not in MESHES:
+        if points is None and not is_mesh(path):
             return check_scan(_of_height_map(path, lengths))
         for name in ("size_mm", "relief_mm", *(["height_scale"] if points is None else [])):
             if getattr(lengths, name) is not None:

@@ -10,13 +10,13 @@ from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.run_options import CURVED
 from relief.ground.errors import InputError, naming
-from relief.ground.formats import MESHES
+from relief.ground.formats import MESHES, is_mesh
 from relief.ground.limits import MOST_MESH_PLACES as MOST_PLACES
 from relief.ground.options import given
 from relief.ground.progress import stage
 from relief.printers import find_printer
 from relief.surface import Repeats, repeats_along
-from retouch.commands.mesh_entries import add_meshes, check_mesh_options, is_mesh
+from retouch.commands.mesh_entries import add_meshes, check_mesh_options
 from retouch.commands.options import (
     CORRECTIONS,
     LENGTHS,

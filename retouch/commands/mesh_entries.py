@@ -10,11 +10,6 @@ from relief.ground.formats import MESHES
 from retouch.commands.options import CORRECTIONS, LENGTHS
 
 
-def is_mesh(path: Path) -> bool:
-    """Whether a file is a mesh by its suffix."""
-    return path.suffix.lower() in MESHES
-
-
 def add_meshes(parser: argparse.ArgumentParser) -> None:
     """Add the options of print files."""
     group = parser.add_argument_group("print files")

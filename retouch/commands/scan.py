@@ -33,7 +33,7 @@ Registers the scan of a print with its design and reports turn, shift, scale, he
 interval, what of the detail the printer lost, how the print feels and looks beside its design.
 
 FILE: a height map (EXR, NPY or float TIFF in mm, not finite in holes; PNG or TIFF, grey), a mesh (STL, OBJ,
-PLY, GLB, 3MF) with the relief upward, a file of a profilometer, or a text of points x, y, z in mm or of
+PLY, GLB, 3MF, STEP) with the relief upward, a file of a profilometer, or a text of points x, y, z in mm or of
 heights on a grid (XYZ, TXT, CSV, ASC).
 """
 EPILOG = """\

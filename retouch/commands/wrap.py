@@ -19,7 +19,7 @@ everywhere: by the mesh's texture coordinates where they keep sizes, around a cy
 flat patches that are turned to fit one another and blended where they cannot. A texture whose sides do not
 fit is placed once. A solid comes out as a solid; a flat bottom stays flat.
 
-meshes: STL, OBJ, PLY, GLB, 3MF, or an object that comes with Retouch by its name:
+meshes: STL, OBJ, PLY, GLB, 3MF, STEP (extra step), or an object that comes with Retouch by its name:
   {", ".join(OBJECTS)}
 
 masks, joined by & or |, with not and parentheses:
@@ -27,7 +27,7 @@ masks, joined by & or |, with not and parentheses:
   "angle<60"     normals within 60 degrees of +z; "angle:-x<30" within 30 degrees of -x
   "turn>90"      angle about z through the middle of the object, degrees from +x
   mask.png       a picture over the mesh's texture coordinates, white carries the texture
-  colour         colours of a PLY, OBJ or GLB: white carries; "colour:red", "colour:#ff8000" carry there
+  colour         colours of a PLY, OBJ, GLB or STEP: white carries; "colour:red", "colour:#ff8000" carry there
   odd            a region of a bundled object: the bracelet has odd and even
 """
 EPILOG = """\

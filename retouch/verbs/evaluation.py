@@ -17,7 +17,7 @@ from optimize.settings.skins import OWN, described_skin, load_skin
 from optimize.verification.tilt import warn_of_tilt
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
-from relief.ground.formats import MESHES
+from relief.ground.formats import is_mesh
 from relief.ground.formatting import number, percent
 from relief.ground.lengths import Lengths, scale_of
 from relief.ground.progress import Progress, stage
@@ -214,7 +214,7 @@ def evaluate(
 
     Args:
         relief: a `Relief`, heights (rows, cols) in mm, a height map, the name of a bundled one, or the folder
-            of a run; or a solid, as a print file (STL, OBJ, PLY, GLB, 3MF) or of `read_solid`.
+            of a run; or a solid, as a print file (STL, OBJ, PLY, GLB, 3MF, STEP) or of `read_solid`.
         lengths: `size_mm`, `relief_mm`, `height_scale`, `fill` and `level` of a file, as in `Relief.read`;
             `size_mm` also of an array.
         repeats: whether a file or an array is a tile, along both axes, "x" or "y"; None: as the header says.
@@ -237,7 +237,7 @@ def evaluate(
         ContactError: a contact does not converge.
     """
     name, finger = (OWN, skin) if isinstance(skin, Skin) else (str(skin), load_skin(skin))
-    if isinstance(relief, str | os.PathLike) and Path(relief).suffix.lower() in MESHES:
+    if isinstance(relief, str | os.PathLike) and is_mesh(Path(relief)):
         relief = _solids().read_solid(relief, units=units)
     if isinstance(relief, Mesh):
         of_reliefs = {**lengths, "repeats": repeats, "reach": reach}

@@ -30,7 +30,7 @@ def read_solid(path: str | os.PathLike[str], *, units: str | None = None) -> Mes
     meets nothing else. Cracks are closed, and slivers and repeated faces dropped. Lines say so.
 
     Args:
-        path: STL, OBJ, PLY, GLB or 3MF, or the name of a bundled object.
+        path: STL, OBJ, PLY, GLB, 3MF or STEP, or the name of a bundled object.
         units: of the file, where it does not state its own or a wrong one: "um", "mm", "cm", "m", "in" or
             "ft".
 

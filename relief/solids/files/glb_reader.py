@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from relief.ground.arrays import Array, Index, renumbered
+from relief.ground.arrays import Array, Index, renumbered, units
 from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
 from relief.ground.srgb import srgb
-from relief.solids.files.parsed_mesh import MOST_VERTICES, Parsed, check_count, check_numbers
+from relief.solids.files.parsed_mesh import MOST_VERTICES, Parsed, Piece, check_count, check_numbers
 
 TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """Types of numbers by the codes of glTF."""
@@ -29,8 +29,14 @@ UNREAD = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "EXT_mesh_gpu
 """Extensions without which the triangles would be others."""
 
 
-def read_glb(content: bytes, path: Path) -> Parsed:
-    """Read all meshes of the scene that a GLB shows. Raises InputError."""
+def read_glb(content: bytes, path: Path, cad: bool = False) -> Parsed:
+    """Read all meshes of the scene that a GLB shows. Raises InputError.
+
+    Args:
+        content: Of the file.
+        path: Of the file, for messages.
+        cad: Whether a CAD kernel made the GLB: z is up, and normals, names and colours of parts are read.
+    """
     words = np.frombuffer(content[:20], "<u4") if len(content) >= 20 else np.zeros(5, "<u4")
     if content[:4] != b"glTF" or words[1] != 2 or content[16:20] != b"JSON":
         raise InputError(f"{path}: damaged or not a GLB of glTF 2.0")
@@ -42,7 +48,7 @@ def read_glb(content: bytes, path: Path) -> Parsed:
         if extension in document.get("extensionsUsed", []):
             raise InputError(f"{path}: uses {extension}; save it without compression and instances")
     # The second chunk, past its length and type.
-    scene = _Scene(document, memoryview(content)[end + 8 :], path)
+    scene = _Scene(document, memoryview(content)[end + 8 :], path, cad)
     shown = document.get("scenes", [{}])[document.get("scene", 0)].get("nodes", [])
     for node in shown:
         scene.add(node, np.eye(4), 0)
@@ -52,12 +58,15 @@ def read_glb(content: bytes, path: Path) -> Parsed:
 class _Scene:
     """Meshes of a tree of nodes, gathered at their places."""
 
-    def __init__(self, document: dict[str, Any], binary: memoryview, path: Path) -> None:
-        self._document, self._binary, self._path = document, binary, path
+    def __init__(self, document: dict[str, Any], binary: memoryview, path: Path, cad: bool) -> None:
+        self._document, self._binary, self._path, self._cad = document, binary, path, cad
+        self._up = np.eye(3) if cad else Z_UP
         self._vertices: list[Array] = []
         self._faces: list[Any] = []
         self._uv: list[Any] = []
         self._colours: list[Any] = []
+        self._normals: list[Any] = []
+        self._pieces: list[Piece] = []
         self._nodes = self._primitives = self._count = self._points = 0
 
     def add(self, number: int, above: Array, depth: int) -> None:
@@ -68,7 +77,10 @@ class _Scene:
         node = self._item("nodes", number)
         place = above @ _matrix(node)
         if "mesh" in node:
-            for primitive in self._item("meshes", node["mesh"])["primitives"]:
+            mesh = self._item("meshes", node["mesh"])
+            if self._cad:
+                self._pieces.append(Piece(str(mesh.get("name", "")), sum(map(len, self._faces))))
+            for primitive in mesh["primitives"]:
                 self._add_primitive(primitive, place)
         for child in node.get("children", []):
             self.add(child, place, depth + 1)
@@ -104,11 +116,15 @@ class _Scene:
             self._uv.append(uv[faces] * (1.0, -1.0) + (0.0, 1.0))
         else:
             self._uv.append(None)
-        self._colours.append(self._coloured(attributes, faces))
+        self._colours.append(
+            self._painted(primitive, faces) if self._cad else self._coloured(attributes, faces)
+        )
+        normals = self._numbers(attributes["NORMAL"], 3)[faces] if self._cad else None
+        self._normals.append(None if normals is None else units(normals @ place[:3, :3].T @ self._up))
         if np.linalg.det(place[:3, :3]) < 0.0:
             # A mirror image turns faces inside out.
             faces = faces[:, ::-1]
-            for values in (self._uv, self._colours):
+            for values in (self._uv, self._colours, self._normals):
                 values[-1] = None if values[-1] is None else values[-1][:, ::-1]
         if len(vertices) > 3 * len(faces):
             # Primitives may share vertices of which each needs a few.
@@ -116,7 +132,15 @@ class _Scene:
             vertices = vertices[used]
         self._faces.append(faces + self._points)
         self._points += len(vertices)
-        self._vertices.append((vertices.astype(np.float64) @ place[:3, :3].T + place[:3, 3]) @ Z_UP)
+        self._vertices.append((vertices.astype(np.float64) @ place[:3, :3].T + place[:3, 3]) @ self._up)
+
+    def _painted(self, primitive: dict[str, Any], faces: Index) -> Any:
+        """Colour (m, 3, 3) of a primitive's material, as `_coloured`; white without one; None if none has."""
+        if not self._document.get("materials"):
+            return None
+        material = self._item("materials", primitive["material"]) if "material" in primitive else {}
+        colour = material.get("pbrMetallicRoughness", {}).get("baseColorFactor", (1.0, 1.0, 1.0))
+        return np.broadcast_to(srgb(np.array(colour[:3], np.float32), 1.0), (len(faces), 3, 3))
 
     def _coloured(self, attributes: dict[str, Any], faces: Index) -> Any:
         """Colours (m, 3, 3) of corners in sRGB, from 0 to 1; None if the primitive has none."""
@@ -154,15 +178,16 @@ class _Scene:
         return values[:, 0] if width == 1 else values
 
     def joined(self) -> Parsed:
-        """All meshes as one; texture coordinates and colours only if all have them."""
+        """All meshes as one; texture coordinates, colours and normals only if all have them."""
         if not self._faces:
             raise InputError(f"{self._path}: shows no triangles")
-        uv, colours = (
+        uv, colours, normals = (
             None if any(each is None for each in values) else np.concatenate(values)
-            for values in (self._uv, self._colours)
+            for values in (self._uv, self._colours, self._normals)
         )
         vertices, faces = np.concatenate(self._vertices), np.concatenate(self._faces)
-        return Parsed(vertices, faces, uv, UNITS["m"], colours=colours)
+        pieces = tuple(self._pieces)
+        return Parsed(vertices, faces, uv, UNITS["m"], colours=colours, pieces=pieces, normals=normals)
 
 
 def _triangles(corners: Index, mode: int) -> Index:

@@ -16,10 +16,14 @@ from relief.solids.body import Body
 from relief.solids.files.glb_reader import read_glb
 from relief.solids.files.parsed_mesh import LARGEST_FILE, Parsed, Piece, check_count, check_numbers
 from relief.solids.files.ply_reader import read_ply
+from relief.solids.files.step_reader import read_step
 from relief.solids.files.text_formats import read_obj, read_stl
 from relief.solids.files.threemf_reader import read_3mf
 
-READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".glb": read_glb, ".3mf": read_3mf}
+READERS = {
+    **{".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".glb": read_glb, ".3mf": read_3mf},
+    **{".step": read_step, ".stp": read_step},
+}
 """Readers by the suffix of the file: from its bytes and its path."""
 SMALLEST_MM, LARGEST_MM = 0.01, 1e4
 """Least and greatest longest side of a mesh, mm: a speck of dust, and ten metres, more than printers make."""
@@ -48,6 +52,8 @@ class Mesh:
         pieces: of the file, whose faces are counted one after the other.
         origin: (m,) number of the face of the file that each face lies in, -1 for none.
         unit_mm: mm of the unit in which the file was read.
+        normals: (m, 3, 3) outward unit normals of the exact surface at the corners, not finite where unknown;
+            None if the file has facets alone.
     """
 
     body: Body
@@ -59,15 +65,16 @@ class Mesh:
     pieces: tuple[Piece, ...] = ()
     origin: Index = field(default_factory=lambda: np.zeros(0, np.int64))
     unit_mm: float = 1.0
+    normals: Array | None = None
 
 
 @stage("reading a mesh")
 def read_mesh(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh:
-    """Read STL, OBJ, PLY, GLB or 3MF. The file is hostile until it is read.
+    """Read STL, OBJ, PLY, GLB, 3MF or STEP. The file is hostile until it is read.
 
     Vertices at exactly the same position become one, and faces without three positions are dropped. GLB is in
-    metres with y up by its definition, and comes out in mm with z up; 3MF states its unit; the others are
-    taken as mm. `check_solid` checks whether the mesh is a solid.
+    metres with y up by its definition, and comes out in mm with z up; 3MF and STEP state their unit; the
+    others are taken as mm. `check_solid` checks whether the mesh is a solid.
 
     Args:
         path: The file; its suffix states the format.
@@ -91,9 +98,11 @@ def read_mesh(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh
     parsed = _checked(parsed, path)
     body, sound = _welded(parsed, factor, path)
     lines = (*parsed.warnings, *_doubts(body, factor))
-    uv, colours = (None if each is None else each[sound] for each in (parsed.uv, parsed.colours))
+    uv, colours, normals = (
+        None if each is None else each[sound] for each in (parsed.uv, parsed.colours, parsed.normals)
+    )
     origin = np.flatnonzero(sound) if parsed.origin is None else parsed.origin[sound]
-    return Mesh(body, uv, path, lines, False, colours, parsed.pieces, origin, factor)
+    return Mesh(body, uv, path, lines, False, colours, parsed.pieces, origin, factor, normals)
 
 
 def check_units(path: Path, units: str | None) -> None:

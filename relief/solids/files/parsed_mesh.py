@@ -57,6 +57,7 @@ class Parsed:
         warnings: lines about content that was left out.
         pieces: of the file, whose faces are counted one after the other; empty for one without a name.
         origin: (m,) number of the face of the file that each face lies in, -1 for none; None: its own number.
+        normals: (m, 3, 3) outward unit normals of the exact surface at corners, or None.
     """
 
     vertices: Any
@@ -67,6 +68,7 @@ class Parsed:
     colours: Any = None
     pieces: "tuple[Piece, ...]" = ()
     origin: Any = None
+    normals: Any = None
 
 
 def check_count(count: int, what: str, path: Path, most: int = MOST_FACES) -> None:

@@ -57,7 +57,8 @@ class EvenMesh:
         bulges: (faces, 3, 3) as in `SmoothSurface`, mm.
         facet: (faces, 3) facet that each corner lies on or near, on its face's side of creases.
         share: (faces, 3, 3) barycentric coordinates there.
-        farthest_mm: Largest distance from the facets, at vertices and in the middles of edges.
+        farthest_mm: Largest distance from the facets, or from the exact surface, at vertices and in the
+            middles of edges, mm.
     """
 
     body: Body
@@ -224,10 +225,8 @@ class _Remesher:
         normals = patch.surface.normals_at(facet, flat_share).reshape(-1, 3, 3)
         body = Body(vertices, faces)
         bulge, far = self._bulges(body, stayed)
-        far = max(
-            far,
-            float(np.linalg.norm(vertices[rows] - self.nearest.places(face, share), axis=1).max(initial=0.0)),
-        )
+        missed = patch.missed(face, share, vertices[rows] - self.nearest.places(face, share))
+        far = max(far, float(missed.max(initial=0.0)))
         if turns_by_chance(body, normals):
             say("facets turn by chance, as in a scan; normals are smoothed")
             normals = smoothed(body, normals)
@@ -235,7 +234,7 @@ class _Remesher:
         return EvenMesh(body, normals, bulge, facet, flat_share, far)
 
     def _bulges(self, body: Body, stayed: NDArray[np.bool_]) -> tuple[Array, float]:
-        """Bulges (faces, 3, 3) over edges up to the smooth surface, and the farthest from the facets, mm.
+        """Bulges (faces, 3, 3) over edges up to the smooth surface, and `farthest_mm` at middles of edges.
 
         Args:
             body: The mesh, its vertices on the smooth surface.
@@ -250,7 +249,7 @@ class _Remesher:
         face, share = self.nearest.at(middle, self.region[origin], origin)
         lift = self.patch.lift(face, share)
         flat[pairs] = 4.0 * (self.nearest.places(face, share) + lift - middle)[:, None]
-        return flat.reshape(-1, 3, 3), float(np.linalg.norm(lift, axis=1).max(initial=0.0))
+        return flat.reshape(-1, 3, 3), float(self.patch.missed(face, share, lift).max(initial=0.0))
 
 
 def _sizes(patch: Patch, edge_mm: float, arc: float) -> Array:

@@ -59,3 +59,9 @@ class Patch:
         """Ways (n, 3) that points go from the facets towards the smooth surface, mm."""
         rise = (share * self.rise[self.body.faces[face]]).sum(axis=1, keepdims=True)
         return np.asarray(rise * raised(self.surface.bulges, *self.located(face, share)))
+
+    def missed(self, face: Index, share: Array, way: Array) -> Array:
+        """Distances (n,) of points at ways (n, 3) from the facets, mm: to the exact surface or the facets."""
+        facet, flat = self.located(face, share)
+        exact = self.surface.exact[facet][:, None] * raised(self.surface.bulges, facet, flat)
+        return np.asarray(np.linalg.norm(way - exact, axis=1))

@@ -3,7 +3,7 @@
 Programs that write facets put the corners on the surface of the design. On a round surface the sum of the
 normals at both ends of an edge is perpendicular to the edge: exactly on planes and balls, and around
 cylinders, and up to the third power of the length elsewhere. The normals minimise these products, in least
-squares, near an initial guess.
+squares, near an initial guess. Where a CAD kernel states the normals, nothing is guessed.
 """
 
 from dataclasses import dataclass
@@ -43,6 +43,9 @@ LARGEST_BULGE = 0.12
 SLIVER_BULGE = 0.5
 """Largest bulge over an edge of a facet, in the height of the wider facet beside: facets are no narrower than
 what they leave out, and along a sliver a normal that leans by a degree would be 0.1 mm."""
+TANGENT = np.radians(0.5)
+"""Angle between the exact normals of two faces, rad, up to which they go on in one another: CAD programs are
+not exact there, and triangles across such an edge cut off 2 um."""
 JUSTIFIED = 2.5
 """Largest bulge over an edge, in what the facets beside leave out of a round surface: over the diagonal of a
 square of a ball and over the sides of equal triangles it is twice that; uneven triangles need some more."""
@@ -59,6 +62,7 @@ class SmoothSurface:
         bulges: (faces, 3, 3) four times the way from the middle of edge k to the smooth surface, mm.
         kept: Number of edges that others explain, and which are edges of the part by their chord height.
         kept_mm: Largest of these chord heights, mm; 0 without such an edge.
+        exact: (faces,) whether the normals are exact, and not guessed from the facets.
     """
 
     body: Body
@@ -67,6 +71,7 @@ class SmoothSurface:
     bulges: Array
     kept: int
     kept_mm: float
+    exact: NDArray[np.bool_]
 
     def normals_at(self, face: Index, share: Array) -> Array:
         """Unit normals (n, 3) at barycentric coordinates (n, 3) in faces (n,)."""
@@ -83,7 +88,9 @@ def raised(bulges: Array, face: Index, share: Array) -> Array:
     return np.einsum("nc,ncd->nd", share * np.roll(share, -1, axis=1), bulges[face])
 
 
-def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None, facets: str = "auto") -> SmoothSurface:
+def smooth_surface(
+    body: Body, side: NDArray[np.bool_] | None = None, facets: str = "auto", exact: Array | None = None
+) -> SmoothSurface:
     """The smooth surface behind the facets of a body.
 
     Args:
@@ -91,6 +98,8 @@ def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None, facets: st
         side: (faces,) facets of a flat side, whose rim is an edge of the part; None: there is none.
         facets: What becomes of edges between facets that edges beside explain: "keep" leaves the body as it
             is, "smooth" makes them smooth, "auto" those whose chord height is below 0.05 mm.
+        exact: (faces, 3, 3) unit normals of the exact surface at the corners, not finite where unknown; they
+            decide there, whatever becomes of facets. None: all are unknown.
     """
     edges = FacetEdges.between(body)
     pairs, sharp = edges.pairs, crease_edges(edges)
@@ -108,9 +117,16 @@ def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None, facets: st
     near[group[np.concatenate([ends, _after(ends)])]] *= CUT
     normals = _fulfilled(body, group, guess, fixed, near)[group].reshape(-1, 3, 3)
     most = np.zeros(body.faces.size) if facets == "keep" else _justified(edges, creases)
+    known = np.zeros(len(body.faces), bool)
+    if exact is not None:
+        known |= np.isfinite(exact).all(axis=(1, 2))
+        normals[known], most[np.repeat(known, 3)] = exact[known], np.inf
+        both = known[pairs // 3].all(axis=1)
+        kept[both] = False
+        creases.reshape(-1)[pairs[both]] = _apart(exact.reshape(-1, 3), pairs[both])[:, None]
     bulge = bulges(body, pairs, creases, normals, most)
     return SmoothSurface(
-        body, creases, normals, bulge, int(kept.sum()), float(largest[kept].max(initial=0.0))
+        body, creases, normals, bulge, int(kept.sum()), float(largest[kept].max(initial=0.0)), known
     )
 
 
@@ -144,6 +160,13 @@ def corner_angles(body: Body) -> Array:
 def _after(half: Index) -> Index:
     """The half-edges that follow half-edges around their triangles, of any shape."""
     return half - half % 3 + (half + 1) % 3
+
+
+def _apart(normals: Array, pairs: Index) -> NDArray[np.bool_]:
+    """(n,) whether normals (faces * 3, 3) of both sides of edges, half-edges (n, 2), differ at an end."""
+    one, other = pairs.T
+    ends = np.stack([normals[one] - normals[_after(other)], normals[_after(one)] - normals[other]])
+    return np.asarray((np.linalg.norm(ends, axis=2) > TANGENT).any(axis=0))
 
 
 def corner_groups(body: Body, pairs: Index, creases: NDArray[np.bool_]) -> Index:

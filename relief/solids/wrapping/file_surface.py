@@ -72,6 +72,7 @@ class FileSurface:
         regions: Regions that masks may name.
         settings: With mask, falloff, holes and how fine the base is.
         colours: (faces, 3, 3) of the corners, or None.
+        exact: (faces, 3, 3) normals of the exact surface at the corners, not finite where unknown, or None.
         edge_mm: Edges of the even triangles, mm.
         coarser: The same, relative to those for a file: 1, more in a draft.
         bottom: (faces,) those of a flat bottom that stays.
@@ -86,8 +87,10 @@ class FileSurface:
         regions: Regions,
         settings: Settings,
         colours: FloatArray | None = None,
+        exact: Array | None = None,
     ) -> None:
-        self.body, self.uv, self.regions, self.settings, self.colours = body, uv, regions, settings, colours
+        self.body, self.uv, self.regions, self.settings = body, uv, regions, settings
+        self.colours, self.exact = colours, exact
         longest = float(np.ptp(body.vertices, axis=0).max())
         finest = min(BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
         draft = DRAFT_EDGE_MM * max(1.0, float(np.sqrt(body.areas.sum() / DRAFT_MM2)))

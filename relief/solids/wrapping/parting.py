@@ -223,11 +223,12 @@ def _patch(
     """The patch of triangles on the smooth surface behind the file's facets, (k,) numbers."""
     used, faces = renumbered(surface.body.faces[facets], len(surface.body.vertices))
     how = surface.settings.facets or "auto"
-    smooth = smooth_surface(Body(surface.body.vertices[used], faces), surface.bottom[facets], how)
+    exact = None if surface.exact is None else surface.exact[facets]
+    smooth = smooth_surface(Body(surface.body.vertices[used], faces), surface.bottom[facets], how, exact)
     place = np.full(len(surface.body.faces), -1)
     place[facets] = np.arange(len(facets))
     far = RISE * surface.settings.falloff_mm
     on_border = np.arange(len(body.vertices)) < rest.border
-    rise = smooth_step(np.minimum(ways_from(body, on_border, far), far) / far) * (how != "keep")
+    rise = smooth_step(np.minimum(ways_from(body, on_border, far), far) / far)
     uv = None if surface.uv is None else surface.uv[facets]
     return Patch(smooth, body, place[parent], corners, rise, rest.border, rest.edges, uv)

@@ -51,7 +51,7 @@ class Wrapped:
         lowering: Area, factors and places where the relief is lowered.
         bending: Curvatures of the textured surface along the first texture's x and y.
         base: The part with texture, on coarse triangles.
-        farthest_mm: Largest distance of the textured surface from the file, the relief apart.
+        farthest_mm: Largest distance of the textured surface from the facets, or from the exact surface, mm.
         kept_edges: Number of edges between facets of a round surface that are kept.
         kept_mm: Most that these facets leave out of such a surface, mm.
         falloff_mm: Width over which textures end, mm.
@@ -97,6 +97,7 @@ def wrap(
     written: Callable[[Body], Body] = lambda body: body,
     placement: Placement | None = None,
     colours: FloatArray | None = None,
+    exact: Array | None = None,
 ) -> Wrapped:
     """Lay tiles over a body.
 
@@ -110,6 +111,8 @@ def wrap(
         written: Gives a body with the coordinates that the file will hold.
         placement: Where and in what direction textures lie; None: the defaults.
         colours: (faces, 3, 3) of the corners, in sRGB from 0 to 1, for masks; None: the body has none.
+        exact: (faces, 3, 3) unit normals of the exact surface at the corners, not finite where unknown; None:
+            the surface is guessed from the facets.
 
     Returns:
         The wrapped body as written: closed as the body was, with every vertex once, and nowhere through
@@ -125,7 +128,7 @@ def wrap(
     )
     tallest = max(float(covering.tile.heights.max()) for covering in coverings)
     check_size(body, tallest)
-    file = FileSurface(body, uv, regions, settings, colours)
+    file = FileSurface(body, uv, regions, settings, colours, exact)
     left: list[str] = []
     while True:
         try:

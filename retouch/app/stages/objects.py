@@ -32,7 +32,9 @@ class ObjectStage(PageStage):
         with controls.section("Object"):
             self._what = ui.label().classes("hint")
             suffixes = SUFFIXES[PARTS_FOLDER]
-            zone = DropZone("Choose a part", "or drop one: STL, OBJ, PLY, GLB, 3MF", "/app/part", suffixes)
+            zone = DropZone(
+                "Choose a part", "or drop one: STL, OBJ, PLY, GLB, 3MF, STEP", "/app/part", suffixes
+            )
             zone.on("kept", lambda event: change(mesh=str(event.args["file"])))
             self._mesh = controls.select("Object", {}, lambda mesh: change(mesh=mesh))
             self._fields = {

@@ -36,10 +36,10 @@ def wrapped_sentences(wrapped: Wrapped) -> list[str]:
             f"would be up to {wrapped.kept_mm:.2g} mm off them (--facets smooth lays the texture on it)."
         )
     if wrapped.farthest_mm >= LEAST_FAR_MM:
-        lines.append(
-            f"Under the texture the surface is smoothed, by {1000.0 * wrapped.farthest_mm:.0f} µm at most; "
-            "all else is as in the file."
-        )
+        exact = wrapped.base.smooth.exact.all()
+        how = "is within {} µm of the exact one" if exact else "is smoothed, by {} µm at most"
+        far = how.format(f"{1000.0 * wrapped.farthest_mm:.0f}")
+        lines.append(f"Under the texture the surface {far}; all else is as in the file.")
     if wrapped.gap is not None:
         width, at = wrapped.gap
         fuses = ", which prints as one: leave that place out (--mask) or take a lower relief (--relief-mm)"

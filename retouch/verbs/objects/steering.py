@@ -117,7 +117,7 @@ def _steered(
         task = task_of(file, mesh, bare)
         body, coverings, settings, uv, named = task.arguments
         draft = replace(settings, faces=DRAFT_FACES, edge_mm=None, draft=True)
-        drawn = wrap(body, coverings, draft, uv, named, placement=task.placement, colours=task.colours)
+        drawn = wrap(body, coverings, draft, uv, named, same, task.placement, task.colours, task.exact)
     radii = {f"curved_{axis}_mm": one.radius_mm for axis, one in zip("xy", drawn.bending, strict=True)}
     changes = [
         f"touch.jnd={jnd!r}",

@@ -122,7 +122,7 @@ def _preview(title: str, task: Task) -> Preview:
     few = replace(settings, faces=SHOWN_FACES, edge_mm=None, draft=True)
     # Nobody is to hear of the triangles of the preview as if they were those of the file.
     with listening(None):
-        shown = wrap(body, coverings, few, uv, regions, placement=task.placement, colours=task.colours)
+        shown = wrap(body, coverings, few, uv, regions, same, task.placement, task.colours, task.exact)
     edge_mm, faces = expected_file(shown.base, coverings, settings)
     seconds = LONGER * (perf_counter() - begun) + SECONDS_PER_FACE * faces
     size = round(BYTES_A_FACE * faces)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from mitsuba_scenes import find_texture
-from relief.ground.arrays import Array, FloatArray, Index
+from relief.ground.arrays import Array, FloatArray, Index, units
 from relief.ground.errors import InputError, naming
 from relief.ground.lengths import Lengths
 from relief.ground.options import checked, part
@@ -46,7 +46,7 @@ SAMPLES_OF_PIXEL = 0.5
 """Edges of triangles, in pixels of the printer, that show all that it makes."""
 WITH_UV = (".obj", ".ply", ".glb")
 """Suffixes of files whose meshes may have texture coordinates."""
-WITH_COLOURS = (".obj", ".ply", ".glb", ".3mf")
+WITH_COLOURS = (".obj", ".ply", ".glb", ".3mf", ".step", ".stp")
 """Suffixes of files whose meshes may have colours."""
 
 
@@ -87,6 +87,7 @@ class Task(NamedTuple):
         pieces: of the file of the mesh.
         origin: (faces,) number of the file's face that each face of the body lies in, -1 for none.
         unit_mm: mm of the unit of the file; None: of another unit than it states.
+        exact: normals of the exact surface at the corners of the mesh, or None.
     """
 
     arguments: tuple[Body, list[Covering], Settings, Array | None, Regions]
@@ -97,6 +98,7 @@ class Task(NamedTuple):
     pieces: tuple[Piece, ...] = ()
     origin: Index = np.zeros(0, np.int64)
     unit_mm: float | None = None
+    exact: Array | None = None
 
     @property
     def settings(self) -> Settings:
@@ -132,7 +134,7 @@ def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions)
         _log.warning("%s", line)
     arguments = (solid.body, coverings, settings, solid.uv, named_regions)
     unit_mm = solid.unit_mm if options.units is None else None
-    source = (solid.pieces, solid.origin, unit_mm)
+    source = (solid.pieces, solid.origin, unit_mm, solid.normals)
     warned = (*solid.warnings, *more, *warnings)
     return Task(arguments, placement, solid.colours, warned, printer, *source)
 
@@ -208,10 +210,15 @@ def _solid(path: Path, options: MeshOptions) -> tuple[Mesh, tuple[Bare, ...]]:
     elif uv is not None or colours is not None:
         uv = colours = None
         lines.append("is mended, so that its texture coordinates and colours are left out")
+    normals = mesh.normals
+    if normals is not None:
+        normals = units(_carried_over(normals, mesh.body, body, origin))
+        normals[origin < 0] = np.nan
     for line in lines:
         _log.warning("%s: %s", path, line)
     lines, number = [*mesh.warnings, *lines], np.append(mesh.origin, -1)[origin]
-    return replace(mesh, body=body, uv=uv, warnings=tuple(lines), colours=colours, origin=number), bare
+    mesh = replace(mesh, body=body, uv=uv, colours=colours, normals=normals, origin=number)
+    return replace(mesh, warnings=tuple(lines)), bare
 
 
 def _carried_over(values: Any, old: Body, new: Body, origin: Index) -> Any:

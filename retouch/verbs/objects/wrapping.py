@@ -102,7 +102,7 @@ def wrap(
     Args:
         texture: a tile, or a texture to place once: a `Relief`, heights (rows, cols) in mm, a height map, the
             name of a bundled one, or the folder of a run.
-        mesh: file of a solid (STL, OBJ, PLY, GLB, 3MF), or the name of an object that comes with Retouch.
+        mesh: file of a solid (STL, OBJ, PLY, GLB, 3MF, STEP), or the name of a bundled object.
         out: file to write: .3mf, .stl, .obj, .glb or .ply.
 
     Raises:
@@ -119,7 +119,7 @@ def wrap(
         task = task_of(texture, mesh, options)
         with naming(mesh):
             written = partial(as_written, suffix=out.suffix.lower())
-            wrapped = wrapped_by(*task.arguments, written, task.placement, task.colours)
+            wrapped = wrapped_by(*task.arguments, written, task.placement, task.colours, task.exact)
             check_closed(wrapped.body, "the wrapped object")
             check_parts(wrapped.body, "the wrapped object")
             printed = None if task.printer is None else print_part(wrapped.body, task.printer)
