@@ -9,7 +9,6 @@ from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from optimize.settings.run_file import run_from_scene
 from relief.ground.errors import InputError, naming
 from relief.ground.progress import listening, stage
-from relief.solids.wrapping.wrapped_body import wrap
 from retouch.verbs.objects.wrap_options import WrapOptions
 from retouch.verbs.objects.wrap_task import lengths_of, task_of
 from retouch.verbs.reliefs import Source
@@ -115,9 +114,8 @@ def _steered(
     bare = replace(options, regions=(), mask=where)
     with stage("how the object bends"), listening(None), naming(mesh):
         task = task_of(file, mesh, bare)
-        body, coverings, settings, uv, named = task.arguments
-        draft = replace(settings, faces=DRAFT_FACES, edge_mm=None, draft=True)
-        drawn = wrap(body, coverings, draft, uv, named, same, task.placement, task.colours, task.exact)
+        draft = replace(task.settings, faces=DRAFT_FACES, edge_mm=None, draft=True)
+        drawn = task.wrapped(draft)
     radii = {f"curved_{axis}_mm": one.radius_mm for axis, one in zip("xy", drawn.bending, strict=True)}
     changes = [
         f"touch.jnd={jnd!r}",

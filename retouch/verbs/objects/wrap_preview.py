@@ -16,7 +16,6 @@ from relief.ground.progress import listening, stage
 from relief.relief import Relief
 from relief.solids.export.printed_parts import print_part
 from relief.solids.wrapping.edges import BYTES_A_FACE, expected_file
-from relief.solids.wrapping.wrapped_body import wrap
 from retouch.pages.objects.wrap_page import Preview, write_wrap_page
 from retouch.verbs.objects.steering import without_steered
 from retouch.verbs.objects.wrap_options import WrapOptions
@@ -117,12 +116,12 @@ def check_page(page: Path) -> None:
 
 def _preview(title: str, task: Task) -> Preview:
     """The content of the page, by wrapping with few triangles, from which the file is estimated."""
-    body, coverings, settings, uv, regions = task.arguments
+    _, coverings, settings, *_ = task.arguments
     begun = perf_counter()
     few = replace(settings, faces=SHOWN_FACES, edge_mm=None, draft=True)
     # Nobody is to hear of the triangles of the preview as if they were those of the file.
     with listening(None):
-        shown = wrap(body, coverings, few, uv, regions, same, task.placement, task.colours, task.exact)
+        shown = task.wrapped(few)
     edge_mm, faces = expected_file(shown.base, coverings, settings)
     seconds = LONGER * (perf_counter() - begun) + SECONDS_PER_FACE * faces
     size = round(BYTES_A_FACE * faces)

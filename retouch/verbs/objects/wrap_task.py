@@ -2,7 +2,7 @@
 
 import logging
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, cast
@@ -36,7 +36,7 @@ from relief.solids.wrapping.options import BORES_MM, MeshOptions, PlacingOptions
 from relief.solids.wrapping.placement import Placement, placement_of
 from relief.solids.wrapping.texture_tiles import Covering, Tile
 from relief.solids.wrapping.wrap_checks import check_choices
-from relief.solids.wrapping.wrapped_body import Wrapped
+from relief.solids.wrapping.wrapped_body import Wrapped, wrap
 from retouch.verbs.objects.wrap_options import WrapOptions
 from retouch.verbs.reliefs import Source, relief_of
 
@@ -104,6 +104,11 @@ class Task(NamedTuple):
     def settings(self) -> Settings:
         """How the body is wrapped."""
         return self.arguments[2]
+
+    def wrapped(self, settings: Settings, written: Callable[[Body], Body] = lambda body: body) -> Wrapped:
+        """The body as it is wrapped with settings; `written` as of `relief.solids.wrapping`."""
+        body, coverings, _, uv, regions = self.arguments
+        return wrap(body, coverings, settings, uv, regions, written, self.placement, self.colours, self.exact)
 
 
 def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions) -> Task:

@@ -18,7 +18,6 @@ from relief.solids.export.printed_parts import PrintedPart, print_part
 from relief.solids.export.project_writer import Textured, write_project
 from relief.solids.meshes.solid import check_closed, check_parts
 from relief.solids.wrapping.wrapped_body import Wrapped
-from relief.solids.wrapping.wrapped_body import wrap as wrapped_by
 from retouch.pages.objects.wrap_sentences import wrapped_sentences
 from retouch.pages.sentences import print_deviation
 from retouch.verbs.objects.steering import Steered, with_steered
@@ -119,7 +118,7 @@ def wrap(
         task = task_of(texture, mesh, options)
         with naming(mesh):
             written = partial(as_written, suffix=out.suffix.lower())
-            wrapped = wrapped_by(*task.arguments, written, task.placement, task.colours, task.exact)
+            wrapped = task.wrapped(task.settings, written)
             check_closed(wrapped.body, "the wrapped object")
             check_parts(wrapped.body, "the wrapped object")
             printed = None if task.printer is None else print_part(wrapped.body, task.printer)
