@@ -71,6 +71,16 @@ def cover(body):
 
 
 @pytest.mark.slow
+def test_an_edge_without_length_has_coordinates():
+    body = remeshed(cylinder(12.0, 10.0, 1.5), 1.5).body
+    vertices = body.vertices.copy()
+    one, other = body.faces[len(body.faces) // 2, :2]
+    vertices[one] = vertices[other]
+    layout = cover(Body(vertices, body.faces))
+    assert np.isfinite(layout.uv).all() and layout.weight.any(axis=1).all()
+
+
+@pytest.mark.slow
 def test_patches_of_a_cylinder_fit_and_keep_lengths():
     body = remeshed(cylinder(12.0, 30.0, 1.5), 1.5).body
     layout = cover(body)

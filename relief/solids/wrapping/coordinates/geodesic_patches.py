@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from relief.ground.arrays import Array, renumbered
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import connected_around, passed_twice
+from relief.solids.meshes.neighbourhood import connected, connected_around, edge_ends, passed_twice
 from relief.solids.wrapping.bare_places import PlaceError
 from relief.solids.wrapping.coordinates.layout import Layout, one_patch, shares_of, stretches
 
@@ -96,6 +96,10 @@ def room_around(reach_mm: float) -> float:
     return max(ROOM * reach_mm, reach_mm + LEAST_ROOM_MM)
 
 
+SHORTEST_MM = 1e-6
+"""Length of an edge, mm, from which the vector heat method has finite numbers."""
+
+
 @dataclass(frozen=True)
 class _Patch:
     """Coordinates (n, 2) of some vertices, and their distances from the middle of the patch in its radii."""
@@ -153,9 +157,11 @@ class _Cover:
         faces = number[self.body.faces]
         faces = connected_around(faces[(faces >= 0).all(axis=1)], int(number[seed]), len(around))
         used, faces = renumbered(faces, len(around))
+        places = self.body.vertices[around[used]]
+        own, whole = _joined(places, faces)
         try:
-            solver = potpourri3d.MeshVectorHeatSolver(self.body.vertices[around[used]], faces)
-            uv = np.asarray(solver.compute_log_map(int(np.searchsorted(used, number[seed]))))
+            solver = potpourri3d.MeshVectorHeatSolver(places[np.unique(own, return_index=True)[1]], whole)
+            uv = np.asarray(solver.compute_log_map(int(own[np.searchsorted(used, number[seed])])))[own]
         except RuntimeError as error:
             place = ", ".join(f"{value:.1f}" for value in self.body.vertices[seed])
             fault = f"has triangles around ({place}) mm that are too thin for flat coordinates"
@@ -255,6 +261,17 @@ def _reach(vertices: Array, uv: Array, faces: NDArray[np.intp], least_mm: float,
     share = np.cumsum(bad[order]) / np.arange(1, len(order) + 1)
     beyond = middle[order][share > 0.05]
     return float(np.clip(beyond[0] if len(beyond) else most_mm, least_mm, most_mm))
+
+
+def _joined(places: Array, faces: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Numbers (n,) of places (n, 3) with the ends of edges without length as one, and the faces left."""
+    ends = np.stack(edge_ends(faces), axis=1)
+    short = np.linalg.norm(places[ends[:, 0]] - places[ends[:, 1]], axis=1) < SHORTEST_MM
+    if not short.any():
+        return np.arange(len(places)), faces
+    own = connected(ends[short], len(places))
+    whole = own[faces]
+    return own, whole[(whole != np.roll(whole, 1, axis=1)).all(axis=1)]
 
 
 def _moved(uv: Array, start: Array, goal: Array, weight: Array, most: float) -> Array:
