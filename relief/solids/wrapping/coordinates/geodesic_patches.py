@@ -164,7 +164,7 @@ class _Cover:
             uv = np.asarray(solver.compute_log_map(int(own[np.searchsorted(used, number[seed])])))[own]
         except RuntimeError as error:
             place = ", ".join(f"{value:.1f}" for value in self.body.vertices[seed])
-            fault = f"has triangles around ({place}) mm that are too thin for flat coordinates"
+            fault = f"triangles around ({place}) mm are too thin for flat coordinates"
             advice = "remesh that place, or leave it out (mask)"
             raise PlaceError("mesh", fault, advice, self.body.vertices[seed][None]) from error
         return around[used], uv, faces

@@ -166,7 +166,8 @@ def _joined(body: Body, near: NearFaces, two: Index, middle: Array, radius: floa
     pairs = edge_pairs(faces)
     start, end = (ends.ravel()[pairs[:, 0]] for ends in (faces, np.roll(faces, -1, axis=1)))
     to, along = middle - body.vertices[start], body.vertices[end] - body.vertices[start]
-    share = np.clip((to * along).sum(axis=1) / (along**2).sum(axis=1), 0.0, 1.0)
+    # Edges without length have any share.
+    share = np.clip((to * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-30), 0.0, 1.0)
     close = np.linalg.norm(to - share[:, None] * along, axis=1) <= radius
     one, other = connected(pairs[close] // 3, len(faces))[np.searchsorted(numbers, two)]
     return bool(one == other)
