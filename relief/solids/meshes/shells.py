@@ -182,14 +182,14 @@ def outside(points: Array, normals: Array, body: Body) -> NDArray[np.bool_]:
     return windings(points, normals, body) == 0.0
 
 
-def windings(points: Array, normals: Array, body: Body) -> Array:
+def windings(points: Array, normals: Array, body: Body, least_mm: float = 0.0) -> Array:
     """(k,) winding numbers before points (k, 3) on a closed body; with normals turned over, those behind.
 
     The winding number before a point is the number of faces that a ray from there leaves the body by, less
-    that of the faces by which it enters.
+    that of the faces by which it enters. The ray starts `least_mm` before the point at least.
     """
     rays = _Rays(body)
-    before = points + BEFORE * np.ptp(body.vertices, axis=0).max() * normals
+    before = points + max(least_mm, BEFORE * np.ptp(body.vertices, axis=0).max()) * normals
     return np.array([rays.crossed(at)[1].sum() for at in before], np.float64)
 
 

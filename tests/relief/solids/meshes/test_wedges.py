@@ -100,6 +100,12 @@ def test_faces_that_lie_on_others_are_found_with_their_area() -> None:
     assert (np.abs(places.faces[:, :2] - 10.0) < 5.0 + places.reach_mm).all()
 
 
+@pytest.mark.parametrize("gap_mm", [1e-4, -1e-4])
+def test_parts_touch_that_are_less_than_a_micrometre_apart(gap_mm) -> None:
+    body = joined(cube(), cube(10.0, (20.0 + gap_mm, 5.0, 3.0)))
+    assert touching(body, np.zeros((0, 2, 3))).area_mm2 == pytest.approx(200.0, rel=0.25)
+
+
 def test_a_part_within_another_or_through_it_does_not_lie_on_it() -> None:
     for other in (cube(5.0, (3.0, 3.0, 3.0)), cube(10.0, (15.0, 5.0, 5.0)), cube(at=(21.0, 0.0, 0.0))):
         assert touching(joined(cube(), other), np.zeros((0, 2, 3))).area_mm2 == 0.0
