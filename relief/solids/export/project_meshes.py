@@ -57,8 +57,11 @@ class Textured(NamedTuple):
         winner[pairs[0, order]] = pairs[1, order]
         changed = np.zeros(len(first), bool)
         changed[winner[shell[: self.fine]]] = True
-        # Pieces united with one of them change too, and those that the same negative volumes cut.
+        # Pieces united with one of them change too, those without a face left, and those that the same
+        # negative volumes cut.
         changed[own[known & np.isin(shell, shell[: self.fine])]] = True
+        left = np.bincount(own[known], minlength=len(first)) > 0
+        changed |= [piece.span[1] > piece.span[0] for piece in self.pieces] & ~left
         cuts = {piece.cut for piece, one in zip(self.pieces, changed, strict=True) if one} - {None}
         changed |= [piece.cut in cuts for piece in self.pieces]
         return winner[shell], changed
@@ -155,7 +158,9 @@ class TexturedMeshes:
         Paint that divides a triangle stays on whole triangles of the file alone.
         """
         source = self._textured.source
-        face = np.where(source[rows] < 0, -1, source[rows] - piece.first + piece.span[0])
+        face = source[rows] - piece.first + piece.span[0]
+        # Faces that close a hole, and those of pieces united with this one, lie in none of its triangles.
+        face = np.where((face < piece.span[0]) | (face >= piece.span[1]), -1, face)
         again = np.bincount(face + 1)[face + 1]
         whole = (rows >= self._textured.fine) & (again == 1) & (piece.cut is None) & (face >= 0)
         extra = np.where(face < 0, 0, was.extra[face])

@@ -72,10 +72,12 @@ class Mended:
     def changed(self, faces: Index, origin: Index, line: str) -> "Mended":
         """The body with other faces, and a line about the change; this body if the other would be worse.
 
-        A body is worse with more unsound edges of any kind and, with as many, with more repeated faces or
-        slivers. Corners move by less than the least depth of an intersection; `check_solid` finds faces that
-        close a hole and cross others. `origin` counts faces of this body.
+        A body is worse without faces, with more unsound edges of any kind and, with as many, with more
+        repeated faces or slivers. Corners move by less than the least depth of an intersection; `check_solid`
+        finds faces that close a hole and cross others. `origin` counts faces of this body.
         """
+        if not len(faces):
+            return self
         before = np.where(origin < 0, -1, self.origin[origin])
         after = Mended(Body(self.body.vertices, faces), before, (*self.lines, line))
         worse = bool((after.edges > self.edges).any())

@@ -18,6 +18,7 @@ from relief.solids.meshes.shells import (
     repeats,
     united,
 )
+from relief.solids.meshes.wedges import separated
 
 THINNEST = 1e-7
 """Least volume of a solid, relative to the cube of its longest side; a sheet has less."""
@@ -140,17 +141,20 @@ def _edges(faces: Index) -> tuple[int, int]:
 def inside_out(body: Body, name: object) -> NDArray[np.bool_]:
     """(m,) faces of shells of a closed body that have negative volume and are no hollows.
 
-    A shell hangs together by edges of two faces; the box of another shell holds a hollow. With a negative
+    Parts that touch are shells of their own; the box of another shell holds a hollow. With a negative
     volume in total all shells are inside out. Raises InputError if there are too many for the search.
     """
-    shell = connected(edge_pairs(body.faces) // 3, len(body.faces))
-    volumes = np.bincount(shell, body_volumes(body))
+    own, origin, _ = separated(body)
+    shell = connected(edge_pairs(own.faces) // 3, len(own.faces))
+    volumes = np.bincount(shell, body_volumes(own))
     turned = np.full(len(volumes), volumes.sum() < 0.0)
     negative = np.flatnonzero((volumes < 0.0) ^ turned)
     if len(negative) * len(volumes) > MOST_BOXES:
         raise InputError(f"{name}: its {len(volumes)} parts are too many to tell whether they are hollows")
-    low, high = part_boxes(body, shell) if len(negative) else (np.zeros((0, 3)),) * 2
+    low, high = part_boxes(own, shell) if len(negative) else (np.zeros((0, 3)),) * 2
     for one in negative:
         holds = (low <= low[one]).all(axis=1) & (high >= high[one]).all(axis=1)
         turned[one] ^= np.count_nonzero(holds) == 1
-    return np.asarray(turned[shell])
+    faces = np.zeros(len(body.faces), bool)
+    faces[origin] = turned[shell]
+    return faces

@@ -4,6 +4,7 @@ import re
 import shutil
 import subprocess
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import lib3mf
@@ -14,6 +15,7 @@ from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.export.project_writer import write_project
 from relief.solids.files import read_mesh
+from relief.solids.mending.repair import mended, united_parts
 from relief.solids.meshes.neighbourhood import edge_balance
 from relief.solids.meshes.solid import volume_mm3
 from tests.relief.solids.files.packages import (
@@ -112,6 +114,31 @@ def test_negative_volumes_are_gone_where_they_are_cut_out(tmp_path: Path) -> Non
     assert volume_mm3(again.body) == pytest.approx(24_000 - 2_000 + 4_000)
     write_project(out, file, textured(mesh, np.flatnonzero(mesh.origin >= 12)[:1]))
     assert read_mesh(out).warnings == ("cuts out negative volumes: 1",)  # texture on the other object
+
+
+@pytest.mark.parametrize("place", [(25.0, 0.0, 10.0), (0.0, 0.0, 10.0)], ids=["beside", "within"])
+@pytest.mark.parametrize("swapped", [False, True])
+def test_united_objects_are_one(tmp_path: Path, place: tuple[float, float, float], swapped: bool) -> None:
+    bodies = [BLOCK, box((20.0, 20.0, 18.0), place)][:: -1 if swapped else 1]
+    objects = "".join(f'<object id="{k}">{mesh_xml(body)}</object>' for k, body in enumerate(bodies, 1))
+    file = write(tmp_path / "a.3mf", {MAIN: model(objects, '<item objectid="1"/><item objectid="2"/>')})
+    mesh, out = read_mesh(file), tmp_path / "out.3mf"
+    work = united_parts(mended(mesh.body, file), file)
+    faces = np.arange(len(work.body.faces))
+    write_project(out, file, textured(replace(mesh, body=work.body, origin=mesh.origin[work.origin]), faces))
+    again = read_mesh(out)
+    assert len(again.pieces) == 1 and closed(again.body)
+    assert volume_mm3(again.body) == pytest.approx(volume_mm3(work.body))
+
+
+def test_an_object_that_lies_there_twice_is_left_once(tmp_path: Path) -> None:
+    build = 2 * '<item objectid="1"/>'
+    file = write(tmp_path / "a.3mf", {MAIN: model(f'<object id="1">{mesh_xml(BLOCK)}</object>', build)})
+    mesh, out = read_mesh(file), tmp_path / "out.3mf"
+    work = mended(mesh.body, file)
+    write_project(out, file, textured(replace(mesh, body=work.body, origin=work.origin), np.array([0])))
+    assert [piece.path for piece in read_mesh(out).pieces] == [(0,)]
+    assert volume_mm3(read_mesh(out).body) == pytest.approx(24_000)
 
 
 def test_an_object_of_two_places_gets_a_copy_for_each_texture(tmp_path: Path) -> None:

@@ -221,6 +221,16 @@ def test_slivers_back_to_back_are_dropped(own: list[float], beyond: list[float])
     assert work.body.areas.min() > 1.0 and volume_mm3(work.body) == pytest.approx(8000.0)
 
 
+def test_a_sheet_of_two_sides_is_no_solid() -> None:
+    flat = Body(cube().vertices * (1.0, 1.0, 0.0), cube().faces)
+    for body in (flat, Body(flat.vertices, np.array([(0, 1, 2), (0, 2, 1)]))):
+        vertices, number = np.unique(body.vertices, axis=0, return_inverse=True)
+        faces = number.ravel()[body.faces]
+        faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
+        with pytest.raises(InputError, match="encloses no volume"):
+            check_solid(mended(Body(vertices, faces), "part.stl").body, "part.stl")
+
+
 def test_no_change_is_made_that_makes_a_body_worse() -> None:
     work = Mended(cube(), np.arange(12))
     rows = np.arange(12)

@@ -9,7 +9,7 @@ from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes import check_solid
 from relief.solids.meshes.shells import sealed_hollows
-from relief.solids.meshes.solid import volume_mm3
+from relief.solids.meshes.solid import check_closed, inside_out, volume_mm3
 from tests.relief.solids.meshes.bodies import CUBE, cube, joined, torus
 
 
@@ -74,6 +74,13 @@ def test_solids_pass() -> None:
 def test_what_is_no_solid_is_refused(body: Body, line: str) -> None:
     with pytest.raises(InputError, match=line):
         check_solid(body, "part.stl")
+
+
+def test_parts_that_touch_are_not_inside_out_beside_a_part_far_away() -> None:
+    pair = cube(), cube(at=(20.0, 0.0, 0.0))
+    check_closed(welded(joined(*pair, cube(at=(200.0, 0.0, 0.0)))), "part.stl")
+    inverted = welded(joined(*pair, turned(cube(at=(200.0, 0.0, 0.0)))))
+    assert np.flatnonzero(inside_out(inverted, "part.stl")).tolist() == list(range(24, 36))
 
 
 def test_volumes_are_those_of_geometry() -> None:
