@@ -123,20 +123,23 @@ def wrap(
             check_parts(wrapped.body, "the wrapped object")
             printed = None if task.printer is None else print_part(wrapped.body, task.printer)
         with permitted(out):
-            lines = _write(out, Path(mesh), task, wrapped)
+            lines = _write(out, task, wrapped, options.units)
     return WrappedObject(out, wrapped, (*task.warnings, *lines), printed, tuple(steered), options.faces)
 
 
-def _write(out: Path, mesh: Path, task: Task, wrapped: Wrapped) -> list[str]:
-    """Write a 3MF with all else that the 3MF of the mesh holds, or the parts; lines about what is lost."""
-    if not task.pieces:
-        write_parts(out, [Part(mesh.stem, wrapped.body)])
-        return []
-    source = task.origin[wrapped.source]
-    whole = Textured(task.pieces, task.unit_mm or 1.0, wrapped.body, source, wrapped.fine)
-    if mesh.suffix.lower() == out.suffix.lower() == ".3mf" and task.unit_mm is not None:
-        return write_project(out, mesh, whole)
-    write_parts(out, whole.parts())
+def _write(out: Path, task: Task, wrapped: Wrapped, units: str | None) -> list[str]:
+    """Write a 3MF with all else that the 3MF of the mesh holds, or the parts; lines about what is lost.
+
+    A project has its own unit, so that a mesh in other `units` is written as parts.
+    """
+    mesh, parts = task.mesh, [Part(task.mesh.path.stem, wrapped.body)]
+    if mesh.pieces:
+        source = mesh.origin[wrapped.source]
+        whole = Textured(mesh.pieces, mesh.unit_mm, wrapped.body, source, wrapped.fine)
+        if mesh.path.suffix.lower() == out.suffix.lower() == ".3mf" and units is None:
+            return write_project(out, mesh.path, whole)
+        parts = whole.parts()
+    write_parts(out, parts)
     return []
 
 
