@@ -1,5 +1,6 @@
 """Wrapping: a tile on an object, with the same size in mm everywhere."""
 
+import logging
 import os
 from dataclasses import dataclass
 from functools import partial
@@ -28,6 +29,8 @@ from retouch.verbs.reliefs import Source
 
 MANY = 1.2
 """Number of triangles, in that asked for, from which it is told why there are more."""
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,6 +127,8 @@ def wrap(
             printed = None if task.printer is None else print_part(wrapped.body, task.printer)
         with permitted(out):
             lines = _write(out, task, wrapped, options.units)
+        for line in lines:
+            _log.warning("%s: %s", out, line)
     return WrappedObject(out, wrapped, (*task.warnings, *lines), printed, tuple(steered), options.faces)
 
 
@@ -132,15 +137,18 @@ def _write(out: Path, task: Task, wrapped: Wrapped, units: str | None) -> list[s
 
     A project has its own unit, so that a mesh in other `units` is written as parts.
     """
-    mesh, parts = task.mesh, [Part(task.mesh.path.stem, wrapped.body)]
+    mesh, lines = task.mesh, list[str]()
+    parts = [Part(mesh.path.stem, wrapped.body)]
     if mesh.pieces:
         source = mesh.origin[wrapped.source]
         whole = Textured(mesh.pieces, mesh.unit_mm, wrapped.body, source, wrapped.fine)
-        if mesh.path.suffix.lower() == out.suffix.lower() == ".3mf" and units is None:
-            return write_project(out, mesh.path, whole)
+        if mesh.path.suffix.lower() == out.suffix.lower() == ".3mf":
+            if units is None:
+                return write_project(out, mesh.path, whole)
+            lines.append("leaves out all but the parts of the project, whose own unit --units overrides")
         parts = whole.parts()
     write_parts(out, parts)
-    return []
+    return lines
 
 
 def _coordinates(wrapped: Wrapped) -> str:
