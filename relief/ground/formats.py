@@ -73,7 +73,7 @@ HEIGHTS = (*HEIGHT_MAPS, *GRIDS, *MEASURED)
 """Suffixes of all files that hold a surface as heights on a grid."""
 
 MESHES = (".stl", ".obj", ".ply", ".glb", ".3mf", ".step", ".stp")
-"""Suffixes of the files that `relief.solids.meshes` reads."""
+"""Suffixes of the files that `relief.solids.files` reads."""
 
 STEP_MARK, MARKED = b"ISO-10303-21", 4096
 """What a file of STEP begins with, and the bytes among which the mark is sought: comments may come before."""

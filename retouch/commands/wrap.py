@@ -27,7 +27,7 @@ masks, joined by & or |, with not and parentheses:
   "angle<60"     normals within 60 degrees of +z; "angle:-x<30" within 30 degrees of -x
   "turn>90"      angle about z through the middle of the object, degrees from +x
   mask.png       a picture over the mesh's texture coordinates, white carries the texture
-  colour         colours of a PLY, OBJ, GLB or STEP: white carries; "colour:red", "colour:#ff8000" carry there
+  colour         colours of PLY, OBJ, GLB, STEP, 3MF: white carries; "colour:red", "colour:#ff8000": there
   odd            a region of a bundled object: the bracelet has odd and even
 """
 EPILOG = """\

@@ -27,7 +27,6 @@ from relief.solids.files.glb_reader import read_glb
 from relief.solids.meshes import self_intersections
 from relief.solids.meshes.neighbourhood import edge_pairs
 from relief.solids.remeshing.nearest import NearestPoints
-from relief.solids.wrapping.wrapped_body import wrap
 from retouch.verbs.objects.wrap_options import WrapOptions
 from retouch.verbs.objects.wrap_task import task_of
 
@@ -76,7 +75,7 @@ def outcome(file: Path, step: Path) -> dict[str, Any]:
     task = task_of("leather-tile", file, WrapOptions(mask=MASKS[step.stem], faces=FACES, relief_mm=0.5))
     with tempfile.TemporaryDirectory() as folder:
         written = partial(as_written, suffix=".stl")
-        wrapped = wrap(*task.arguments, written, task.placement, task.colours, task.exact)
+        wrapped = task.wrapped(task.settings, written)
         cpu_s = _cpu_s() - begun
         out = write_parts(Path(folder) / "out.stl", [Part("", wrapped.body)])
         body = read_mesh(out).body
@@ -84,7 +83,7 @@ def outcome(file: Path, step: Path) -> dict[str, Any]:
     bare = wrapped.body.vertices[wrapped.textured == 0.0]
     away = 1000.0 * apart(step, wrapped.original.vertices[whole])
     return {
-        "facets": len(task.arguments[0].faces),
+        "facets": len(task.mesh.body.faces),
         "faces": len(body.faces),
         "largest_um": float(away.max()),
         "share_95_um": float(np.quantile(away, 0.95)),

@@ -10,6 +10,7 @@ import re
 import zipfile
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import IO
 from xml.parsers import expat
@@ -161,16 +162,12 @@ class Notes:
             colours = bambu.get("filament_colour") if isinstance(bambu, dict) else None
             if isinstance(colours, list):
                 return [str(colour) for colour in colours]
-        text = self._text("Metadata/Slic3r_PE.config").decode(errors="replace")
+        text = self._text("Metadata/Slic3r_PE.config").decode(errors="replace").replace('"', "")
         lines = dict(re.findall(r"^; (extruder_colour|filament_colour) = (.*)$", text, re.MULTILINE))
-        filaments, extruders = (
-            lines.get(key, "").replace('"', "").split(";") for key in ("filament_colour", "extruder_colour")
-        )
+        both = [lines.get(f"{whose}_colour", "").split(";") for whose in ("extruder", "filament")]
         # The extruder's own colour, where it has one, comes before that of its filament.
-        extruders += [""] * (len(filaments) - len(extruders))
-        return [
-            own or filament for filament, own in zip(filaments, extruders, strict=False) if own or filament
-        ]
+        colours = [own or filament for own, filament in zip_longest(*both, fillvalue="")]
+        return colours if any(colours) else []
 
     def _read_objects(self, text: bytes) -> None:
         if not text:

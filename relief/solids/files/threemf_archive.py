@@ -131,7 +131,8 @@ class Archive:
             filaments: (k, 3) colours of the filaments of all extruders.
             extruder: That prints the triangles without paint, from 1; 0 is the first.
         """
-        rows = np.array([-1, *of.colour[:1], *3 * of.colour[1:], 0, *of.marks]).reshape(-1, 6)
+        # The first row is that of all triangles without a mark.
+        rows = np.append([-1, *of.colour[:1], *3 * of.colour[1:], 0], np.array(of.marks)).reshape(-1, 6)
         rows = rows[np.append(True, (rows[1:, 0] >= span[0]) & (rows[1:, 0] < span[1]))]
         groups, group = np.unique(rows[:, 1], return_inverse=True)
         first, count = np.array([self._spans.get((model, int(number)), (0, 0)) for number in groups]).T

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from relief.ground.arrays import Array, Index, smooth_step, units
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import connected, edge_pairs
+from relief.solids.meshes.neighbourhood import connected, edge_ends, edge_pairs, points_along
 
 WIDEST_BEND = 50.0
 """Widest angle between facets of a wall, degrees: eight facets have 45, a drill's tip 59."""
@@ -36,9 +36,7 @@ BESIDE, BESIDE_MM = 1e-3, 0.05
 beside the flat of a D-shaped bore of 6 mm the smooth surface leaves the cylinder by 0.012 mm, and no printer
 makes a wall of 0.05 mm."""
 RIM_MM = 0.1
-"""Largest distance of the sample points of rims of holes, mm."""
-MOST_RIM = 1000
-"""Points on an edge of a rim, at most."""
+"""Largest distance of the sample points of rims of holes and of the bottom, mm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +110,9 @@ def round_holes(body: Body, most_mm: float) -> Holes | None:
                 waiting += further
     if not diameters:
         return None
-    return Holes(np.array(diameters), cylinders, _rim(body, pairs[kept[part[pairs // 3]].sum(axis=1) == 1]))
+    half = pairs[kept[part[pairs // 3]].sum(axis=1) == 1, 0]
+    ends = body.vertices[np.stack(edge_ends(body.faces), axis=1)[half]]
+    return Holes(np.array(diameters), cylinders, points_along(ends, RIM_MM))
 
 
 def _walls(body: Body, pairs: Index) -> Index:
@@ -165,12 +165,3 @@ def _within(
         if wide > most_mm * (1.0 + ROUND) or inward < LEAST_INWARD:
             return None
     return wide, float(along.min()), float(along.max())
-
-
-def _rim(body: Body, pairs: Index) -> Array:
-    """(n, 3) points at most `RIM_MM` apart on edges, given by their half-edges."""
-    half, after = pairs[:, 0], np.roll(body.faces, -1, axis=1)
-    ends = body.vertices[np.stack([body.faces.ravel()[half], after.ravel()[half]], axis=1)]
-    longest = np.linalg.norm(np.diff(ends, axis=1), axis=2).max(initial=0.0)
-    share = np.linspace(0.0, 1.0, int(min(longest / RIM_MM, MOST_RIM)) + 2)[:, None, None]
-    return np.asarray((ends[:, 0] + share * (ends[:, 1] - ends[:, 0])).reshape(-1, 3))

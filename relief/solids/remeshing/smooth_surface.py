@@ -77,11 +77,6 @@ class SmoothSurface:
         """Unit normals (n, 3) at barycentric coordinates (n, 3) in faces (n,)."""
         return units(np.einsum("nc,ncd->nd", share, self.normals[face]))
 
-    def places_at(self, face: Index, share: Array) -> Array:
-        """Points (n, 3) of the smooth surface at barycentric coordinates (n, 3) in faces (n,), mm."""
-        flat = np.einsum("nc,ncd->nd", share, self.body.vertices[self.body.faces[face]])
-        return np.asarray(flat + raised(self.bulges, face, share))
-
 
 def raised(bulges: Array, face: Index, share: Array) -> Array:
     """Ways (n, 3) from faces (n,) at barycentric coordinates (n, 3) to the smooth surface, mm."""

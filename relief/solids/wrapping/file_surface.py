@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from relief.ground.arrays import Array, FloatArray, Index, units
 from relief.solids.body import Body
-from relief.solids.mending.holes import Holes
-from relief.solids.meshes.neighbourhood import edge_pairs, points_along
+from relief.solids.mending.holes import RIM_MM, Holes
+from relief.solids.meshes.neighbourhood import edge_ends, edge_pairs, points_along
 from relief.solids.meshes.refining import refined
 from relief.solids.meshes.shells import sealed_hollows
 from relief.solids.remeshing.creases import SHARPEST
@@ -38,8 +38,6 @@ MOST_LEFT = 0.05
 """Largest share of the textured area that is left out where the surface cannot carry texture."""
 LEAST_BOTTOM_MM2 = 4.0
 """Least area of a flat bottom, mm²: the lowest triangles of a ball are none."""
-RIM_MM = 0.1
-"""Distance of the sample points of the rim of the bottom, mm."""
 
 Near = Callable[[Points], NDArray[np.bool_]]
 """Which points (n,) a texture may reach that is placed once."""
@@ -197,5 +195,4 @@ def points_between(body: Body, chosen: NDArray[np.bool_], spacing_mm: float) -> 
     """(n, 3) points at most so far apart on the edges between chosen triangles, (faces,), and others, mm."""
     pairs = edge_pairs(body.faces)
     half = pairs[chosen[pairs[:, 0] // 3] != chosen[pairs[:, 1] // 3], 0]
-    after = np.roll(body.faces, -1, axis=1).ravel()[half]
-    return points_along(body.vertices[np.stack([body.faces.ravel()[half], after], axis=1)], spacing_mm)
+    return points_along(body.vertices[np.stack(edge_ends(body.faces), axis=1)[half]], spacing_mm)

@@ -116,13 +116,12 @@ def check_page(page: Path) -> None:
 
 def _preview(title: str, task: Task) -> Preview:
     """The content of the page, by wrapping with few triangles, from which the file is estimated."""
-    _, coverings, settings, *_ = task.arguments
     begun = perf_counter()
-    few = replace(settings, faces=SHOWN_FACES, edge_mm=None, draft=True)
+    few = replace(task.settings, faces=SHOWN_FACES, edge_mm=None, draft=True)
     # Nobody is to hear of the triangles of the preview as if they were those of the file.
     with listening(None):
         shown = task.wrapped(few)
-    edge_mm, faces = expected_file(shown.base, coverings, settings)
+    edge_mm, faces = expected_file(shown.base, task.coverings, task.settings)
     seconds = LONGER * (perf_counter() - begun) + SECONDS_PER_FACE * faces
     size = round(BYTES_A_FACE * faces)
     printed = None

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from mitsuba_scenes import find_texture
-from relief.ground.arrays import Array, FloatArray, Index, units
+from relief.ground.arrays import Index, units
 from relief.ground.errors import InputError, naming
 from relief.ground.lengths import Lengths
 from relief.ground.options import checked, part
@@ -20,7 +20,6 @@ from relief.printers import Printer, printer_of
 from relief.seam import check_seams, misfit
 from relief.solids.body import Body
 from relief.solids.files import Mesh, read_mesh
-from relief.solids.files.parsed_mesh import Piece
 from relief.solids.mending.holes import round_holes
 from relief.solids.mending.repair import mended, united_parts
 from relief.solids.meshes.shells import sealed_hollows
@@ -79,36 +78,27 @@ class Task(NamedTuple):
     """What is to be wrapped, read and checked.
 
     Attributes:
-        arguments: body, coverings, settings, texture coordinates and regions of `relief.solids.wrapping`.
+        mesh: the file, mended, or a bundled object.
+        coverings: the textures.
+        settings: how the body is wrapped.
+        regions: of a bundled object, which masks may name.
         placement: where and in what direction textures lie.
-        colours: of the corners of the mesh, or None.
         warnings: lines about the mesh and what was mended of it, and about textures that do not repeat.
         printer: that is to print the object, or None.
-        pieces: of the file of the mesh.
-        origin: (faces,) number of the file's face that each face of the body lies in, -1 for none.
-        unit_mm: mm of the unit of the file; None: of another unit than it states.
-        exact: normals of the exact surface at the corners of the mesh, or None.
     """
 
-    arguments: tuple[Body, list[Covering], Settings, Array | None, Regions]
+    mesh: Mesh
+    coverings: list[Covering]
+    settings: Settings
+    regions: Regions
     placement: Placement
-    colours: FloatArray | None
     warnings: tuple[str, ...]
-    printer: Printer | None = None
-    pieces: tuple[Piece, ...] = ()
-    origin: Index = np.zeros(0, np.int64)
-    unit_mm: float | None = None
-    exact: Array | None = None
-
-    @property
-    def settings(self) -> Settings:
-        """How the body is wrapped."""
-        return self.arguments[2]
+    printer: Printer | None
 
     def wrapped(self, settings: Settings, written: Callable[[Body], Body] = lambda body: body) -> Wrapped:
         """The body as it is wrapped with settings; `written` as of `relief.solids.wrapping`."""
-        body, coverings, _, uv, regions = self.arguments
-        return wrap(body, coverings, settings, uv, regions, written, self.placement, self.colours, self.exact)
+        mesh, where = self.mesh, (self.regions, written, self.placement)
+        return wrap(mesh.body, self.coverings, settings, mesh.uv, *where, mesh.colours, mesh.normals)
 
 
 def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions) -> Task:
@@ -137,11 +127,8 @@ def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions)
         _log.warning("%s: %s", mesh, line)
     for line in warnings:
         _log.warning("%s", line)
-    arguments = (solid.body, coverings, settings, solid.uv, named_regions)
-    unit_mm = solid.unit_mm if options.units is None else None
-    source = (solid.pieces, solid.origin, unit_mm, solid.normals)
     warned = (*solid.warnings, *more, *warnings)
-    return Task(arguments, placement, solid.colours, warned, printer, *source)
+    return Task(solid, coverings, settings, named_regions, placement, warned, printer)
 
 
 def lengths_of(options: TileOptions) -> Lengths:

@@ -1,5 +1,6 @@
 """Wrapping: a tile on an object, with the same size in mm everywhere."""
 
+import logging
 import os
 from dataclasses import dataclass
 from functools import partial
@@ -28,6 +29,8 @@ from retouch.verbs.reliefs import Source
 
 MANY = 1.2
 """Number of triangles, in that asked for, from which it is told why there are more."""
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,21 +126,29 @@ def wrap(
             check_parts(wrapped.body, "the wrapped object")
             printed = None if task.printer is None else print_part(wrapped.body, task.printer)
         with permitted(out):
-            lines = _write(out, Path(mesh), task, wrapped)
+            lines = _write(out, task, wrapped, options.units)
+        for line in lines:
+            _log.warning("%s: %s", out, line)
     return WrappedObject(out, wrapped, (*task.warnings, *lines), printed, tuple(steered), options.faces)
 
 
-def _write(out: Path, mesh: Path, task: Task, wrapped: Wrapped) -> list[str]:
-    """Write a 3MF with all else that the 3MF of the mesh holds, or the parts; lines about what is lost."""
-    if not task.pieces:
-        write_parts(out, [Part(mesh.stem, wrapped.body)])
-        return []
-    source = task.origin[wrapped.source]
-    whole = Textured(task.pieces, task.unit_mm or 1.0, wrapped.body, source, wrapped.fine)
-    if mesh.suffix.lower() == out.suffix.lower() == ".3mf" and task.unit_mm is not None:
-        return write_project(out, mesh, whole)
-    write_parts(out, whole.parts())
-    return []
+def _write(out: Path, task: Task, wrapped: Wrapped, units: str | None) -> list[str]:
+    """Write a 3MF with all else that the 3MF of the mesh holds, or the parts; lines about what is lost.
+
+    A project has its own unit, so that a mesh in other `units` is written as parts.
+    """
+    mesh, lines = task.mesh, list[str]()
+    parts = [Part(mesh.path.stem, wrapped.body)]
+    if mesh.pieces:
+        source = mesh.origin[wrapped.source]
+        whole = Textured(mesh.pieces, mesh.unit_mm, wrapped.body, source, wrapped.fine)
+        if mesh.path.suffix.lower() == out.suffix.lower() == ".3mf":
+            if units is None:
+                return write_project(out, mesh.path, whole)
+            lines.append("leaves out all but the parts of the project, whose own unit --units overrides")
+        parts = whole.parts()
+    write_parts(out, parts)
+    return lines
 
 
 def _coordinates(wrapped: Wrapped) -> str:

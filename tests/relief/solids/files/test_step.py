@@ -23,8 +23,6 @@ from retouch.verbs.objects.wrap_task import task_of
 
 pytest.importorskip("cascadio")
 PARTS = Path(__file__).parents[4] / "benchmarks" / "objects" / "step"
-MIDDLES = 0.5 * (np.eye(3) + np.roll(np.eye(3), -1, axis=0))
-"""Barycentric coordinates of the middles of edges."""
 
 
 def read(name: str) -> Mesh:
@@ -48,10 +46,10 @@ def test_the_surface_is_the_formula(name: str) -> None:
     assert distance(name, mesh.body.vertices).max() < 1e-5
     surface = smooth(mesh, "keep")
     assert mesh.normals is not None
-    face = np.repeat(np.arange(len(mesh.body.faces)), 3)
-    places = surface.places_at(face, np.tile(MIDDLES, (len(mesh.body.faces), 1)))
+    corners = mesh.body.vertices[mesh.body.faces]
+    places = 0.5 * (corners + np.roll(corners, -1, axis=1)) + 0.25 * surface.bulges
     flat = ~surface.creases.ravel()
-    assert distance(name, places[flat]).max() < 1e-3
+    assert distance(name, places.reshape(-1, 3)[flat]).max() < 1e-3
     assert surface.exact.all() and surface.kept == 0
     planes = np.ptp(mesh.normals, axis=1).max(axis=1) == 0.0
     bent = surface.bulges[planes][~surface.creases[planes]]
@@ -91,13 +89,11 @@ def test_the_red_part_carries_the_texture() -> None:
 
     Beside tangent edges, where the bend jumps within a triangle, it is within 10 um.
     """
-    from relief.solids.wrapping.wrapped_body import wrap
-
     task = task_of("leather-tile", PARTS / "pair.step", WrapOptions(mask="colour:red", faces=20_000))
-    wrapped = wrap(*task.arguments, placement=task.placement, colours=task.colours, exact=task.exact)
+    wrapped = task.wrapped(task.settings)
     body, carries = wrapped.body, wrapped.textured > 0.0
     assert body.vertices[carries][:, 0].max() < 0.0
-    before = task.arguments[0].vertices
+    before = task.mesh.body.vertices
     blue = before[before[:, 0] > 0.0]
     assert {tuple(each) for each in blue} <= {tuple(each) for each in body.vertices}
     away = distance("pair", wrapped.original.vertices[wrapped.textured > 0.999])
