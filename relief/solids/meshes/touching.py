@@ -15,7 +15,7 @@ from relief.solids.meshes.shells import components, windings
 TOUCH_MM = 1.0
 """Longest edge of the triangles by which touching surfaces are found, mm."""
 TOUCHING_MM = 1e-3
-"""Distance up to which faces touch, mm: the least depth of an intersection, far above the rounding of files."""
+"""Distance up to which faces touch, mm: the least depth of an intersection."""
 NEAR_MIDDLE = np.array([0.37, 0.34, 0.29])
 """Barycentric coordinates of the tested point of a triangle: middles often lie in planes of drawings."""
 MOST_TOUCHING = 100_000
