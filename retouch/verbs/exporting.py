@@ -23,7 +23,6 @@ from relief.relief import Relief
 from relief.seam import check_seams
 from relief.solids.export.plate_export import export_plate, repeated
 from relief.surface import repeats_along
-from retouch.pages.objects.tile_page import write_tile_page
 from retouch.verbs.reliefs import Source, relief_of
 
 _log = logging.getLogger(__name__)
@@ -140,6 +139,9 @@ def export(
     with permitted(out):
         exported = _write(out, whole, base_mm, made_by or own)
         if page is not None and exported.strength_mm is not None:
+            # Pages load their templates, and few exports have one.
+            from retouch.pages.objects.tile_page import write_tile_page
+
             write_tile_page(page, out.name, whole.surface, exported.strength_mm, edge_mm)
     return replace(exported, page=page)
 
