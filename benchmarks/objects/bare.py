@@ -180,10 +180,10 @@ def check(file: Body, out: Body, samples: Samples, share: Array, still: Chosen) 
     touched = np.bincount(samples.face, share > TOUCHED, len(file.faces)) > 0
     rim = _beside(file.faces, touched) & ~touched
     bare = ~touched & ~rim
-    verbatim = _among(_triangles(out), _triangles(file))
-    missing = ~_among(_triangles(file), _triangles(out))
+    verbatim = among(triangles_of(out), triangles_of(file))
+    missing = ~among(triangles_of(file), triangles_of(out))
     corners = np.unique(file.faces[rim])
-    here = _among(_rows(file.vertices[corners]), _rows(out.vertices))
+    here = among(_rows(file.vertices[corners]), _rows(out.vertices))
     carries = share > TOUCHED
     # Without texture, but in a triangle that has some elsewhere.
     far = np.flatnonzero(touched[samples.face] & ~carries)
@@ -200,9 +200,9 @@ def check(file: Body, out: Body, samples: Samples, share: Array, still: Chosen) 
         "fans": max(extra_fans(out) - extra_fans(file), 0),
         "crossings": crossings(out, ~verbatim),
         "bare_missing": int((missing & bare).sum()),
-        "rim_um": 1e3 * _farthest(samples.at[rim[samples.face]], out),
+        "rim_um": 1e3 * farthest(samples.at[rim[samples.face]], out),
         "rim_vertices_missing": int((~here).sum()),
-        "far_um": 1e3 * _farthest(samples.at[far], out),
+        "far_um": 1e3 * farthest(samples.at[far], out),
     }
 
 
@@ -223,7 +223,7 @@ def faults(row: Mapping[str, Any]) -> list[str]:
     return [f"{name} {row[name]:.4g}" for name, most in WRONG.items() if row[name] > most]
 
 
-def _triangles(body: Body) -> NDArray[np.void]:
+def triangles_of(body: Body) -> NDArray[np.void]:
     """(faces,) the corners of triangles in single precision, from the lowest corner on, as one item each."""
     at = _rows(body.vertices)
     corner = np.unique(at, return_inverse=True)[1][body.faces]
@@ -237,7 +237,7 @@ def _rows(numbers: Array) -> NDArray[np.void]:
     return single.view(np.dtype((np.void, 4 * single.shape[1]))).ravel()
 
 
-def _among(rows: NDArray[np.void], others: NDArray[np.void]) -> Chosen:
+def among(rows: NDArray[np.void], others: NDArray[np.void]) -> Chosen:
     """(n,) whether rows are among others."""
     number = np.unique(np.concatenate([rows, others]), return_inverse=True)[1]
     return np.isin(number[: len(rows)], number[len(rows) :])
@@ -355,7 +355,7 @@ def _halved(corners: Array) -> Array:
     return np.concatenate([np.stack([a, middle, c], 1), np.stack([middle, b, c], 1)])
 
 
-def _farthest(points: Array, body: Body) -> float:
+def farthest(points: Array, body: Body) -> float:
     """Largest distance of points (n, 3) from the surface of a body, mm; 0 without points."""
     if not len(points):
         return 0.0
@@ -427,7 +427,7 @@ def wrapped_and_checked(file: Path, suffix: str, texture: str, options: Mapping[
         row = {"cpu_s": time.process_time() - began, "suffix": suffix}
         share = shares_at(samples, body, options.get("mask"), options.get("falloff_mm", 2.0))
         row |= check(body, read_mesh(out).body, samples, share, still)
-        row["off_um"] = 1e3 * _farthest(result.wrapped.original.vertices, body)
+        row["off_um"] = 1e3 * farthest(result.wrapped.original.vertices, body)
         row["lowered"] = result.wrapped.lowering.part
         if "mask" not in options:
             row |= felt(out, file)

@@ -1,0 +1,152 @@
+"""Parts from public repositories: the share that `retouch wrap` lets out, and what is wrong with these.
+
+python -m benchmarks.objects.public FOLDER [NAME ...] [--as before] [--code CHECKOUT] [--again]
+
+`parts.json` lists the files by repository, commit, path and SHA-256; FOLDER holds them as
+OWNER/REPOSITORY/PATH. Each is wrapped with leather of 0.4 mm on 200,000 triangles, first by default, then, as
+long as it is refused, with the option that the line of the refusal advises. Each wrap is a process of its own
+with limits of CPU time and memory. What comes out is compared with its file. NAME is part of a path; `--code`
+names another checkout, whose `retouch wrap` is measured. Resumable.
+"""
+
+import hashlib
+import json
+import math
+import os
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+from argparse import Namespace
+from collections import Counter
+from collections.abc import Mapping
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from benchmarks.objects.public.found import RELIEF_MM, faces_of, faults, found
+from benchmarks.shared.common import DOCS, ROOT, kept, load, parser_of, publish, table
+
+PARTS: list[dict[str, str]] = json.loads((Path(__file__).parent / "parts.json").read_text("utf-8"))
+RESULT, COMMAND, TEXTURE, FACES = "public_parts", "benchmarks.objects.public", "leather-tile", 200_000
+MOST_CPU_S, MOST_GB = 150, 6
+"""CPU seconds and memory, GB, after which a wrap is ended."""
+WIDE = re.compile(r"the largest ([\d.e+]+) mm wide")
+MOST_TRIES = 4
+
+
+def name_of(part: Mapping[str, str]) -> str:
+    """Repository and path."""
+    return f"{part['repository']}/{part['path']}"
+
+
+def _limit() -> None:
+    """Limit the CPU time and the memory of the process."""
+    resource.setrlimit(resource.RLIMIT_CPU, (MOST_CPU_S, MOST_CPU_S))
+    resource.setrlimit(resource.RLIMIT_DATA, (MOST_GB * 10**9, MOST_GB * 10**9))
+
+
+def wrapped(file: Path, out: Path, options: tuple[str, ...], code: Path) -> dict[str, Any]:
+    """Cost of `retouch wrap` on a file, and the last line of a refusal."""
+    command = [sys.executable, "-m", "retouch", "wrap", TEXTURE, str(file), "--relief-mm", f"{RELIEF_MM:g}"]
+    command += ["--faces", str(FACES), "-q", *options, "-o", str(out)]
+    with tempfile.TemporaryFile("w+") as said:
+        paths = {**os.environ, "PYTHONPATH": str(code)}
+        child = subprocess.Popen(command, cwd=code, env=paths, stderr=said, preexec_fn=_limit)
+        _, status, usage = os.wait4(child.pid, 0)
+        child.returncode = os.waitstatus_to_exitcode(status)
+        said.seek(0)
+        lines = said.read().strip().splitlines()
+    row = {"cpu_s": round(usage.ru_utime + usage.ru_stime, 1), "peak_gb": round(usage.ru_maxrss / 1e6, 2)}
+    if child.returncode == 0:
+        return row
+    if child.returncode < 0:
+        return row | {"ended": f"after {MOST_CPU_S} CPU s"}
+    return row | {"refused": lines[-1].replace(str(file), file.name) if lines else f"{child.returncode}"}
+
+
+def advised(line: str, options: tuple[str, ...], unit: str = "mm") -> tuple[str, ...]:
+    """Options that the line of a refusal advises, beside those that were given; empty if it advises none.
+
+    Args:
+        line: of the refusal.
+        options: that were given.
+        unit: of the file, which its owner knows.
+    """
+    more: list[str] = []
+    if "--close-holes" in line and (match := WIDE.search(line)):
+        more = ["--close-holes", f"{math.ceil(1.01 * float(match[1]))}"]
+    elif "--unite" in line:
+        more = ["--unite"]
+    elif "--units" in line:
+        more = ["--units", unit]
+    return (*options, *more) if more and more[0] not in options else ()
+
+
+def measured(part: Mapping[str, str], options: Namespace) -> dict[str, Any]:
+    """Result of one file: the tries, each with its options, and numbers of what comes out of the last."""
+    file = options.folder.resolve() / part["repository"] / part["path"]
+    if hashlib.sha256(file.read_bytes()).hexdigest() != part["sha256"]:
+        raise SystemExit(f"{file}: is not the file of the list")
+    tries: list[dict[str, Any]] = []
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / ("out.3mf" if file.suffix.lower() == ".3mf" else "out.stl")
+        given: tuple[str, ...] = ()
+        while len(tries) < MOST_TRIES:
+            tries.append({"options": " ".join(given), **wrapped(file, out, given, options.code.resolve())})
+            line = tries[-1].get("refused", "")
+            if not (more := advised(line, given, part.get("unit", "mm"))):
+                break
+            given = more
+        came_out = not tries[-1].keys() & {"refused", "ended"}
+        row: dict[str, Any] = {"kind": part["kind"], "tries": tries, "out": came_out}
+        # In a process of its own, as the memory of this one counts for those that it starts.
+        with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+            row["faces"] = pool.submit(faces_of, file).result()
+            if came_out:
+                row |= pool.submit(found, file, out, given).result()
+                row["faults"] = faults(row)
+    return row
+
+
+def outcome(row: Mapping[str, Any]) -> str:
+    """Outcome of a file: sound, faulty, refused or time."""
+    if row["out"]:
+        return "faulty" if row["faults"] else "sound"
+    return "time" if "ended" in row["tries"][-1] else "refused"
+
+
+def summary(results: Mapping[str, Mapping[str, Any]]) -> str:
+    """By kind, before and now: files that came out, were run, were refused needlessly, and took too long."""
+    rows = []
+    for kind in [*sorted({part["kind"] for part in PARTS}), ""]:
+        cells: list[str] = [kind or "all"]
+        for key in ("before", "now"):
+            some = {name: row for name, row in results[key].items() if kind in row["kind"]}
+            count = Counter(map(outcome, some.values()))
+            needless = sum(results["judged"][key].get(name, "").startswith("needless") for name in some)
+            numbers = (count["sound"] + count["faulty"], len(some), needless, count["time"])
+            cells.append("/".join(map(str, numbers)))
+        rows.append(cells)
+    return table(("kind", "before", "now"), rows)
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("folder", type=Path, metavar="FOLDER")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="parts of paths")
+    parser.add_argument("--as", dest="key", default="now", choices=("now", "before"))
+    parser.add_argument("--code", type=Path, default=ROOT, metavar="CHECKOUT")
+    parser.add_argument("--again", action="store_true", help="also files that there are results of")
+    options = parser.parse_args()
+    for part in PARTS:
+        if not options.names or any(name in name_of(part) for name in options.names):
+            kept(RESULT, options.key, name_of(part), partial(measured, part, options), options.again)
+    publish(DOCS / "evidence" / "objects.md", "public", COMMAND, summary(load(RESULT)))
+
+
+if __name__ == "__main__":
+    main()
