@@ -30,10 +30,33 @@ BULK = re.compile(
 STUB = re.compile(rb"<[^<>]* stub=\"(\d+)\"/>")
 """What stands for such an element in a tree, with its number."""
 
+PREFIX = re.compile(rb"<([A-Za-z_][\w.-]*):")
+DECLARED = re.compile(rb"xmlns:([\w.-]+)")
+"""Prefixes of elements of a text, and those that it declares."""
+ROOT = re.compile(rb"<[A-Za-z_][\w.:-]*")
+"""The first tag of a text, to the end of its name."""
+UNDECLARED = b"urn:undeclared"
+"""Namespace of prefixes that a file does not declare; it is not written."""
+
 Element = Any
 """An element of a tree; the types of minidom know no parents."""
 Place = tuple[int, ...]
 Key = tuple[str, str]
+
+
+def check_project(file: Path) -> None:
+    """Refuse a project that `write_project` cannot read. Raises InputError."""
+    with damage_named(file, "a mesh in 3MF"), opened(read_limited(file, LARGEST_FILE), file) as archive:
+        _entries(archive, file)
+        _trees(archive, file, [])
+
+
+def _entries(archive: zipfile.ZipFile, file: Path) -> list[tuple[zipfile.ZipInfo, bytes]]:
+    """The entries of an archive with their content. Raises InputError if it is too long."""
+    entries = archive.infolist()
+    if sum(entry.file_size for entry in entries) > 2 * LARGEST_FILE:
+        raise InputError(f"{file}: unpacks to more than {2 * LARGEST_FILE} bytes")
+    return [(entry, archive.read(entry)) for entry in entries]
 
 
 def write_project(out: Path, file: Path, textured: Textured) -> list[str]:
@@ -53,13 +76,11 @@ def write_project(out: Path, file: Path, textured: Textured) -> list[str]:
     """
     content = read_limited(file, LARGEST_FILE)
     with damage_named(file, "a mesh in 3MF"), opened(content, file) as archive:
-        entries = archive.infolist()
-        if sum(entry.file_size for entry in entries) > 2 * LARGEST_FILE:
-            raise InputError(f"{file}: unpacks to more than {2 * LARGEST_FILE} bytes")
+        entries = _entries(archive, file)
         project = _Project(archive, file, textured)
-        texts = [project.text(entry.filename) or archive.read(entry) for entry in entries]
+        texts = [(entry, project.text(entry.filename) or text) for entry, text in entries]
     with partial_file(out) as partial, zipfile.ZipFile(partial, "w", compresslevel=LEVEL) as written:
-        for entry, text in zip(entries, texts, strict=True):
+        for entry, text in texts:
             info = zipfile.ZipInfo(entry.filename, entry.date_time)
             info.compress_type, info.external_attr = entry.compress_type, entry.external_attr
             written.writestr(info, text)
@@ -76,14 +97,12 @@ class _Project:
     def __init__(self, archive: zipfile.ZipFile, path: Path, textured: Textured) -> None:
         self._path, self._notes = path, Notes(archive, path)
         self._meshes, self._texts = TexturedMeshes(self._notes, textured), list[bytes]()
-        models = [entry.filename for entry in model_entries(archive, path)]
-        notes = [name for name in (VOLUMES, PARTS) if name in archive.NameToInfo]
-        self._trees = {f"/{name}": self._tree(archive.read(name)) for name in (*models, *notes)}
+        self._trees = _trees(archive, path, self._texts)
         self._changed: set[str] = set()
         found = [(name, each) for name, tree in self._trees.items() for each in _all(tree, "object")]
         # Texts of objects in models and in notes of slicers, before any of them changes.
         self._before = {(name, each.getAttribute("id")): each for name, each in found}
-        self._main = next(f"/{name}" for name in models if _all(self._trees[f"/{name}"], "item"))
+        self._main = next(name for name, tree in self._trees.items() if _all(tree, "item"))
         resources = [each for tree in self._trees.values() for each in _all(tree, "resources")]
         ids = [each.getAttribute("id") for one in resources for each in _children(one)]
         self._last = max(int(number) for number in ids if number.isdecimal())
@@ -113,27 +132,8 @@ class _Project:
         if f"/{name}" not in self._changed:
             return b""
         text: bytes = self._trees[f"/{name}"].toxml("UTF-8")
+        text = re.sub(rb' xmlns:[\w.-]+="%s"' % UNDECLARED, b"", text)
         return STUB.sub(lambda match: self._texts[int(match[1])], text)
-
-    def _tree(self, text: bytes) -> Document:
-        """The tree of a text, with stubs in place of meshes. Raises InputError if it is too large."""
-        if text[:2] in (b"\xff\xfe", b"\xfe\xff"):
-            text = re.sub("encoding=[\"'][^\"']*.", "", text.decode("utf-16"), count=1).encode()
-        parts, at = [], 0
-        for match in BULK.finditer(text):
-            end = text.find(b"</" + match[1], match.end()) if match.start() >= at else at
-            if end < 0:
-                break
-            if end > at:
-                end = text.index(b">", end) + 1
-                stub = b'<%s%s stub="%d"/>' % (match[1], match[2] or b"", len(self._texts))
-                parts += [text[at : match.start()], stub]
-                self._texts.append(text[match.start() : end])
-                at = end
-        text = b"".join([*parts, text[at:]])
-        if text.count(b"<") > MOST_TAGS:
-            raise InputError(f"{self._path}: has more than {MOST_TAGS} tags besides meshes")
-        return parseString(text)
 
     def _find_kept(self, reference: Element, model: str, path: Place) -> None:
         """Note the objects that some place has as they were."""
@@ -227,6 +227,40 @@ class _Project:
             was = each.getAttribute("object_id"), each.getAttribute("instance_id")
             for name, value in zip(("object_id", "instance_id"), instances.get(was, was), strict=True):
                 each.setAttribute(name, value)
+
+
+def _trees(archive: zipfile.ZipFile, path: Path, texts: list[bytes]) -> dict[str, Document]:
+    """Models and notes of an archive by their names, as `_tree` gives them."""
+    names = [entry.filename for entry in model_entries(archive, path)]
+    names += [name for name in (VOLUMES, PARTS) if name in archive.NameToInfo]
+    return {f"/{name}": _tree(archive.read(name), path, texts) for name in names}
+
+
+def _tree(text: bytes, path: Path, texts: list[bytes]) -> Document:
+    """The tree of a text, with stubs in place of meshes, whose texts are appended to a list.
+
+    Raises InputError if it is too large.
+    """
+    if text[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        text = re.sub("encoding=[\"'][^\"']*.", "", text.decode("utf-16"), count=1).encode()
+    parts, at = [], 0
+    for match in BULK.finditer(text):
+        end = text.find(b"</" + match[1], match.end()) if match.start() >= at else at
+        if end < 0:
+            break
+        if end > at:
+            end = text.index(b">", end) + 1
+            stub = b'<%s%s stub="%d"/>' % (match[1], match[2] or b"", len(texts))
+            parts += [text[at : match.start()], stub]
+            texts.append(text[match.start() : end])
+            at = end
+    text = b"".join([*parts, text[at:]])
+    if text.count(b"<") > MOST_TAGS:
+        raise InputError(f"{path}: has more than {MOST_TAGS} tags besides meshes")
+    # PrusaSlicer writes texts and drawings of an object with a prefix that it does not declare.
+    used, known = set(PREFIX.findall(text)), set(DECLARED.findall(text))
+    missing = b"".join(b' xmlns:%s="%s"' % (prefix, UNDECLARED) for prefix in sorted(used - known))
+    return parseString(ROOT.sub(lambda match: match[0] + missing, text, count=1))
 
 
 def _note(

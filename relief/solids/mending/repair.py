@@ -34,6 +34,8 @@ SLIVER_MM = 1e-5
 coordinates of 100 mm by."""
 MOST_RIM, MOST_OPEN = 300, 500_000
 """Most edges around a hole, whose triangulation takes half a second, and most open edges of a mesh."""
+WIDEST_MM = 100.0
+"""Width of a hole, mm, from which it is a shape or of another unit, and never closed."""
 MOST_TRIES = 5
 """Tries to drop slivers, each without those beside which the one before left unsound edges."""
 
@@ -181,6 +183,8 @@ def _without_holes(work: Mended, name: object, holes_mm: float | None) -> Mended
             return work
         wide = f"{len(rim)} edges border on holes, the largest {sizes[largest]:.3g} mm wide near ({at}) mm"
         limit = f"{name}: is open: {wide}; holes of {most_mm:g} mm and {MOST_RIM} edges at most are closed"
+        if sizes[largest] > WIDEST_MM:
+            raise InputError(f"{name}: is open: {wide}; state the unit if it is another, or {MEND}")
         raise InputError(f"{limit} (close_holes_mm); {MEND}", f"{limit} (--close-holes); {MEND}")
     new = np.concatenate([_least_area(work.body.vertices, loop[::-1]) for loop in loops])
     origin = np.concatenate([np.arange(len(work.body.faces)), np.full(len(new), -1)])

@@ -105,11 +105,11 @@ def _overlap(fault: str, body: Body) -> InputError:
     return InputError(*(f"{fault}; {advice.format(option)}" for option in ("unite", "--unite")))
 
 
-def overlap_advice(body: Body) -> str:
+def overlap_advice(body: Body, united: bool = False) -> str:
     """What mends a body that overlaps itself, with braces for the name of the option that unites parts."""
-    if components(body).any():
+    if components(body).any() and not united:
         return "unite its parts ({}), or " + MEND
-    return f"as it is one part, remesh it (Blender: Remesh, Voxel), or {MEND}"
+    return f"{'' if united else 'as it is one part, '}remesh it (Blender: Remesh, Voxel), or {MEND}"
 
 
 def outer_body(body: Body, name: object) -> tuple[Body, tuple[str, ...]]:

@@ -52,12 +52,14 @@ class Settings(SurfaceOptions):
             computed on triangles of `DRAFT_EDGE_MM`, and crossing triangles stay.
         holes: That stay without texture; None: no hole does.
         bare: Further places that stay without texture, as where parts touch.
+        united: Whether the parts of the body are united already.
         finest_mm: Edges that are fine enough whatever the texture has, as no printer shows more.
     """
 
     draft: bool = False
     holes: Holes | None = None
     bare: tuple[Bare, ...] = ()
+    united: bool = False
     finest_mm: float = 0.0
 
 

@@ -71,7 +71,8 @@ class BaseSurface:
                 place = crossing_place(whole, np.isin(np.arange(len(whole.faces)), crossing))
                 at = ", ".join(f"{value:.4g}" for value in place)
                 fault = f"{len(crossing)} faces with texture pass through others, some near ({at}) mm"
-                raise PlaceError("mesh", fault, overlap_advice(whole), points_on(whole, crossing))
+                advice = overlap_advice(whole, settings.united)
+                raise PlaceError("mesh", fault, advice, points_on(whole, crossing))
         check_count(int(patch.body.areas.sum() / (EVEN_AREA * file.edge_mm**2)), settings)
         rounds = DRAFT_ROUNDS if settings.draft else ROUNDS
         self.mesh = even_mesh(patch, file.edge_mm, ARC * min(file.coarser, DRAFT_ARC), rounds)

@@ -105,7 +105,7 @@ def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions)
     """Read the files of a wrapping, and check its options; arguments as of `wrap`. Raises InputError."""
     printer = printer_of(options.printer)
     finest_mm = 0.0 if printer is None else SAMPLES_OF_PIXEL * printer.pixel_mm
-    settings = Settings(**vars(part(options, SurfaceOptions)), finest_mm=finest_mm)
+    settings = Settings(**vars(part(options, SurfaceOptions)), finest_mm=finest_mm, united=options.unite)
     thing = _bundled(Path(mesh), options.units)
     named_regions = thing.regions if thing else {}
     with naming(mesh):

@@ -16,7 +16,7 @@ from relief.ground.options import by_keywords
 from relief.solids.body import Part
 from relief.solids.export.parts import as_written, write_parts
 from relief.solids.export.printed_parts import PrintedPart, print_part
-from relief.solids.export.project_writer import Textured, write_project
+from relief.solids.export.project_writer import Textured, check_project, write_project
 from relief.solids.meshes.solid import check_closed, check_parts
 from relief.solids.wrapping.wrapped_body import Wrapped
 from retouch.pages.objects.wrap_sentences import wrapped_sentences
@@ -116,6 +116,8 @@ def wrap(
         fault = f"suffix {out.suffix!r} is not one of {', '.join(FORMATS)}"
         raise InputError(f"{out}: {fault}", f"{out}: -o: {fault}")
     check_file_to_write(out)
+    if _in_project(Path(mesh), out, options.units):
+        check_project(Path(mesh))
     with followed(options.progress, options.quiet):
         options, steered = with_steered(texture, mesh, out, options)
         task = task_of(texture, mesh, options)
@@ -142,13 +144,18 @@ def _write(out: Path, task: Task, wrapped: Wrapped, units: str | None) -> list[s
     if mesh.pieces:
         source = mesh.origin[wrapped.source]
         whole = Textured(mesh.pieces, mesh.unit_mm, wrapped.body, source, wrapped.fine)
-        if mesh.path.suffix.lower() == out.suffix.lower() == ".3mf":
-            if units is None:
-                return write_project(out, mesh.path, whole)
+        if _in_project(mesh.path, out, units):
+            return write_project(out, mesh.path, whole)
+        if _in_project(mesh.path, out, None):
             lines.append("leaves out all but the parts of the project, whose own unit --units overrides")
         parts = whole.parts()
     write_parts(out, parts)
     return lines
+
+
+def _in_project(mesh: Path, out: Path, units: str | None) -> bool:
+    """Whether a mesh comes out in the project that holds it."""
+    return mesh.suffix.lower() == out.suffix.lower() == ".3mf" and units is None
 
 
 def _coordinates(wrapped: Wrapped) -> str:

@@ -13,7 +13,7 @@ import pytest
 
 from relief.ground.errors import InputError
 from relief.solids.body import Body
-from relief.solids.export.project_writer import write_project
+from relief.solids.export.project_writer import check_project, write_project
 from relief.solids.files import read_mesh
 from relief.solids.mending.repair import mended, united_parts
 from relief.solids.meshes.neighbourhood import edge_balance
@@ -192,6 +192,25 @@ def test_names_colours_and_other_objects_stay_for_other_readers(tmp_path: Path) 
     again = read_mesh(out)
     assert volume_mm3(again.body) == pytest.approx(volume_mm3(mesh.body))
     assert closed(again.body)
+
+
+def test_prefixes_that_notes_do_not_declare_stay(tmp_path: Path) -> None:
+    texts: dict[str, str | bytes] = dict(entries(prusa(tmp_path / "a.3mf", [(BLOCK, "ModelPart")])))
+    emboss = b'<slic3rpe:text text="V" font="a"/></volume>'
+    texts[VOLUMES] = entries(tmp_path / "a.3mf")[VOLUMES].replace(b"</volume>", emboss, 1)
+    file, out = write(tmp_path / "b.3mf", texts), tmp_path / "out.3mf"
+    check_project(file)
+    write_project(out, file, textured(read_mesh(file), np.array([0, 1])))
+    notes = entries(out)[VOLUMES]
+    assert emboss in notes and b"undeclared" not in notes
+
+
+def test_a_project_is_checked_before_the_work(tmp_path: Path) -> None:
+    nested = b"<config>" + 20_000 * b"<metadata>"
+    file = prusa(tmp_path / "a.3mf", [(BLOCK, "ModelPart")])
+    texts: dict[str, str | bytes] = {**entries(file), VOLUMES: nested}
+    with pytest.raises(InputError, match="damaged or not a mesh in 3MF"):
+        check_project(write(tmp_path / "b.3mf", texts))
 
 
 def test_models_in_utf_16_are_written_in_utf_8(tmp_path: Path) -> None:

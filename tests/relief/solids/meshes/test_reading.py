@@ -215,7 +215,7 @@ def test_items_that_are_not_printed_and_supports_are_no_body(tmp_path: Path) -> 
     path.write_bytes(
         package(HEAD.format("centimeter", objects + "</components></object>") + TAIL.format(items[20:]))
     )
-    with pytest.raises(InputError, match="builds nothing but supports or items that are not printed"):
+    with pytest.raises(InputError, match="builds nothing but supports and items that are not printed"):
         read_mesh(path)
 
 
