@@ -129,12 +129,18 @@ def united(body: Body) -> tuple[Body, Index]:
     if whole.status() != Error.NoError:
         return body, np.arange(len(body.faces))
     shells = whole.decompose()
-    outer = Manifold.batch_boolean([shell for shell in shells if shell.volume() > 0.0], OpType.Add)
-    for hollow in (body_of(shell) for shell in shells if shell.volume() < 0.0):
-        turned = Body(hollow[0].vertices, hollow[0].faces[:, ::-1])
-        outer -= manifold_of(turned, hollow[1])
+    outer = [shell for shell in shells if shell.volume() > 0.0]
+    hollows: list[list[Manifold]] = [[] for _ in outer]
+    for hollow, numbers in (body_of(shell) for shell in shells if shell.volume() < 0.0):
+        turned = manifold_of(Body(hollow.vertices, hollow.faces[:, ::-1]), numbers)
+        hollows[_holder(turned, outer)].append(turned)
+    # A part may lie in a hollow of another, or reach into it.
+    solid = [
+        Manifold.batch_boolean([own, *cut], OpType.Subtract) for own, cut in zip(outer, hollows, strict=True)
+    ]
+    outside = Manifold.batch_boolean(solid, OpType.Add)
     # Parts that touch but for the rounding of a file leave steps and slits of that size.
-    union, number = body_of(outer.simplify(ROUNDED_MM))
+    union, number = body_of(outside.simplify(ROUNDED_MM))
     return union, origin[number]
 
 
@@ -154,6 +160,17 @@ def without(body: Body, tools: Sequence[Body]) -> tuple[Body, Index] | None:
         return None
     left, number = body_of(cut)
     return left, np.append(origin, -1)[number]
+
+
+def _holder(hollow: Manifold, outer: Sequence[Manifold]) -> int:
+    """Number of the outer shell that a hollow lies in: the smallest of those that hold most of it."""
+    low, high = np.split(np.array(hollow.bounding_box()), 2)
+    ends = np.array([shell.bounding_box() for shell in outer])
+    held = np.flatnonzero((ends[:, :3] <= low).all(axis=1) & (ends[:, 3:] >= high).all(axis=1)).tolist()
+    if len(held) > 1:
+        half = 0.5 * hollow.volume()
+        held = [number for number in held if (outer[number] ^ hollow).volume() > half]
+    return min(held, key=lambda number: float(outer[number].volume()), default=0)
 
 
 def manifold_of(body: Body, numbers: Index | None = None) -> Manifold:

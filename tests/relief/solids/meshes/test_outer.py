@@ -45,6 +45,16 @@ def test_a_hollow_stays_one_where_another_part_crosses_its_body() -> None:
     assert volume_mm3(united(body)[0]) == pytest.approx(8000.0 + 500.0 - 64.0)
 
 
+def test_a_part_in_a_hollow_stays_where_another_part_crosses_its_body() -> None:
+    hollow = cube(10.0, (5.0, 5.0, 5.0))
+    inner, across = cube(4.0, (8.0, 8.0, 8.0)), cube(10.0, (15.0, 5.0, 5.0))
+    body = joined(cube(), Body(hollow.vertices, hollow.faces[:, ::-1]), inner, across)
+    assert volume_mm3(united(body)[0]) == pytest.approx(8000.0 - 1000.0 + 64.0 + 500.0)
+    # A part that reaches into the hollow fills it there.
+    body = joined(cube(), Body(hollow.vertices, hollow.faces[:, ::-1]), cube(10.0, (12.0, 5.0, 5.0)))
+    assert volume_mm3(united(body)[0]) == pytest.approx(8000.0 - 700.0 + 200.0)
+
+
 @pytest.mark.parametrize("at", [(5.0, 6.0, 7.0), (19.0, 19.5, -3.0)])
 def test_a_place_of_a_crossing_is_found(at: tuple[float, float, float]) -> None:
     many = [cube(3.0, (30.0 + 5.0 * n, 0.0, 0.0)) for n in range(8)]
