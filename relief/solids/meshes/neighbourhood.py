@@ -14,6 +14,8 @@ MASK = (1 << BITS) - 1
 """Bits of the second vertex in the key of an edge."""
 CELL_MM = 2.5
 """Side of a cell, mm: a patch of 10 mm with the faces beside it meets a few hundred."""
+MOST_ALONG = 4_000_000
+"""Points on lines, about: 400 m in steps of 0.1 mm."""
 MOST_CELLS = 256
 """Most cells along a side, so that a large body takes larger ones."""
 
@@ -157,8 +159,13 @@ def ways_from(body: Body, start: NDArray[np.bool_], most_mm: float) -> Array:
 
 
 def points_along(ends: Array, spacing_mm: float) -> Array:
-    """(n, 3) points on straight lines with ends (k, 2, 3), at most so far apart, both ends included, mm."""
-    count = np.ceil(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / spacing_mm).astype(np.int64) + 1
+    """(n, 3) points on straight lines with ends (k, 2, 3), both ends included, mm.
+
+    They lie `spacing_mm` apart at most, or farther where these were more than `MOST_ALONG`.
+    """
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    spacing_mm = max(spacing_mm, float(lengths.sum()) / MOST_ALONG)
+    count = np.ceil(lengths / spacing_mm).astype(np.int64) + 1
     line = np.repeat(np.arange(len(ends)), count)
     step = np.arange(len(line)) - np.repeat(np.cumsum(count) - count, count)
     share = (step / np.maximum(count[line] - 1, 1))[:, None]

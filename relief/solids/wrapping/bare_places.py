@@ -9,7 +9,9 @@ from relief.solids.body import Body
 from relief.solids.meshes.refining import refined
 
 SPACING_MM = 0.5
-"""Distance of points on triangles that stay without texture, mm, and of that within which there is none."""
+"""Distance of points on triangles that stay without texture, mm, but on areas too large to be left out."""
+MOST_POINTS = 100_000
+"""Points on such triangles, about."""
 
 
 class PlaceError(InputError):
@@ -28,8 +30,10 @@ class PlaceError(InputError):
 
 
 def points_on(body: Body, faces: Index) -> Array:
-    """(n, 3) points all over faces, (k,) numbers, `SPACING_MM` apart at most, mm."""
-    fine = refined(Body(body.vertices, body.faces[faces]), SPACING_MM).body
+    """(n, 3) points all over faces, (k,) numbers, mm."""
+    alone = Body(body.vertices, body.faces[faces])
+    spacing = max(SPACING_MM, float(np.sqrt(2.0 * alone.areas.sum() / MOST_POINTS)))
+    fine = refined(alone, spacing).body
     return np.asarray(fine.vertices[np.unique(fine.faces)])
 
 
