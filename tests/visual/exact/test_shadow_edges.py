@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.visual.scenes import SIDE, SIZE_MM, Array, hills, plate_scene, toward
+from visual.backend.variants import load_mitsuba
 from visual.exact.shadow_edges import ShadowEdges, shadow_edges
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import from_above
@@ -18,6 +19,12 @@ WALL = 20
 WALL_X = (WALL + 0.5) * PITCH - SIZE_MM / 2
 HEIGHT_MM = 1.0
 ABOVE = from_above(SIZE_MM, SIDE, SIDE)
+
+
+@pytest.fixture(autouse=True)
+def _grey() -> None:
+    """The variant of grey scenes, whichever an earlier test of the process left."""
+    load_mitsuba(colour=False)
 
 
 def wall(height_mm: float = HEIGHT_MM) -> Array:
