@@ -176,7 +176,14 @@ class Samples:
     def __init__(self, surface: FileSurface) -> None:
         rows, body = np.flatnonzero(~surface.bare), surface.body
         alone = Body(body.vertices[body.faces[rows]].reshape(-1, 3), np.arange(3 * len(rows)).reshape(-1, 3))
-        self.spacing_mm = max(surface.edge_mm, float(np.sqrt(alone.areas.sum() / MOST_SAMPLES)))
+        corners = alone.vertices[alone.faces]
+        longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
+        # Needles are divided along their lengths.
+        self.spacing_mm = max(
+            surface.edge_mm,
+            float(np.sqrt(alone.areas.sum() / MOST_SAMPLES)),
+            float(longest[longest > surface.edge_mm].sum()) / MOST_SAMPLES,
+        )
         fine = refined(alone, self.spacing_mm)
         self.face = rows[np.repeat(fine.parent, 3)]
         self.points = surface.points(self.face, fine.corners.reshape(-1, 3).astype(np.float64))
