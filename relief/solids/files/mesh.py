@@ -97,7 +97,7 @@ def read_mesh(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh
     factor = parsed.unit_mm or 1.0 if units is None else UNITS[units]
     parsed = _checked(parsed, path)
     body, sound = _welded(parsed, factor, path)
-    lines = (*parsed.warnings, *_doubts(body, factor))
+    lines = (*parsed.warnings, *_doubts(body, factor, units is not None))
     uv, colours, normals = (
         None if each is None else each[sound] for each in (parsed.uv, parsed.colours, parsed.normals)
     )
@@ -179,15 +179,15 @@ def _row_starts(rows: Index) -> NDArray[np.bool_]:
     return np.append(True, (rows[1:] != rows[:-1]).any(axis=1))
 
 
-def _doubts(body: Body, factor: float) -> list[str]:
-    """Lines about a size that suggests another unit than the one taken, of `factor` mm."""
+def _doubts(body: Body, factor: float, stated: bool) -> list[str]:
+    """Lines about a size that suggests another unit than that of `factor` mm, which a user may have `stated`."""
     sides = np.ptp(body.vertices, axis=0)
     longest = float(sides.max())
     if FEW_MM <= longest <= MANY_MM:
         return []
     only, size = "only " if longest < FEW_MM else "", " x ".join(f"{side:,.4g}" for side in sides)
-    advice = f"if that is not meant, state the unit with --units{_likely_units(longest / factor)}"
-    return [f"measures {only}{size} mm; {advice}"]
+    advice = f"; if that is not meant, state the unit with --units{_likely_units(longest / factor)}"
+    return [f"measures {only}{size} mm{'' if stated else advice}"]
 
 
 def _likely_units(longest: float) -> str:

@@ -561,3 +561,9 @@ def test_a_line_names_the_units_that_are_likely(
     except InputError as error:
         line = error.for_command
     assert told in line and (line + ")").split("--units ")[1].split(")")[0] == units
+
+
+def test_no_unit_is_advised_where_one_is_stated(tmp_path):
+    (tmp_path / "a.stl").write_bytes(stl(cube(5.0)))
+    assert read_mesh(tmp_path / "a.stl").warnings[0].endswith("state the unit with --units in or cm")
+    assert read_mesh(tmp_path / "a.stl", units="mm").warnings == ("measures only 5 x 5 x 5 mm",)
