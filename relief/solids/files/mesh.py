@@ -180,7 +180,7 @@ def _row_starts(rows: Index) -> NDArray[np.bool_]:
 
 
 def _doubts(body: Body, factor: float, stated: bool) -> list[str]:
-    """Lines about a size that suggests another unit than that of `factor` mm, which a user may have `stated`."""
+    """Lines about a size that suggests another unit than that of `factor` mm; `stated`: by the user."""
     sides = np.ptp(body.vertices, axis=0)
     longest = float(sides.max())
     if FEW_MM <= longest <= MANY_MM:
