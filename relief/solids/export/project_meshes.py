@@ -69,7 +69,8 @@ class Textured(NamedTuple):
     def parts(self) -> list[Part]:
         """The pieces, each with its name, where they lie."""
         owner, _ = self.owners()
-        bodies = (Body(self.body.vertices, self.body.faces[owner == k]) for k in range(len(self.pieces)))
+        rows = _rows_of_each(owner, len(self.pieces))
+        bodies = (Body(self.body.vertices, self.body.faces[own]) for own in rows)
         used = (renumbered(body.faces, len(body.vertices)) for body in bodies)
         return [
             Part(piece.name, Body(self.body.vertices[numbers], faces))
@@ -98,7 +99,8 @@ class TexturedMeshes:
 
     def __init__(self, notes: Notes, textured: Textured) -> None:
         self._notes, self._textured, self.lost = notes, textured, 0
-        self._owner, changed = textured.owners()
+        owner, changed = textured.owners()
+        self._rows = _rows_of_each(owner, len(textured.pieces))
         pieces = [piece for piece, one in zip(textured.pieces, changed, strict=True) if one]
         self.changed = {piece.path[:k] for piece in pieces for k in range(1, len(piece.path) + 1)}
         self.cuts = {piece.cut for piece in pieces}
@@ -124,7 +126,7 @@ class TexturedMeshes:
         for volume in self._notes.volumes_of(number, parent, path[-1], len(was.faces)):
             start, end = volume.span or (0, len(was.faces))
             own = self._number_of.get((path, (start, end)))
-            rows = np.flatnonzero(self._owner == own)
+            rows = np.zeros(0, np.int64) if own is None else self._rows[own]
             if (volume.kind == NEGATIVE and path in self.cuts) or (own is not None and not len(rows)):
                 spans.append(None)
                 continue
@@ -170,6 +172,12 @@ class TexturedMeshes:
         lost = np.array([one != other for one, other in zip(was.extras, undivided, strict=True)])
         self.lost += len(np.unique(face[~whole & lost[extra]]))
         return np.where(whole, extra, extra + len(was.extras)), [*was.extras, *undivided]
+
+
+def _rows_of_each(owner: Index, count: int) -> list[Index]:
+    """Numbers, rising, of the faces of each of some owners, by the owner (m,) of each face."""
+    order = np.argsort(owner, kind="stable")
+    return np.split(order, np.searchsorted(owner[order], np.arange(1, count)))
 
 
 def _local(body: Body, textured: Textured, number: int) -> Body:
