@@ -93,13 +93,14 @@ def test_a_killed_run_can_go_on_by_resume(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_a_run_is_asked_to_stop_as_by_the_keyboard(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Lines are written whole: `print` writes text and newline apart where output is not buffered.
     script = """
-import signal, sys, time
+import os, signal, sys, time
 def stop(*_):
-    print("interrupted", flush=True)
+    os.write(1, b"interrupted\\n")
     sys.exit(130)
 signal.signal(signal.SIGINT, stop)
-print("ready", flush=True)
+os.write(1, b"ready\\n")
 time.sleep(60)
 """
     commanded(monkeypatch, script)
