@@ -30,6 +30,7 @@ _ALLOWED = {
     "relief.solids": "relief.ground",
     "relief.solids.files": "relief.ground relief.solids relief.solids.meshes",
     "relief.solids.export": "relief relief.ground relief.solids relief.solids.files relief.solids.meshes",
+    "relief.solids.filament": "relief relief.ground relief.solids relief.solids.meshes",
     "relief.solids.mending": "relief.ground relief.solids relief.solids.meshes",
     "relief.solids.meshes": "relief relief.ground relief.solids",
     "relief.solids.objects": "relief.ground relief.solids relief.solids.export",
