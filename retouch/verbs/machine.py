@@ -28,7 +28,7 @@ MEMORY_GIB = 8.0
 
 WHERE = (
     "touch, pictures, descents and verification run on the processor only; a CUDA device is used by "
-    "retouch train, and for pictures, not tested, if -m names a cuda_ad_ variant"
+    "retouch train, and for pictures if -m names a cuda_ad_ variant"
 )
 """What runs where, on every machine."""
 

@@ -19,8 +19,6 @@ SPECTRA = "blackbody", "regular", "irregular"
 """Plugins of spectra that Mitsuba evaluates at wavelengths only: variants without wavelengths raise an error.
 Spectra written as `<spectrum value="400:0.1, ...">` and those of type d65 become colours where need be."""
 _KINDS = "blackbody, regular or irregular"
-UNTESTED = "; not tested on any CUDA device"
-"""Note on variants for such devices."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +42,8 @@ def is_differentiable(name: str) -> bool:
 def choose_variant(colour: bool, variant: str | None = None, spectral: bool = False) -> Variant:
     """The variant for a scene, without setting it.
 
-    The processor renders. A CUDA device is taken only if the user names a variant for it, because no test has
-    run on one. Without a usable libLLVM the choice is `scalar_rgb`, which gives pictures without gradients.
+    The processor renders. A CUDA device is taken only if the user names a variant for it, because the tests
+    of every day run without one. Without a usable libLLVM the choice is `scalar_rgb`, which gives pictures without gradients.
 
     Args:
         colour: whether any material or light of the scene is not grey.
@@ -90,7 +88,7 @@ def _requested(name: str, missing: str, spectral: bool) -> Variant:
         raise InputError(f"variant: {name!r} cannot run here: there is no usable CUDA device")
     if spectral and "spectral" not in name:
         raise InputError(f"variant: {name!r} shows no spectrum of type {_KINDS}; name no variant")
-    return Variant(name, "asked for" + UNTESTED * name.startswith("cuda_"))
+    return Variant(name, "asked for")
 
 
 def load_mitsuba(colour: bool, variant: str | None = None, spectral: bool = False) -> ModuleType:
