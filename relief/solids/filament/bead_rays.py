@@ -1,0 +1,207 @@
+"""Heights of beads on the grid of a place: rays along the finger's axis against the exact shape of a bead.
+
+A bead is convex: a prism whose section is a rectangle with half-round flanks, between two round ends, each of
+which is a disc thickened by a ball. The ray leaves the prism at a point in closed form. Where that point lies
+beyond an end of the bead, the ray leaves the round end instead. The distance from a disc is convex along a
+ray, so Newton's method falls to the last root from above, or shows that there is none.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from relief.ground.arrays import Array, Index, units
+from relief.solids.filament.beads import Beads
+from relief.solids.meshes.mesh_places import Frame
+from relief.solids.meshes.neighbourhood import NearFaces
+
+FEWEST_AT_ONCE, MOST_AT_ONCE = 1 << 14, 1 << 18
+"""Least and most pairs of a bead and a sample that are computed together. Few, because what they cover hides
+most of the beads that follow; the most bounds the memory."""
+HIDDEN_MM = 1e-6
+"""Height, mm, by which a bead must rise above what is there to be computed."""
+STEPS, EXACT_MM = 30, 1e-8
+"""Most steps of Newton's method, each of which at least halves the way to the root, and the last one's length."""
+LEVEL = 1e-12
+"""Least component of a direction that something is divided by."""
+
+
+class BeadRays:
+    """Beads by the boxes that hold them.
+
+    Args:
+        beads: all are met, whatever their role.
+    """
+
+    def __init__(self, beads: Beads) -> None:
+        self._radius = 0.5 * beads.height
+        self._half = 0.5 * np.maximum(beads.width - beads.height, 0.0)
+        lowered = np.zeros((len(beads), 3))
+        lowered[:, 2] = self._radius
+        self._start, self._way = beads.start - lowered, beads.end - beads.start
+        reach = lowered + (self._half + self._radius)[:, None] * (1.0, 1.0, 0.0)
+        low, high = np.minimum(beads.start, beads.end), np.maximum(beads.start, beads.end)
+        self._near = NearFaces(np.stack([low - lowered - reach, high - lowered + reach], axis=1))
+
+    def heights(self, frame: Frame, side_mm: float, samples: int, depth_mm: float) -> Array:
+        """The highest points of the beads along the axis of a place, counted from the place.
+
+        Args:
+            frame: of the place; its axis may have any direction.
+            side_mm: of the square grid around the place.
+            samples: along a side.
+            depth_mm: distance from the place along the axis beyond which beads may be left out, mm.
+
+        Returns:
+            (samples, samples) mm, row 0 at +y, column 0 at -x; -inf where there is no bead.
+        """
+        heights = np.full(samples * samples, -np.inf)
+        reach = np.abs(frame.axes).T @ (0.5 * side_mm, 0.5 * side_mm, depth_mm)
+        near = self._near.within(frame.at - reach, frame.at + reach)
+        start, way = frame.local(self._start[near]), self._way[near] @ frame.axes.T
+        local = _LocalBeads(start, way, self._half[near], self._radius[near], frame.axes[:, 2])
+        pitch = side_mm / samples
+        for bead, row, col in local.pairs(heights.reshape(samples, samples), pitch, depth_mm):
+            sample = row * samples + col
+            x, y = pitch * (col - 0.5 * (samples - 1)), pitch * (0.5 * (samples - 1) - row)
+            leaves, past = local.prism(bead, x, y)
+            inside = past == 0.0
+            np.maximum.at(heights, sample[inside], leaves[inside])
+            # A round end lies in the prism carried on, which therefore bounds its height.
+            some = np.flatnonzero(~inside & (leaves > heights[sample] + HIDDEN_MM))
+            found = local.round_end(bead[some], x[some], y[some], leaves[some], past[some] > 0.0)
+            np.maximum.at(heights, sample[some], found)
+        return heights.reshape(samples, samples)
+
+
+class _LocalBeads:
+    """Beads near a place, in its axes, the highest first; rays run along z.
+
+    Args:
+        start: (k, 3) middle of the bead's height where it begins, mm.
+        way: (k, 3) from there to its end, mm.
+        half: (k,) half of the width of the strip, mm.
+        radius: (k,) half of the height of a bead, mm.
+        up: (3,) the file's upward direction, across which strips lie.
+    """
+
+    def __init__(self, start: Array, way: Array, half: Array, radius: Array, up: Array) -> None:
+        self._wide = half[:, None] * np.sqrt(np.clip(1.0 - up**2, 0.0, None)) + radius[:, None]
+        top = start[:, 2] + np.maximum(way[:, 2], 0.0) + self._wide[:, 2]
+        order = np.argsort(-top, kind="stable")
+        self._start, self._way, self._wide = start[order], way[order], self._wide[order]
+        self._half, self._radius, self._up = half[order], radius[order], up
+        rise = self._way @ up
+        level = self._way - rise[:, None] * up
+        self._length = np.linalg.norm(level, axis=1)
+        # A blob has no direction of its own; any level one will do.
+        blob = self._length < LEVEL
+        level[blob] = units(np.cross(up, np.eye(3)[np.abs(up).argmin()]))
+        along = units(level)
+        slope = np.where(blob, 0.0, rise / np.maximum(self._length, LEVEL))
+        # Rows: along the bead, across it, and above the middle of the bead where that is.
+        rows = np.stack([along, np.cross(up, along), up - slope[:, None] * along], axis=1)
+        at = -np.einsum("kij,kj->ki", rows, self._start)
+        self._terms = np.concatenate([rows[:, :, :2], at[:, :, None]], axis=2).transpose(1, 2, 0).copy()
+        self._along, self._across, self._above = rows[:, :, 2].T
+        self._above = np.where(np.abs(self._above) < LEVEL, LEVEL, self._above)
+        self._square = self._across**2 + self._above**2
+
+    def pairs(self, heights: Array, pitch: float, depth: float) -> Iterator[tuple[Index, Index, Index]]:
+        """Numbers of beads, rows and columns of samples that may lie on them and are not hidden by others.
+
+        Args:
+            heights: (n, n) mm, which the caller raises by each block of pairs.
+            pitch: of the samples, mm.
+            depth: below the place at which beads are left out, mm.
+        """
+        count = len(heights)
+        start, way, wide = (values[:, :2] / pitch for values in (self._start, self._way, self._wide))
+        middle = 0.5 * (count - 1)
+        col, row = middle + start[:, 0], middle - start[:, 1]
+        by_col, by_row = way[:, 0], -way[:, 1]
+        first = np.ceil(np.clip(np.minimum(row, row + by_row) - wide[:, 1], 0, count)).astype(np.int64)
+        last = np.floor(np.clip(np.maximum(row, row + by_row) + wide[:, 1], -1, count - 1)).astype(np.int64)
+        bead, row_at = _runs(first, np.maximum(last - first + 1, 0))
+        # The part of a bead's middle line that is near enough to the row bounds columns and heights.
+        steep = np.where(np.abs(by_row) < LEVEL, LEVEL, by_row)[bead]
+        near = [(row_at + side * wide[bead, 1] - row[bead]) / steep for side in (-1.0, 1.0)]
+        shares = np.stack([np.minimum(*near), np.maximum(*near)]).clip(0.0, 1.0)
+        cols = col[bead] + by_col[bead] * shares
+        first = np.ceil(np.clip(cols.min(axis=0) - wide[bead, 0], 0, count)).astype(np.int64)
+        last = np.floor(np.clip(cols.max(axis=0) + wide[bead, 0], -1, count - 1)).astype(np.int64)
+        top = self._start[bead, 2] + (self._way[bead, 2] * shares).max(axis=0) + self._wide[bead, 2]
+        some = np.flatnonzero((last >= first) & (top >= -depth))
+        bead, row_at, top, first, counts = (
+            values[some] for values in (bead, row_at, top, first, last - first + 1)
+        )
+        at_once = int(np.clip(count * count, FEWEST_AT_ONCE, MOST_AT_ONCE))
+        ends = np.cumsum(counts)
+        begin = 0
+        while begin < len(counts):
+            before = ends[begin - 1] if begin else 0
+            stop = max(begin + 1, int(np.searchsorted(ends, before + at_once, side="right")))
+            open_ = begin + np.flatnonzero(top[begin:stop] > heights.min(axis=1)[row_at[begin:stop]])
+            run, col_at = _runs(first[open_], counts[open_])
+            run = open_[run]
+            seen = np.flatnonzero(top[run] > heights[row_at[run], col_at])
+            run = run[seen]
+            yield bead[run], row_at[run], col_at[seen]
+            begin = stop
+
+    def _at(self, axis: int, bead: Index, x: Array, y: Array) -> Array:
+        """Where rays cross z = 0: along the bead (axis 0), across it (1), or above its middle (2), mm."""
+        by_x, by_y, at = self._terms[axis]
+        return np.asarray(by_x[bead] * x + by_y[bead] * y + at[bead])
+
+    def prism(self, bead: Index, x: Array, y: Array) -> tuple[Array, Array]:
+        """z at which rays leave the prism of a bead carried on to both sides, mm, and how far past its end.
+
+        Past is negative before the start; -inf is the height of rays that miss.
+        """
+        across, above = self._across[bead], self._above[bead]
+        half, radius = self._half[bead], self._radius[bead]
+        u, v = self._at(1, bead, x, y), self._at(2, bead, x, y)
+        # The round flank, or the circle under the point of the flat side, that the ray leaves last.
+        u -= np.clip(u + (np.copysign(radius, above) - v) * (across / above), -half, half)
+        square = self._square[bead]
+        room = radius**2 * square - (u * above - v * across) ** 2
+        leaves = (np.sqrt(np.maximum(room, 0.0)) - u * across - v * above) / square
+        leaves[room < 0.0] = -np.inf
+        with np.errstate(invalid="ignore"):
+            along = self._at(0, bead, x, y) + self._along[bead] * leaves
+        past = np.maximum(along - self._length[bead], 0.0) + np.minimum(along, 0.0)
+        return leaves, past
+
+    def round_end(self, bead: Index, x: Array, y: Array, leaves: Array, at_end: Array) -> Array:
+        """z at which rays leave the round end of beads, mm, from above; -inf for those that miss."""
+        found = np.full(len(bead), -np.inf)
+        middle = self._start[bead] + np.where(at_end[:, None], self._way[bead], 0.0)
+        up, half, radius = self._up, self._half[bead], self._radius[bead]
+        x, y, z = x - middle[:, 0], y - middle[:, 1], leaves - middle[:, 2]
+        ray = np.arange(len(bead))
+        for _ in range(STEPS):
+            v = x * up[0] + y * up[1] + z * up[2]
+            # The point seen from the middle of the disc, in the disc's plane.
+            flat = np.stack([x - v * up[0], y - v * up[1], z - v * up[2]])
+            wide = np.sqrt((flat**2).sum(axis=0))
+            beyond = np.maximum(wide - half, 0.0)
+            distance = np.hypot(beyond, v)
+            slope = (beyond * flat[2] / np.maximum(wide, LEVEL) + v * up[2]) / np.maximum(distance, LEVEL)
+            rises = slope > LEVEL
+            step = np.where(rises, (distance - radius) / np.where(rises, slope, 1.0), 0.0)
+            z = z - step
+            done = rises & (np.abs(step) < EXACT_MM)
+            found[ray[done]] = z[done] + middle[done, 2]
+            left = rises & ~done
+            if not left.any():
+                break
+            ray, middle, half, radius = ray[left], middle[left], half[left], radius[left]
+            x, y, z = x[left], y[left], z[left]
+        return found
+
+
+def _runs(first: Index, counts: Index) -> tuple[Index, Index]:
+    """Numbers of runs (k,) and the members of each, `counts` numbers from `first` on, (k,)."""
+    run = np.repeat(np.arange(len(counts)), counts)
+    return run, first[run] + np.arange(len(run)) - np.repeat(np.cumsum(counts) - counts, counts)
