@@ -87,10 +87,24 @@ def is_step(path: Path) -> bool:
         return STEP_MARK in file.read(MARKED)
 
 
+GCODE = (".gcode", ".gco", ".g", ".bgcode", ".gcode.3mf")
+"""Ends of the names of files that `relief.solids.filament.gcode_reader` reads."""
+
+
+def is_gcode(path: Path) -> bool:
+    """Whether a file is G-code by the end of its name."""
+    return path.name.lower().endswith(GCODE)
+
+
 def is_mesh(path: Path) -> bool:
     """Whether a file is a mesh by its suffix, one of `.stp` also by its mark."""
     suffix = path.suffix.lower()
-    return suffix in MESHES and (suffix != ".stp" or is_step(path))
+    return suffix in MESHES and (suffix != ".stp" or is_step(path)) and not is_gcode(path)
+
+
+def is_solid(path: Path) -> bool:
+    """Whether a file is felt as a solid: a mesh, or G-code."""
+    return is_mesh(path) or is_gcode(path)
 
 
 UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
