@@ -87,10 +87,19 @@ def is_step(path: Path) -> bool:
         return STEP_MARK in file.read(MARKED)
 
 
+GCODE = (".gcode", ".gco", ".g", ".bgcode", ".gcode.3mf")
+"""Ends of the names of files of G-code that `relief.solids.filament` reads."""
+
+
+def is_gcode(path: Path) -> bool:
+    """Whether a file is G-code by the end of its name."""
+    return path.name.lower().endswith(GCODE)
+
+
 def is_mesh(path: Path) -> bool:
-    """Whether a file is a mesh by its suffix, one of `.stp` also by its mark."""
+    """Whether a file is a mesh by its suffix, one of `.stp` also by its mark; `.gcode.3mf` is none."""
     suffix = path.suffix.lower()
-    return suffix in MESHES and (suffix != ".stp" or is_step(path))
+    return suffix in MESHES and not is_gcode(path) and (suffix != ".stp" or is_step(path))
 
 
 UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}

@@ -24,7 +24,7 @@ MOVE = re.compile(
 )
 """A whole line of a move: what is left over would be a damaged number."""
 WORD = re.compile(rf"([A-Z])[ \t]*({NUMBER})?")
-COMMAND = re.compile(r"([GMT])0*(\d{1,5}(?:\.\d)?)(?![\d_])", re.IGNORECASE)
+COMMAND = re.compile(r"([GMT])0*(\d{1,5}(?:\.\d{1,2})?)(?![\d_])", re.IGNORECASE)
 MACRO = re.compile(r"[A-Za-z_]{2}|[(@]")
 """Begin of what moves nothing: macros of Klipper, commands of print servers, comments in parentheses."""
 SPLINES, PLANE, OFFSETS = "splines", "arcs in other planes", "coordinates from other origins"
@@ -47,7 +47,7 @@ REFUSED = {
 STILL = frozenset(
     f"G{number}"
     for number in (
-        *(4, 10, 11, 12, 17, 26, 27, 29, 29.1, 29.2, 30, 31, 32, 33, 34, 35, 40, 49, 54, 60, 61, 64, 80, 94),
+        *(4, 10, 11, 12, 17, 26, 27, 29, 30, 31, 32, 33, 34, 35, 38, 39, 40, 49, 54, 60, 61, 64, 80, 94),
         *(130, 150, 161, 162, 280, 380, 383, 392),
     )
 )
@@ -207,11 +207,12 @@ class Moves:
     def _command(self, name: str, rest: str, number: int) -> None:
         """Follow a command that is no move, by its name and what comes after."""
         words = dict(WORD.findall(rest))
-        if name in REFUSED or (name == "G10" and "L" in words):
+        # Bambu's printers take M290 in their start code for something else.
+        if (name in REFUSED and (name != "M290" or self.layers)) or (name == "G10" and "L" in words):
             raise self._fault(
                 number, f"{name}: {REFUSED.get(name, OFFSETS)} are not read; slice the part again"
             )
-        if name in ("G0", "G1", "G2", "G3"):
+        if (kind := name.partition(".")[0]) in ("G0", "G1", "G2", "G3"):
             raise self._fault(number, f"is no move: {shown(name + rest)!r}")
         if name in ("G20", "G21"):
             self._unit = UNITS["in"] if name == "G20" else 1.0
@@ -225,7 +226,7 @@ class Moves:
             self.volumetric_mm = float(words.get("D") or self.volumetric_mm)
         elif name[0] == "T" and float(name[1:]) < MOST_TOOLS:
             self._tool = float(name[1:])
-        elif name[0] == "G" and name not in STILL:
+        elif name[0] == "G" and kind not in STILL:
             self.unknown.setdefault(name, number)
 
     def _set_position(self, home: bool, words: dict[str, str], number: int) -> None:
