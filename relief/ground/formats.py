@@ -97,7 +97,7 @@ def is_gcode(path: Path) -> bool:
 
 
 def is_mesh(path: Path) -> bool:
-    """Whether a file is a mesh by its suffix, one of `.stp` also by its mark."""
+    """Whether a file is a mesh by its suffix, one of `.stp` also by its mark; `.gcode.3mf` is none."""
     suffix = path.suffix.lower()
     return suffix in MESHES and (suffix != ".stp" or is_step(path)) and not is_gcode(path)
 
