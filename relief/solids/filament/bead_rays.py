@@ -9,8 +9,9 @@ ray, so Newton's method falls to the last root from above, or shows that there i
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index, units
+from relief.ground.arrays import Array, FloatArray, Index, units
 from relief.solids.filament.beads import Beads
 from relief.solids.meshes.mesh_places import Frame
 from relief.solids.meshes.neighbourhood import NearFaces
@@ -21,7 +22,8 @@ most of the beads that follow; the most bounds the memory."""
 HIDDEN_MM = 1e-6
 """Height, mm, by which a bead must rise above what is there to be computed."""
 STEPS, EXACT_MM = 30, 1e-8
-"""Most steps of Newton's method, each of which at least halves the way to the root, and the last one's length."""
+"""Most steps of Newton's method, each of which at least halves the way to the root, and length of the last,
+mm."""
 LEVEL = 1e-12
 """Least component of a direction that something is divided by."""
 
@@ -149,12 +151,12 @@ class _LocalBeads:
             yield bead[run], row_at[run], col_at[seen]
             begin = stop
 
-    def _at(self, axis: int, bead: Index, x: Array, y: Array) -> Array:
+    def _at(self, axis: int, bead: Index, x: FloatArray, y: FloatArray) -> Array:
         """Where rays cross z = 0: along the bead (axis 0), across it (1), or above its middle (2), mm."""
         by_x, by_y, at = self._terms[axis]
         return np.asarray(by_x[bead] * x + by_y[bead] * y + at[bead])
 
-    def prism(self, bead: Index, x: Array, y: Array) -> tuple[Array, Array]:
+    def prism(self, bead: Index, x: FloatArray, y: FloatArray) -> tuple[Array, Array]:
         """z at which rays leave the prism of a bead carried on to both sides, mm, and how far past its end.
 
         Past is negative before the start; -inf is the height of rays that miss.
@@ -173,7 +175,9 @@ class _LocalBeads:
         past = np.maximum(along - self._length[bead], 0.0) + np.minimum(along, 0.0)
         return leaves, past
 
-    def round_end(self, bead: Index, x: Array, y: Array, leaves: Array, at_end: Array) -> Array:
+    def round_end(
+        self, bead: Index, x: FloatArray, y: FloatArray, leaves: Array, at_end: NDArray[np.bool_]
+    ) -> Array:
         """z at which rays leave the round end of beads, mm, from above; -inf for those that miss."""
         found = np.full(len(bead), -np.inf)
         middle = self._start[bead] + np.where(at_end[:, None], self._way[bead], 0.0)
