@@ -1,7 +1,8 @@
 """The shape of a sliced part: a closed mesh along the outer edges of its beads, without their own relief.
 
 Contact locations, their axes and coloured pages need it. In the middle of each layer, or of several thin
-ones, the distance from the edge of the beads is sampled on a grid; what loops of outer walls enclose is solid.
+ones, the distance from the edge of the beads is sampled on a grid. What loops of outer walls enclose is
+solid.
 """
 
 import numpy as np
@@ -24,7 +25,7 @@ SEAM_MM = 1.0
 """Largest gap of a loop, mm: slicers leave a fraction of a bead's width open at the seam."""
 WALLS = (Role.OUTER_WALL, Role.OVERHANG_WALL)
 SMOOTH = 0.7
-"""Standard deviation of the weights that even out the stairs of slopes, in samples of the grid."""
+"""Standard deviation of the weights that even out the stairs of slopes, in layers of the grid."""
 TOUCHING = 0.02
 """Distance between beads that follow one another, in samples of the grid."""
 AROUND = 2
@@ -44,7 +45,8 @@ def shape_of(beads: Beads) -> Body:
     if not len(beads):
         raise InputError("no wall, infill or top of a part is printed")
     grid = _Grid(beads)
-    field = ndimage.gaussian_filter(grid.field(), SMOOTH, mode="nearest")
+    # Across layers alone: a wall of one bead is about as wide as the grid's pitch.
+    field = ndimage.gaussian_filter1d(grid.field(), SMOOTH, axis=0, mode="nearest")
     vertices, faces, *_ = measure.marching_cubes(
         field, 0.0, gradient_direction="ascent", allow_degenerate=False
     )
