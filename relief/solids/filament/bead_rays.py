@@ -9,8 +9,9 @@ ray, so Newton's method falls to the last root from above, or shows that there i
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index, units
+from relief.ground.arrays import Array, FloatArray, Index, units
 from relief.solids.filament.beads import Beads
 from relief.solids.meshes.mesh_places import Frame
 from relief.solids.meshes.neighbourhood import NearFaces
@@ -21,7 +22,8 @@ most of the beads that follow; the most bounds the memory."""
 HIDDEN_MM = 1e-6
 """Height, mm, by which a bead must rise above what is there to be computed."""
 STEPS, EXACT_MM = 30, 1e-8
-"""Most steps of Newton's method, each of which at least halves the way to the root, and the last one's length."""
+"""Most steps of Newton's method, each of which at least halves the way to the root, and length of the last,
+mm."""
 LEVEL = 1e-12
 """Least component of a direction that something is divided by."""
 
@@ -116,25 +118,16 @@ class _LocalBeads:
             depth: below the place at which beads are left out, mm.
         """
         count = len(heights)
-        start, way, wide = (values[:, :2] / pitch for values in (self._start, self._way, self._wide))
-        middle = 0.5 * (count - 1)
-        col, row = middle + start[:, 0], middle - start[:, 1]
-        by_col, by_row = way[:, 0], -way[:, 1]
-        first = np.ceil(np.clip(np.minimum(row, row + by_row) - wide[:, 1], 0, count)).astype(np.int64)
-        last = np.floor(np.clip(np.maximum(row, row + by_row) + wide[:, 1], -1, count - 1)).astype(np.int64)
-        bead, row_at = _runs(first, np.maximum(last - first + 1, 0))
-        # The part of a bead's middle line that is near enough to the row bounds columns and heights.
-        steep = np.where(np.abs(by_row) < LEVEL, LEVEL, by_row)[bead]
-        near = [(row_at + side * wide[bead, 1] - row[bead]) / steep for side in (-1.0, 1.0)]
-        shares = np.stack([np.minimum(*near), np.maximum(*near)]).clip(0.0, 1.0)
-        cols = col[bead] + by_col[bead] * shares
-        first = np.ceil(np.clip(cols.min(axis=0) - wide[bead, 0], 0, count)).astype(np.int64)
-        last = np.floor(np.clip(cols.max(axis=0) + wide[bead, 0], -1, count - 1)).astype(np.int64)
-        top = self._start[bead, 2] + (self._way[bead, 2] * shares).max(axis=0) + self._wide[bead, 2]
-        some = np.flatnonzero((last >= first) & (top >= -depth))
-        bead, row_at, top, first, counts = (
-            values[some] for values in (bead, row_at, top, first, last - first + 1)
+        middle, flip = 0.5 * (count - 1), (1.0 / pitch, -1.0 / pitch)
+        bead, row_at, shares, first, counts = rows_near(
+            middle + self._start[:, :2] * flip,
+            self._way[:, :2] * flip,
+            self._wide[:, :2] / pitch,
+            (count, count),
         )
+        top = self._start[bead, 2] + (self._way[bead, 2] * shares).max(axis=0) + self._wide[bead, 2]
+        some = np.flatnonzero(top >= -depth)
+        bead, row_at, top, first, counts = (values[some] for values in (bead, row_at, top, first, counts))
         at_once = int(np.clip(count * count, FEWEST_AT_ONCE, MOST_AT_ONCE))
         ends = np.cumsum(counts)
         begin = 0
@@ -142,19 +135,19 @@ class _LocalBeads:
             before = ends[begin - 1] if begin else 0
             stop = max(begin + 1, int(np.searchsorted(ends, before + at_once, side="right")))
             open_ = begin + np.flatnonzero(top[begin:stop] > heights.min(axis=1)[row_at[begin:stop]])
-            run, col_at = _runs(first[open_], counts[open_])
+            run, col_at = runs(first[open_], counts[open_])
             run = open_[run]
             seen = np.flatnonzero(top[run] > heights[row_at[run], col_at])
             run = run[seen]
             yield bead[run], row_at[run], col_at[seen]
             begin = stop
 
-    def _at(self, axis: int, bead: Index, x: Array, y: Array) -> Array:
+    def _at(self, axis: int, bead: Index, x: FloatArray, y: FloatArray) -> Array:
         """Where rays cross z = 0: along the bead (axis 0), across it (1), or above its middle (2), mm."""
         by_x, by_y, at = self._terms[axis]
         return np.asarray(by_x[bead] * x + by_y[bead] * y + at[bead])
 
-    def prism(self, bead: Index, x: Array, y: Array) -> tuple[Array, Array]:
+    def prism(self, bead: Index, x: FloatArray, y: FloatArray) -> tuple[Array, Array]:
         """z at which rays leave the prism of a bead carried on to both sides, mm, and how far past its end.
 
         Past is negative before the start; -inf is the height of rays that miss.
@@ -173,7 +166,9 @@ class _LocalBeads:
         past = np.maximum(along - self._length[bead], 0.0) + np.minimum(along, 0.0)
         return leaves, past
 
-    def round_end(self, bead: Index, x: Array, y: Array, leaves: Array, at_end: Array) -> Array:
+    def round_end(
+        self, bead: Index, x: FloatArray, y: FloatArray, leaves: Array, at_end: NDArray[np.bool_]
+    ) -> Array:
         """z at which rays leave the round end of beads, mm, from above; -inf for those that miss."""
         found = np.full(len(bead), -np.inf)
         middle = self._start[bead] + np.where(at_end[:, None], self._way[bead], 0.0)
@@ -201,7 +196,39 @@ class _LocalBeads:
         return found
 
 
-def _runs(first: Index, counts: Index) -> tuple[Index, Index]:
+def rows_near(
+    start: Array, way: Array, wide: Array, shape: tuple[int, int]
+) -> tuple[Index, Index, Array, Index, Index]:
+    """The rows of a grid that line segments come near, and the samples of these rows.
+
+    Args:
+        start: (k, 2) column and row where a segment begins.
+        way: (k, 2) columns and rows to its end.
+        wide: (k, 2) columns and rows that count as near.
+        shape: rows and columns of the grid.
+
+    Returns:
+        Numbers of segments (m,), rising, and their rows (m,); shares (2, m) of the segment's way between
+        which it is near to the row; the first column (m,) there and the number of columns (m,), at least 1.
+    """
+    segment, row = runs(*_within(start[:, 1], start[:, 1] + way[:, 1], wide[:, 1], shape[0]))
+    steep = np.where(np.abs(way[:, 1]) < LEVEL, LEVEL, way[:, 1])[segment]
+    near = [(row + side * wide[segment, 1] - start[segment, 1]) / steep for side in (-1.0, 1.0)]
+    shares = np.sort(np.stack(near), axis=0).clip(0.0, 1.0)
+    col = start[segment, 0] + way[segment, 0] * shares
+    first, counts = _within(col[0], col[1], wide[segment, 0], shape[1])
+    some = np.flatnonzero(counts)
+    return segment[some], row[some], shares[:, some], first[some], counts[some]
+
+
+def _within(one: Array, other: Array, wide: Array, count: int) -> tuple[Index, Index]:
+    """First of `count` samples near intervals between two ends (k,), and how many are."""
+    first = np.ceil(np.clip(np.minimum(one, other) - wide, 0, count)).astype(np.int64)
+    last = np.floor(np.clip(np.maximum(one, other) + wide, -1, count - 1)).astype(np.int64)
+    return first, np.maximum(last - first + 1, 0)
+
+
+def runs(first: Index, counts: Index) -> tuple[Index, Index]:
     """Numbers of runs (k,) and the members of each, `counts` numbers from `first` on, (k,)."""
     run = np.repeat(np.arange(len(counts)), counts)
     return run, first[run] + np.arange(len(run)) - np.repeat(np.cumsum(counts) - counts, counts)

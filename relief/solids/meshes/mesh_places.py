@@ -57,17 +57,20 @@ def vertex_normals(body: Body) -> Array:
     return units(sums_by(body.faces, np.repeat(body.normals, 3, axis=0), len(body.vertices)))
 
 
-def surface_points(body: Body) -> SurfacePoints:
-    """Points on a body, as many on equal areas, without the side that lies on the printer's bed.
+def surface_points(body: Body, with_bed: bool = False) -> SurfacePoints:
+    """Points on a body, as many on equal areas.
 
-    A body that is nothing but that side, which no solid is, keeps it.
+    Args:
+        body: a solid.
+        with_bed: also on the side that lies on the printer's bed. A body that is nothing but that side, which
+            no solid is, keeps it anyway.
     """
     normals = body.normals
     double = np.linalg.norm(normals, axis=1)
     unit = units(normals)
     highest = body.vertices[body.faces, 2].max(axis=1)
     bed = (unit[:, 2] < DOWN) & (highest < body.vertices[:, 2].min() + BED_MM)
-    weights = np.where(bed, 0.0, double) if not bed.all() else double
+    weights = double if with_bed or bed.all() else np.where(bed, 0.0, double)
     area = 0.5 * float(weights.sum())
     count = int(np.clip(area * POINTS_PER_MM2, FEWEST_POINTS, MOST_POINTS))
     random = np.random.default_rng(0)
