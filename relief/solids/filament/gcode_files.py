@@ -25,14 +25,7 @@ WINDOWS = {2: 11, 3: 12}
 PACKED = b"0123456789. \nGX"
 """Characters that MeatPack packs into four bits; the sixteenth number stands for a character in full."""
 SIGNAL = re.compile(rb"\xff\xff(.)", re.DOTALL)
-"""A command to the unpacker of MeatPack."""
-FULL = re.compile(
-    rb"(?P<pairs>[^\x0f\x1f\x2f\x3f\x4f\x5f\x6f\x7f\x8f\x9f\xaf\xbf\xcf\xdf\xef\xf0-\xff]+)"
-    rb"|\xff(?P<both>..)"
-    rb"|(?P<first>[\xf0-\xfe])(?P<then>.)|(?P<second>.)(?P<before>.)",
-    re.DOTALL,
-)
-"""Packed pairs of characters; a byte before two characters in full; bytes before one, which is second or first."""
+"""A command to the unpacker of MeatPack: packing on, off, or off at the end; lines without or with spaces."""
 ON, OFF, RESET, NO_SPACES, SPACES = 251, 250, 249, 247, 246
 
 
@@ -86,26 +79,19 @@ def _texts(content: memoryview, path: Path) -> Iterator[bytes]:
         packed = struct.unpack_from("<I", content, at + 8)[0] if compression else size
         data = at + head + (6 if kind == THUMBNAIL else 2)
         end = data + packed + 4 * checksum
-        if kind >= KINDS or max(size, packed) > LARGEST_BLOCK or end > len(content):
-            raise InputError(f"{path}: is cut off or damaged at byte {at}")
-        if (
-            checksum
-            and zlib.crc32(content[at : data + packed]) != struct.unpack_from("<I", content, end - 4)[0]
-        ):
-            raise InputError(f"{path}: is damaged: the checksum of the block at byte {at} is another")
         total += size
-        if total > LARGEST_TEXT:
-            raise InputError(f"{path}: unpacks to more than {LARGEST_TEXT} bytes")
+        if kind >= KINDS or max(size, packed) > LARGEST_BLOCK or end > len(content) or total > LARGEST_TEXT:
+            raise InputError(f"{path}: is cut off, damaged, or too large, at byte {at}")
+        stated = int.from_bytes(content[end - 4 : end], "little")
+        if checksum and zlib.crc32(content[at : data + packed]) != stated:
+            raise InputError(f"{path}: is damaged: the checksum of the block at byte {at} is another")
         if kind != THUMBNAIL:
             block = _unpacked(bytes(content[data : data + packed]), compression, path)
             if len(block) != size:
                 raise InputError(f"{path}: is damaged: the block at byte {at} unpacks to another length")
             encoding = struct.unpack_from("<H", content, at + head)[0]
-            yield (
-                _text(block, encoding)
-                if kind == GCODE
-                else re.sub(rb"(?m)^([^=\n]+)=", rb"; \1 = ", block) + b"\n"
-            )
+            settings = b"; " + block.replace(b"\n", b"\n; ") + b"\n"
+            yield _text(block, encoding) if kind == GCODE else settings
         at = end
 
 
@@ -123,37 +109,24 @@ def _unpacked(block: bytes, compression: int, path: Path) -> bytes:
 
 
 def _text(block: bytes, encoding: int) -> bytes:
-    """Text of a block of G-code: as it is, or in MeatPack, which has two modes and two alphabets."""
-    if encoding == 0:
-        return block
+    """Text of a block of G-code: as it is, or in MeatPack, with or without comments."""
     if encoding > 2:
         raise ValueError(f"encoding {encoding} of a block of G-code is not known")
-    parts = SIGNAL.split(block)
+    parts = SIGNAL.split(block) if encoding else [block]
     texts, packed, alphabet = [parts[0]], False, PACKED
     for command, part in zip(parts[1::2], parts[2::2], strict=True):
         code = command[0]
-        packed = code == ON or (packed and code not in (OFF, RESET))
         if code in (NO_SPACES, SPACES):
             alphabet = PACKED.replace(b" ", b"E") if code == NO_SPACES else PACKED
+        packed = code == ON or (packed and code not in (OFF, RESET))
         texts.append(_unpaired(part, alphabet) if packed else part)
     return b"".join(texts)
 
 
 def _unpaired(part: bytes, alphabet: bytes) -> bytes:
-    """Characters of packed bytes: the first in the lower four bits."""
-    pairs = [
-        bytes((alphabet[byte & 15], alphabet[byte >> 4])) if byte & 15 < 15 > byte >> 4 else b""
-        for byte in range(256)
-    ]
-
-    def characters(found: re.Match[bytes]) -> bytes:
-        if found["pairs"]:
-            return b"".join(map(pairs.__getitem__, found["pairs"]))
-        if found["both"]:
-            return found["both"]
-        if found["first"]:
-            return alphabet[found["first"][0] & 15 : (found["first"][0] & 15) + 1] + found["then"]
-        high = found["second"][0] >> 4
-        return found["before"] + alphabet[high : high + 1]
-
-    return FULL.sub(characters, part)
+    """Characters of packed pairs: the first in the lower four bits; 15 stands for one behind the pair."""
+    characters, rest = bytearray(), iter(part)
+    for byte in rest:
+        for code in (byte & 15, byte >> 4):
+            characters.append(alphabet[code] if code < 15 else next(rest, 10))
+    return bytes(characters)

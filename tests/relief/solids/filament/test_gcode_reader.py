@@ -129,7 +129,7 @@ FAULTS = {
     "plane": (changed(AFTER_LAYER, r"\1\nG18"), "G18: arcs in other planes"),
     "origin": (changed(AFTER_LAYER, r"\1\nG55"), "G55: coordinates from other origins"),
     "origin by G10": (changed(AFTER_LAYER, r"\1\nG10 L2 P1 X5"), "G10: coordinates from other origins"),
-    "turned": (changed(AFTER_LAYER, r"\1\nG68 R30"), "G68: rotated coordinates"),
+    "turned": (changed(AFTER_LAYER, r"\1\nG68 R30"), "G68: scaled or rotated coordinates"),
     "babysteps": (changed(AFTER_LAYER, r"\1\nM290 Z0.1"), "M290: changes of height"),
     "loop": (changed(AFTER_LAYER, r"\1\nM808 L4"), "M808: repeated commands"),
     "number": (changed(r"^G0 X45.000 Y45.000", "G0 X45.0.1 Y45.000"), "is no move"),
@@ -140,12 +140,12 @@ FAULTS = {
     "negative width": (changed(r"^;WIDTH:0.48", ";WIDTH:-0.48"), "'-0.48' is no width or height"),
     "absurd width": (changed(r"^;WIDTH:0.48", ";WIDTH:480"), "'480' is no width or height"),
     "width in words": (changed(r"^;HEIGHT:0.2", ";HEIGHT:nan"), "'nan' is no width or height"),
-    "absurd E": (changed(r"^G1 X54.550 E\S+", "G1 X54.55 E900", CURA), "a bead of more than 50 mm"),
-    "arc": (b"G28\nG1 X10 Y10 Z1\nG3 X20 Y10 I4 J0 E3\n", "line 3: the ends of an arc are not equally far"),
-    "arc without centre": (b"G28\nG1 X10 Y10\nG2 X20 Y10 E3\n", "the ends of an arc"),
-    "arc of small radius": (b"G28\nG1 X10 Y10\nG2 X20 Y10 R3 E3\n", "an arc of radius 3 mm does not reach"),
+    "absurd E": (changed(r"^G1 X54.550 E\S+", "G1 X54.55 E900", CURA), "lays a bead wider than 50 mm"),
+    "arc": (b"G28\nG1 X10 Y10 Z1\nG3 X20 Y10 I4 J0 E3\n", "line 3: an arc does not reach its end"),
+    "arc without centre": (b"G28\nG1 X10 Y10\nG2 X20 Y10 E3\n", "an arc does not reach its end"),
+    "arc of small radius": (b"G28\nG1 X10 Y10\nG2 X20 Y10 R3 E3\n", "an arc does not reach its end"),
     "arc of many turns": (b"G28\nG1 X10 Y10 Z1\nG2 X10 Y10 I5 J0 P999999999 E3\n", "arcs of more than"),
-    "bgcode": (binary(PRUSA, 1, 2)[:-9], "is cut off or damaged at byte"),
+    "bgcode": (binary(PRUSA, 1, 2)[:-9], "is cut off, damaged, or too large, at byte"),
     "bgcode of another version": (b"GCDE\2\0\0\0\1\0", "version 2 of binary G-code is not read"),
 }
 
@@ -179,8 +179,8 @@ def test_doubts_are_lines(tmp_path: Path) -> None:
     )
     assert "G7 (line 7)" in lines(changed(r"^G21.*", "G7 X1"))[0]
     assert lines(b"G28\nG1 X10 Y10 Z0.2\nG1 X20 E0.4\n") == (
-        "states no diameter of filament: widths are those of 1.75 mm",
         "states no length of filament, so that nobody knows whether moves are missing",
+        "states no diameter of filament: widths are those of 1.75 mm",
     )
 
 
