@@ -10,13 +10,12 @@ from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.run_options import CURVED
 from relief.ground.errors import InputError, naming
-from relief.ground.formats import MESHES, is_mesh
+from relief.ground.formats import MESHES, is_gcode, is_mesh, is_solid
 from relief.ground.limits import MOST_MESH_PLACES as MOST_PLACES
 from relief.ground.options import given
 from relief.ground.progress import stage
 from relief.printers import find_printer
 from relief.surface import Repeats, repeats_along
-from retouch.commands.mesh_entries import add_meshes, check_mesh_options
 from retouch.commands.options import (
     CORRECTIONS,
     LENGTHS,
@@ -34,7 +33,8 @@ from retouch.commands.options import (
     contact_errors_name,
     print_json,
 )
-from retouch.commands.touch_entries import table
+from retouch.commands.solid_entries import add_filament, add_meshes, check_solid_options
+from retouch.commands.touch_entries import bands_table, table
 from tactile.quantities import GAPS_COUNT
 from tactile.touch_limits import MODEL_NAMES, model_name
 
@@ -67,6 +67,9 @@ printer's bed is left out. Roughness is the mean over the places whose 10 mm pat
 that of the texture alone: the object's own curvature is taken out, by --object, the object without texture,
 or as estimated from each patch. A plate, with a flat back and upright sides, is felt as its height map unless
 there is --object. Parts that pass through one another are felt from outside.
+
+G-code (.gcode, .gcode.3mf, .bgcode) is felt as the beads that it lays, and by the sides of the part: top,
+slope, side, overhang, bottom. Beads know nothing of sagging, oozing and the blobs of seams.
 """
 EPILOG = """\
 examples:
@@ -77,6 +80,8 @@ examples:
   retouch evaluate part.stl
   retouch evaluate knob.3mf --object plain-knob.3mf
   retouch evaluate part.stl --units in --json -o colours
+  retouch evaluate part.gcode --object part.stl --beside fuzzy.gcode
+  retouch evaluate runs/gravel --slicer prusa-slicer --profile fine.ini
 """
 
 
@@ -86,7 +91,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         type=Path,
         metavar="TEXTURE",
-        help=f"{TEXTURE}; or a print file ({', '.join(MESHES)})",
+        help=f"{TEXTURE}; or a print file ({', '.join(MESHES)}) or G-code",
     )
     add_plate(parser)
     add_corrections(parser)
@@ -106,6 +111,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         skin.add_argument(flag, type=float, metavar=metavar, help=text)
     add_curved(skin, "straight")
     add_meshes(parser)
+    add_filament(parser)
     far = parser.add_argument_group("how far it goes")
     far.add_argument("--reach", action="store_true", help="estimate how many JND each way are possible")
     far.add_argument(
@@ -119,8 +125,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     arguments.textures = [find_texture(texture) for texture in arguments.textures]
-    textures = [texture for texture in arguments.textures if not is_mesh(texture)]
-    check_mesh_options(arguments, textures)
+    textures = [texture for texture in arguments.textures if not is_solid(texture)]
+    check_solid_options(arguments, textures)
     if not (arguments.units and len(textures) < len(arguments.textures)):
         check_scales(arguments, textures)
     scene = _scene(arguments)
@@ -133,29 +139,34 @@ def run(arguments: argparse.Namespace) -> int:
     }
     for path in filter(is_mesh, arguments.textures):
         subjects[path] = retouch.read_solid(path, units=arguments.units)
+    for path in filter(is_gcode, arguments.textures):
+        subjects[path] = retouch.read_gcode(path)
+    beside = arguments.beside and retouch.read_gcode(arguments.beside)
     bare = arguments.object and retouch.read_solid(arguments.object, units=arguments.units)
     evaluations: list[Evaluation] = []
     with stage("evaluating", len(arguments.textures)) as advance:
         for texture in arguments.textures:
-            of_solid = {}
+            more: dict[str, Any] = {"slicer": arguments.slicer, "profile": arguments.profile}
+            if is_solid(texture):
+                more = {"without_texture": bare, "colours": arguments.out}
             if is_mesh(texture):
-                of_solid = {"without_texture": bare, "colours": arguments.out, "printer": printer}
-                of_solid |= {"on_shape": arguments.on_shape}
+                more |= {"on_shape": arguments.on_shape, "printer": printer}
+            if is_gcode(texture):
+                more |= {"beside": beside}
             with contact_errors_name(texture):
                 reach = None
                 if scene is not None:
                     reach = _loaded(scene, texture, arguments, repeats_along(subjects[texture].repeats))
                 evaluations.append(
-                    retouch.evaluate(
-                        subjects[texture], model=arguments.model, skin=skin, reach=reach, **of_solid
-                    )
+                    retouch.evaluate(subjects[texture], model=arguments.model, skin=skin, reach=reach, **more)
                 )
             advance()
     if arguments.json:
         first = evaluations[0] if len(evaluations) > 1 else None
         print_json([one.as_json(first) for one in evaluations])
     else:
-        _print(evaluations, arguments)
+        several = [shown for one in evaluations for shown in (one, one.beside) if shown is not None]
+        _print(several, arguments)
     return 0
 
 
@@ -164,7 +175,7 @@ def _print(evaluations: "list[Evaluation]", arguments: argparse.Namespace) -> No
     screen = console()
     screen.print(table(evaluations))
     # Of height maps first, as their sizes differ.
-    pressed = [one.patch_mm for one in sorted(evaluations, key=lambda one: is_mesh(Path(one.name)))]
+    pressed = [one.patch_mm for one in sorted(evaluations, key=lambda one: is_solid(Path(one.name)))]
     patches = " and ".join(f"{side:.4g} x {side:.4g}" for side in dict.fromkeys(pressed))
     by = f", as printed by {arguments.printer}" if arguments.printer else ""
     under = "the plate" if evaluations[0].skin.shape == "flat" else "the finger's patch"
@@ -177,6 +188,8 @@ def _print(evaluations: "list[Evaluation]", arguments: argparse.Namespace) -> No
     for one in evaluations:
         for line in one.lines():
             screen.print(line, markup=False)
+        if (bands := bands_table(one)) is not None:
+            screen.print(bands)
 
 
 def _skin(arguments: argparse.Namespace) -> "Skin | str":

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Self, Unpack
@@ -17,7 +17,7 @@ from optimize.settings.skins import OWN, described_skin, load_skin
 from optimize.verification.tilt import warn_of_tilt
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
-from relief.ground.formats import is_mesh
+from relief.ground.formats import is_gcode, is_mesh
 from relief.ground.formatting import number, percent
 from relief.ground.lengths import Lengths, scale_of
 from relief.ground.progress import Progress, stage
@@ -25,6 +25,7 @@ from relief.patches import Patches
 from relief.places import centres_mm, places
 from relief.printers import Printer, printer_of
 from relief.relief import Relief
+from relief.solids.filament.beads import SlicedPart
 from relief.solids.files import Mesh
 from relief.surface import Repeats
 from retouch.verbs.progress_display import followed
@@ -38,6 +39,7 @@ from tactile.skin import Skin
 if TYPE_CHECKING:
     from optimize.verification.solids.mesh_feel import MeshFeel
     from relief.solids.export.printed_parts import PrintedPart
+    from retouch.verbs.filament.as_sliced import AsSliced
     from visual.scene import Scene
 
 
@@ -72,9 +74,11 @@ class Evaluation:
         files: written to show the feel of a solid.
         printer: whose print was touched; None: what the file holds.
         printed: what the printer makes of a solid.
+        as_sliced: what a slicer leaves of a relief, which is then the sliced one; None without a slicer.
+        beside: the evaluation of another print of the same part, at the same places; None without one.
     """
 
-    relief: Relief | Mesh
+    relief: Relief | Mesh | SlicedPart
     touch: "TouchMeasures | MeshFeel"
     model: ModelName
     skin: Skin
@@ -84,10 +88,12 @@ class Evaluation:
     files: tuple[Path, ...] = ()
     printer: Printer | None = None
     printed: "PrintedPart | None" = None
+    as_sliced: "AsSliced | None" = None
+    beside: "Evaluation | None" = None
 
     @property
     def name(self) -> str:
-        """File of the relief or the solid; "heights" for an array."""
+        """File of the relief, the solid or the G-code; "heights" for an array."""
         return self.relief.name if isinstance(self.relief, Relief) else str(self.relief.path)
 
     @property
@@ -120,7 +126,7 @@ class Evaluation:
         """Side of the square under a finger, mm; of a round one, that of the patch around its contact."""
         if self.skin.patch_mm is not None:
             return self.skin.patch_mm
-        if isinstance(self.relief, Mesh):
+        if not isinstance(self.relief, Relief):
             assert not isinstance(self.touch, TouchMeasures)
             return self.touch.crops[0].side_mm
         return Patches(self.relief.surface, places(self.relief.surface)).size_mm
@@ -149,25 +155,38 @@ class Evaluation:
             pressed = f"{some.count} of {self.places.count} places were pressed with all their samples"
             error = f"standard error of the mean roughness {number(some.standard_errors[ROUGHNESS.name], 2)}"
             yield f"{self.name}: {pressed}, the others with fewer; {error}."
-        if not isinstance(self.touch, TouchMeasures):
+        if self.as_sliced is not None:
+            yield self.as_sliced.line(self.name, self.roughness)
+        if isinstance(self.relief, SlicedPart):
+            yield from _beads().part_lines(self.relief, self.touch)
+        elif not isinstance(self.touch, TouchMeasures):
             yield from _solids().solid_lines(self.name, self.touch, self.printed)
         if self.files:
             yield f"Roughness in colours: {', '.join(map(str, self.files))}"
 
-    def as_json(self, first: Self | None = None) -> dict[str, Any]:
+    def as_json(self, first: Self | None = None, same_places: bool = False) -> dict[str, Any]:
         """An entry of what `retouch evaluate --json` prints.
 
         Args:
             first: with `jnd_from_first`, counted from this one.
+            same_places: whether both are prints that were pressed at the same places, so that each place of
+                them has its own `jnd_from_first`.
         """
         solid = None if isinstance(self.touch, TouchMeasures) else self.touch
-        entry = {"texture": self.name, **self.numbers, **({} if solid is None else solid.details())}
+        entry = {"texture": self.name, **self.numbers}
+        if solid is not None:
+            other = first.touch if same_places and first is not None else None
+            entry |= solid.details(None if isinstance(other, TouchMeasures) else other)
         if first is not None:
             entry |= {"jnd_from_first": self.jnd_from(first)}
         if self.reach is not None:
             entry |= {"reach": {"scene": str(self.scene), **self.reach.as_json()}}
         if isinstance(self.relief, Relief):
             entry |= {"size_mm": self.relief.width_mm}
+            entry |= {} if self.as_sliced is None else {"as_sliced": self.as_sliced.as_json()}
+        elif isinstance(self.relief, SlicedPart):
+            entry |= self.relief.as_json() | {"files": [str(file) for file in self.files]}
+            entry |= {} if self.beside is None else {"beside": self.beside.as_json(self, same_places=True)}
         elif solid is not None:
             entry |= {"size_mm": solid.sides_mm[0], "warnings": list(self.relief.warnings)}
             entry |= {"files": [str(file) for file in self.files]} if self.files else {}
@@ -184,6 +203,13 @@ def _solids() -> ModuleType:
     return solid_evaluation
 
 
+def _beads() -> ModuleType:
+    """The module for G-code, imported with the first of it."""
+    from retouch.verbs.filament import bead_evaluation
+
+    return bead_evaluation
+
+
 def _ways(reach: Reach) -> str:
     """A reach in words."""
     ways = []
@@ -195,13 +221,16 @@ def _ways(reach: Reach) -> str:
 
 
 def evaluate(
-    relief: Source | Mesh,
+    relief: Source | Mesh | SlicedPart,
     *,
     repeats: Repeats | None = None,
     printer: str | Printer | None = None,
     units: str | None = None,
     without_texture: Mesh | str | os.PathLike[str] | None = None,
     on_shape: bool = False,
+    beside: SlicedPart | str | os.PathLike[str] | None = None,
+    slicer: str | None = None,
+    profile: str | os.PathLike[str] | None = None,
     model: ModelName = "layer",
     skin: Skin | str | os.PathLike[str] = DEFAULT_SKIN,
     reach: "Scene | str | os.PathLike[str] | None" = None,
@@ -214,7 +243,8 @@ def evaluate(
 
     Args:
         relief: a `Relief`, heights (rows, cols) in mm, a height map, the name of a bundled one, or the folder
-            of a run; or a solid, as a print file (STL, OBJ, PLY, GLB, 3MF, STEP) or of `read_solid`.
+            of a run; or a solid, as a print file (STL, OBJ, PLY, GLB, 3MF, STEP) or of `read_solid`; or the
+            beads of a sliced part, as G-code or of `read_gcode`.
         lengths: `size_mm`, `relief_mm`, `height_scale`, `fill` and `level` of a file, as in `Relief.read`;
             `size_mm` also of an array.
         repeats: whether a file or an array is a tile, along both axes, "x" or "y"; None: as the header says.
@@ -224,6 +254,10 @@ def evaluate(
             without it, each patch estimates its own.
         on_shape: press on the texture where it lies, on the solid before its texture, and take out the strain
             under the bare solid, as textures are steered with `touch.curved_x_mm`.
+        beside: G-code of another print of the same part, pressed at the same places.
+        slicer: program that slices the relief, whose beads are pressed; None: prusa-slicer, if there is a
+            `profile`.
+        profile: file of the slicer's settings.
         model: of touch.
         skin: of the finger, or its name or file.
         reach: estimate how much rougher and smoother the relief can be made before its pictures in this scene
@@ -239,8 +273,27 @@ def evaluate(
     name, finger = (OWN, skin) if isinstance(skin, Skin) else (str(skin), load_skin(skin))
     if isinstance(relief, str | os.PathLike) and is_mesh(Path(relief)):
         relief = _solids().read_solid(relief, units=units)
+    if isinstance(relief, str | os.PathLike) and is_gcode(Path(relief)):
+        relief = _beads().read_gcode(relief)
+    if isinstance(relief, SlicedPart):
+        of_others = {**lengths, "repeats": repeats, "reach": reach, "printer": printer, "units": units}
+        of_others |= {"on_shape": on_shape, "slicer": slicer, "profile": profile}
+        refuse("height maps and print files; G-code is felt as it is", of_others)
+        if not isinstance(without_texture, Mesh | None):
+            without_texture = _solids().read_solid(without_texture)
+        parts = [relief]
+        if beside is not None:
+            parts.append(beside if isinstance(beside, SlicedPart) else _beads().read_gcode(beside))
+        with followed(progress, quiet):
+            feels = _beads().press_parts(parts, without_texture, model, finger)
+            files = () if colours is None else _solids().write_colours(Path(colours), relief, feels[0], name)
+            first, *others = (
+                Evaluation(part, feel, model, finger, name) for part, feel in zip(parts, feels, strict=True)
+            )
+            return replace(first, files=files, beside=others[0] if others else None)
+    refuse("G-code", {"beside": beside})
     if isinstance(relief, Mesh):
-        of_reliefs = {**lengths, "repeats": repeats, "reach": reach}
+        of_reliefs = {**lengths, "repeats": repeats, "reach": reach, "slicer": slicer, "profile": profile}
         refuse("height maps; a print file is felt as it is", of_reliefs)
         if not isinstance(without_texture, Mesh | None):
             without_texture = _solids().read_solid(without_texture, units=units)
@@ -263,6 +316,16 @@ def evaluate(
     refuse("print files", of_solids | {"on_shape": on_shape or None})
     felt = relief_of(relief, **lengths, repeats=repeats, printer=printer)
     with followed(progress, quiet), naming(felt.name):
+        if slicer is not None or profile is not None:
+            if profile is None:
+                raise InputError(
+                    "slicer: needs the file of its settings; state profile", "--slicer: needs --profile"
+                )
+            refuse("textures that are not sliced", {"reach": reach, "printer": printer})
+            from retouch.verbs.filament.as_sliced import as_sliced
+
+            now, touch, left = as_sliced(felt, slicer or "prusa-slicer", profile, finger, model)
+            return Evaluation(now, touch, model, finger, name, as_sliced=left)
         touch = measure_touch(felt, finger, model)
         if not holds_run(Path(felt.name).parent):
             warn_of_tilt(felt, finger, touch.means[ROUGHNESS.name])

@@ -12,6 +12,7 @@ from relief.ground.limits import MOST_MESH_PLACES
 from relief.ground.progress import say, stage
 from relief.printers import Printer
 from relief.solids.export.printed_parts import PrintedPart, print_part
+from relief.solids.filament.beads import SlicedPart
 from relief.solids.files import Mesh, read_mesh
 from relief.solids.mending.repair import mended
 from relief.solids.meshes import outer_body
@@ -71,7 +72,7 @@ def press_solid(
         return feel_of(mesh, skin, model, MOST_MESH_PLACES, without_texture, body, on_shape), printed
 
 
-def write_colours(folder: Path, mesh: Mesh, feel: MeshFeel, skin_name: str) -> tuple[Path, ...]:
+def write_colours(folder: Path, mesh: Mesh | SlicedPart, feel: MeshFeel, skin_name: str) -> tuple[Path, ...]:
     """Write the files that show the roughness of a solid in colours."""
     return write_coloured(folder, mesh.path.stem, feel, Path(skin_name).stem)
 

@@ -24,9 +24,10 @@ from relief.solids.meshes.mesh_places import frames, spread, surface_points
 from relief.solids.meshes.shells import outside
 from relief.solids.meshes.unrolling import Unroller
 from relief.solids.remeshing.smooth_surface import smooth_object
+from tactile.jnd import jnd_unless_smooth
 from tactile.measures import BATCH_SAMPLES, each, measure_touch
 from tactile.model import ModelName
-from tactile.quantities import QUANTITIES, means
+from tactile.quantities import QUANTITIES, ROUGHNESS, means
 
 MOST_TRIED = 450
 """Most places whose surroundings are looked at, many of which may lie on edges."""
@@ -57,7 +58,7 @@ class MeshFeel:
         area_mm2: Of the surface without the side on the printer's bed.
         curvature: What became of the object's own curvature, in words.
         as_pressed: (k,) of quantities by name, with the object's own curvature; the values themselves where
-            the object without texture took it out.
+            the object without texture took it out, and of beads.
     """
 
     body: Body
@@ -95,8 +96,17 @@ class MeshFeel:
         sides: list[float] = np.ptp(self.body.vertices, axis=0).tolist()
         return sides
 
-    def details(self) -> dict[str, Any]:
-        """Numbers of a mesh beside those of a texture: edges, curvature, sides, every touch."""
+    def details(self, first: "MeshFeel | None" = None) -> dict[str, Any]:
+        """Numbers of a mesh beside those of a texture: edges, curvature, sides, every touch.
+
+        Args:
+            first: Another solid, pressed at the same places, from which just-noticeable differences count.
+        """
+        roughness = self.values[ROUGHNESS.name]
+        apart: list[dict[str, Any]] = [{} for _ in self.crops]
+        if first is not None:
+            pairs = zip(roughness.tolist(), first.values[ROUGHNESS.name].tolist(), strict=True)
+            apart = [{"jnd_from_first": jnd_unless_smooth(*pair)} for pair in pairs]
         return {
             "on_edge": self.edges,
             "flat": self.flat,
@@ -111,6 +121,7 @@ class MeshFeel:
                     "axis": crop.frame.axes[2].tolist(),
                     **{name: float(values[number]) for name, values in self.values.items()},
                     "as_pressed": {name: float(each[number]) for name, each in self.as_pressed.items()},
+                    **apart[number],
                 }
                 for number, crop in enumerate(self.crops)
             ],
@@ -276,10 +287,12 @@ def pressed(
     model: ModelName,
     size_mm: float = PATCH_SIDE_MM,
     shapes: Array | None = None,
+    thinned: bool = False,
 ) -> tuple[dict[str, Array], Array]:
     """Values (k,) of quantities and share (k,) in contact of patches (k, n, n) mm of a side.
 
-    With shapes (k, n, n) mm the patches lie on them, and the strain under the bare shapes is taken out.
+    With shapes (k, n, n) mm the patches lie on them, and the strain under the bare shapes is taken out. A
+    thinned sum for roughness is within 0.02 % of the full one, and as fast on fine grids as on coarse ones.
     """
     size = max(1, BATCH_SAMPLES // heights[0].size)
     values: dict[str, list[Array]] = {name: [] for name in QUANTITIES}
@@ -296,7 +309,8 @@ def pressed(
                     touch, strain=touch.strain - tactile.press(under, size_mm, skin, model).strain
                 )
             for name, quantity in QUANTITIES.items():
-                values[name].append(each(quantity.value(touch)))
+                value = (thinned and quantity.step_value) or quantity.value
+                values[name].append(each(value(touch)))
             fractions.append(each(touch.contact_fraction))
             advance(len(part))
     return {name: np.concatenate(parts) for name, parts in values.items()}, np.concatenate(fractions)

@@ -125,10 +125,10 @@ def _own_shapes(crop: SurfaceCrop, around: Body) -> tuple[OwnShape, OwnShape]:
     near = points[np.linalg.norm(points, axis=1) < DISC_MM]
     on_patch = points[np.abs(points[:, :2]).max(axis=1) < 0.5 * PATCH_SIDE_MM]
     patch = fitted(on_patch[::EVERY])
-    disc = _better(fitted(near[::EVERY]), patch, on_patch, WORSE)
+    disc = better(fitted(near[::EVERY]), patch, on_patch, WORSE)
     if disc is patch:
         near = on_patch
-    wide = _better(fitted(points[::EVERY]), disc, on_patch, FARTHER)
+    wide = better(fitted(points[::EVERY]), disc, on_patch, FARTHER)
     if wide is disc:
         points = near
     return _own_shape(wide, points, WIDE_MM, on_patch), _own_shape(disc, near, DISC_MM, on_patch)
@@ -140,7 +140,7 @@ def _simple(wide: OwnShape, disc: OwnShape) -> bool:
     return bool(one[3:SHAPE_ORDER].mean() < SIMPLE * np.median(other[SHAPE_ORDER + 1 :]))
 
 
-def _better(one: Array, other: Array, on_patch: Array, worse: float) -> Array:
+def better(one: Array, other: Array, on_patch: Array, worse: float) -> Array:
     """One torus, or the other where points on the patch vary less over it by more than a factor."""
     spreads = [float(over(shape, *on_patch.T).std()) for shape in (one, other)]
     return one if spreads[0] < worse * spreads[1] else other

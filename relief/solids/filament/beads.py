@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,3 +92,12 @@ class SlicedPart:
     filament_mm: Mapping[str, float]
     header_mm: float | None
     warnings: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """What `retouch evaluate --json` prints of the file."""
+        return {
+            "slicer": self.slicer,
+            "filament_mm": dict(self.filament_mm),
+            "header_mm": self.header_mm,
+            "warnings": list(self.warnings),
+        }

@@ -1,0 +1,1 @@
+"""Verbs about filament: how a sliced part feels, and what a slicer leaves of a texture."""

@@ -1,0 +1,135 @@
+"""Textures as a slicer makes them: a plate is sliced, and the top of its beads is the relief that is left."""
+
+import math
+import os
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from optimize.run_directory.finished_run import FinishedRun, holds_run
+from relief.ground.formatting import number
+from relief.ground.limits import LARGEST_SIDE
+from relief.relief import Relief
+from relief.solids.body import Part
+from relief.solids.export.parts import write_parts
+from relief.solids.export.plate_export import plate_mesh
+from relief.solids.filament.bead_surface import BeadSurface
+from relief.solids.filament.object_place import offset_of
+from relief.solids.filament.sliced_shape import shape_of
+from relief.solids.meshes.mesh_places import Frame
+from retouch.verbs.filament.slicing import sliced
+from tactile.jnd import jnd_unless_smooth
+from tactile.measures import TouchMeasures, measure_touch
+from tactile.model import ModelName
+from tactile.quantities import ROUGHNESS
+from tactile.skin import Skin
+
+FINE_MM = 0.04
+"""Largest distance of samples of a sliced relief, mm: a tenth of the width of a usual bead."""
+DEPTH_MM = 3.0
+"""Depth below the top of the base, mm, to which beads are looked for."""
+
+
+@dataclass(frozen=True)
+class AsSliced:
+    """What a slicer leaves of a relief.
+
+    Attributes:
+        slicer: its name and version.
+        profile: file of the slicer's settings.
+        before: roughness of the relief before slicing.
+        jnd: just-noticeable differences between original and result of a run; None for another relief, or
+            where one is smooth.
+        jnd_left: those between both as sliced.
+    """
+
+    slicer: str
+    profile: Path
+    before: float
+    jnd: float | None = None
+    jnd_left: float | None = None
+
+    def line(self, name: str, roughness: float) -> str:
+        """A sentence for a person about a relief of this name and its roughness as sliced."""
+        line = (
+            f"{name} as sliced by {self.slicer} with {self.profile.name}: roughness {number(roughness)}, "
+            f"{number(self.before)} before"
+        )
+        if self.jnd is None:
+            return f"{line}."
+        left = "nothing that a finger feels" if self.jnd_left is None else f"{self.jnd_left:+.2f} JND"
+        return f"{line}. Of the run's {self.jnd:+.2f} JND, {left} is left."
+
+    def as_json(self) -> dict[str, Any]:
+        """What `retouch evaluate --json` prints."""
+        return {
+            "slicer": self.slicer,
+            "profile": str(self.profile),
+            "roughness_before": self.before,
+            "jnd": self.jnd,
+            "jnd_left": self.jnd_left,
+        }
+
+
+def as_sliced(
+    relief: Relief, slicer: str, profile: str | os.PathLike[str], skin: Skin, model: ModelName
+) -> tuple[Relief, TouchMeasures, AsSliced]:
+    """The relief that a slicer's beads make of another one, lying on the bed, its touch, and what is left.
+
+    For the result of a run, original and result are sliced alike, and compared.
+
+    Args:
+        relief: a plate, or a tile, which is printed with half a period of itself around it.
+        slicer: program, as of `sliced`.
+        profile: file of its settings.
+        skin, model: of touch.
+
+    Raises:
+        InputError: the slicer fails, or there is none.
+        ContactError: a contact does not converge.
+    """
+    profile = Path(profile)
+    now, by = relief_of_beads(relief, slicer, profile)
+    touch = measure_touch(now, skin, model)
+    felt = AsSliced(by, profile, _roughness(relief, skin, model))
+    folder = Path(relief.name).parent
+    if not holds_run(folder):
+        return now, touch, felt
+    original = FinishedRun.read(folder).original
+    first, _ = relief_of_beads(original, slicer, profile)
+    jnd = jnd_unless_smooth(felt.before, _roughness(original, skin, model))
+    left = jnd_unless_smooth(touch.means[ROUGHNESS.name], _roughness(first, skin, model))
+    return now, touch, replace(felt, jnd=jnd, jnd_left=left)
+
+
+def relief_of_beads(relief: Relief, slicer: str, profile: Path) -> tuple[Relief, str]:
+    """A relief as the beads of a slicer make it, and the slicer's name. Raises InputError."""
+    rows, cols = relief.heights.shape
+    around = [
+        (count // 2,) * 2 if repeats else (0, 0)
+        for count, repeats in zip((rows, cols), relief.repeats, strict=True)
+    ]
+    heights = np.pad(relief.heights, around, mode="wrap")
+    plate = plate_mesh(heights, heights.shape[1] * relief.pitch_mm)
+    with tempfile.TemporaryDirectory() as folder:
+        file = write_parts(Path(folder) / "plate.stl", [Part("plate", plate)])
+        part = sliced(slicer, file, profile)
+    # The top of the base, whose middle is the origin of the plate.
+    at, _ = offset_of(shape_of(part.beads), plate)
+    finer = min(math.ceil(relief.pitch_mm / FINE_MM), LARGEST_SIDE // max(rows, cols))
+    samples = finer * max(rows, cols)
+    side_mm = max(relief.surface.size_mm)
+    # A square whose first row and column are those of the relief.
+    down, across = (0.5 * (side_mm - size) for size in relief.surface.size_mm)
+    frame = Frame(at + np.array([across, -down, 0.0]), np.eye(3))
+    top = BeadSurface(part.beads).heights(frame, side_mm, samples, DEPTH_MM + float(relief.heights.max()))
+    inside = np.clip(top[: finer * rows, : finer * cols], 0.0, None)
+    return replace(relief, heights=inside), part.slicer
+
+
+def _roughness(relief: Relief, skin: Skin, model: ModelName) -> float:
+    """Mean roughness over the places of a relief. Raises ContactError."""
+    return float(measure_touch(relief, skin, model).means[ROUGHNESS.name])
