@@ -19,6 +19,8 @@ from relief.solids.meshes.neighbourhood import NearFaces
 FEWEST_AT_ONCE, MOST_AT_ONCE = 1 << 14, 1 << 18
 """Least and most pairs of a bead and a sample that are computed together. Few, because what they cover hides
 most of the beads that follow; the most bounds the memory."""
+BEADS_AT_ONCE = 2048
+"""Beads whose rows are listed together, which bounds the memory, too."""
 HIDDEN_MM = 1e-6
 """Height, mm, by which a bead must rise above what is there to be computed."""
 STEPS, EXACT_MM = 30, 1e-8
@@ -91,6 +93,7 @@ class _LocalBeads:
         self._wide = half[:, None] * np.sqrt(np.clip(1.0 - up**2, 0.0, None)) + radius[:, None]
         top = start[:, 2] + np.maximum(way[:, 2], 0.0) + self._wide[:, 2]
         order = np.argsort(-top, kind="stable")
+        self._top = top[order]
         self._start, self._way, self._wide = start[order], way[order], self._wide[order]
         self._half, self._radius, self._up = half[order], radius[order], up
         rise = self._way @ up
@@ -119,28 +122,25 @@ class _LocalBeads:
         """
         count = len(heights)
         middle, flip = 0.5 * (count - 1), (1.0 / pitch, -1.0 / pitch)
-        bead, row_at, shares, first, counts = rows_near(
-            middle + self._start[:, :2] * flip,
-            self._way[:, :2] * flip,
-            self._wide[:, :2] / pitch,
-            (count, count),
-        )
-        top = self._start[bead, 2] + (self._way[bead, 2] * shares).max(axis=0) + self._wide[bead, 2]
-        some = np.flatnonzero(top >= -depth)
-        bead, row_at, top, first, counts = (values[some] for values in (bead, row_at, top, first, counts))
         at_once = int(np.clip(count * count, FEWEST_AT_ONCE, MOST_AT_ONCE))
-        ends = np.cumsum(counts)
-        begin = 0
-        while begin < len(counts):
-            before = ends[begin - 1] if begin else 0
-            stop = max(begin + 1, int(np.searchsorted(ends, before + at_once, side="right")))
-            open_ = begin + np.flatnonzero(top[begin:stop] > heights.min(axis=1)[row_at[begin:stop]])
-            run, col_at = runs(first[open_], counts[open_])
-            run = open_[run]
-            seen = np.flatnonzero(top[run] > heights[row_at[run], col_at])
-            run = run[seen]
-            yield bead[run], row_at[run], col_at[seen]
-            begin = stop
+        for before in range(0, len(self._start), BEADS_AT_ONCE):
+            if self._top[before] <= max(float(heights.min()), -depth):
+                break
+            part = slice(before, before + BEADS_AT_ONCE)
+            bead, row, shares, first, counts = rows_near(
+                middle + self._start[part, :2] * flip,
+                self._way[part, :2] * flip,
+                self._wide[part, :2] / pitch,
+                (count, count),
+            )
+            bead += before
+            top = self._start[bead, 2] + (self._way[bead, 2] * shares).max(axis=0) + self._wide[bead, 2]
+            for rows in blocks(counts, at_once):
+                rows = rows[top[rows] > heights.min(axis=1)[row[rows]]]
+                run, col = runs(first[rows], counts[rows])
+                run = rows[run]
+                seen = np.flatnonzero(top[run] > heights[row[run], col])
+                yield bead[run[seen]], row[run[seen]], col[seen]
 
     def _at(self, axis: int, bead: Index, x: FloatArray, y: FloatArray) -> Array:
         """Where rays cross z = 0: along the bead (axis 0), across it (1), or above its middle (2), mm."""
@@ -194,6 +194,13 @@ class _LocalBeads:
             ray, middle, half, radius = ray[left], middle[left], half[left], radius[left]
             x, y, z = x[left], y[left], z[left]
         return found
+
+
+def blocks(counts: Array | Index, most: int) -> Iterator[Index]:
+    """Numbers of things, in order, in blocks with at most about that many members of them."""
+    ends = np.cumsum(counts)
+    cuts = np.searchsorted(ends, np.arange(most, ends[-1] if len(ends) else 0, most))
+    return iter(np.split(np.arange(len(counts)), cuts))
 
 
 def rows_near(

@@ -54,8 +54,8 @@ def offset_of(shape: Body, body: Body) -> tuple[Array, float]:
     if np.abs(sizes[0] - sizes[1]).max() > SIZE_MM:
         printed, own = (" x ".join(f"{side:.1f}" for side in size) for size in sizes)
         raise InputError(
-            f"measures {own} mm, the print {printed} mm; it must be the object that is printed, as it is turned "
-            "and scaled there, and printed once"
+            f"measures {own} mm, the print {printed} mm; it must be the object that is printed, turned and "
+            "scaled as there, and printed once"
         )
     offset = boxes[0].mean(axis=0) - boxes[1].mean(axis=0)
     offset[2] = boxes[0][0, 2] - boxes[1][0, 2]
@@ -73,7 +73,7 @@ def offset_of(shape: Body, body: Body) -> tuple[Array, float]:
     rms = float(np.sqrt(np.mean(np.where(alike, away, FARTHEST_MM) ** 2))) if len(at) else 0.0
     if rms > RMS_MM:
         raise InputError(
-            f"its sides lie {rms:.2f} mm (rms) from those of the print; it must be the object that is printed, "
-            "as it is turned there"
+            f"its sides lie {rms:.2f} mm (rms) from those of the print; it must be the object that is "
+            "printed, turned as there"
         )
     return offset, rms

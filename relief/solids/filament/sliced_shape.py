@@ -13,7 +13,7 @@ from skimage import measure
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.solids.body import Body
-from relief.solids.filament.bead_rays import rows_near, runs
+from relief.solids.filament.bead_rays import blocks, rows_near, runs
 from relief.solids.filament.bead_surface import of_part
 from relief.solids.filament.beads import Beads, Role
 
@@ -28,6 +28,8 @@ SMOOTH = 0.7
 """Standard deviation of the weights that even out the stairs of slopes, in layers of the grid."""
 TOUCHING = 0.02
 """Distance between beads that follow one another, in samples of the grid."""
+AT_ONCE = 1 << 20
+"""Pairs of a bead and a sample that are computed together, about, which bounds the memory."""
 AROUND = 2
 """Empty samples around the part."""
 
@@ -128,14 +130,17 @@ def _distances(start: Array, end: Array, add: Array, reach: Array, shape: tuple[
     """(rows, cols) least distance from segments (k, 2), each with a number added; inf beyond their reach."""
     found = np.full(shape[0] * shape[1], np.inf)
     way = end - start
-    segment, row, _, first, counts = rows_near(start, way, np.repeat(reach[:, None], 2, axis=1), shape)
-    run, col = runs(first, counts)
-    segment, row = segment[run], row[run]
-    away = np.stack([col, row], axis=1) - start[segment]
     square = np.maximum((way**2).sum(axis=1), 1e-18)
-    share = np.clip(np.einsum("nc,nc->n", away, way[segment]) / square[segment], 0.0, 1.0)
-    away -= share[:, None] * way[segment]
-    np.minimum.at(found, row * shape[1] + col, np.hypot(*away.T) + add[segment])
+    for part in blocks((np.abs(way).sum(axis=1) + 2.0 * reach + 1.0) * (2.0 * reach + 1.0), AT_ONCE):
+        segment, row, _, first, counts = rows_near(
+            start[part], way[part], np.stack([reach[part]] * 2, axis=1), shape
+        )
+        run, col = runs(first, counts)
+        segment, row = part[segment[run]], row[run]
+        away = np.stack([col, row], axis=1) - start[segment]
+        share = np.clip(np.einsum("nc,nc->n", away, way[segment]) / square[segment], 0.0, 1.0)
+        away -= share[:, None] * way[segment]
+        np.minimum.at(found, row * shape[1] + col, np.hypot(*away.T) + add[segment])
     return found.reshape(shape)
 
 
@@ -163,8 +168,12 @@ def _enclosed(start: Array, end: Array, seam: float, shape: tuple[int, int]) -> 
     ends = np.concatenate([end[of_whole], start[first[following[whole]]]])
     # A sample is within if an odd number of segments lies to its left in its row.
     low = np.floor(np.minimum(starts[:, 1], ends[:, 1])).astype(np.int64)
-    segment, row = runs(low + 1, np.floor(np.maximum(starts[:, 1], ends[:, 1])).astype(np.int64) - low)
-    way = (ends - starts)[segment]
-    col = np.ceil(starts[segment, 0] + way[:, 0] * (row - starts[segment, 1]) / way[:, 1]).astype(np.int64)
-    crossed = np.bincount(row * shape[1] + col, minlength=shape[0] * shape[1]).reshape(shape)
-    return np.asarray(np.cumsum(crossed, axis=1) % 2 == 1)
+    high = np.floor(np.maximum(starts[:, 1], ends[:, 1])).astype(np.int64)
+    crossed = np.zeros(shape[0] * shape[1], np.int64)
+    for part in blocks(high - low + 1, AT_ONCE):
+        segment, row = runs(low[part] + 1, (high - low)[part])
+        segment = part[segment]
+        way = (ends - starts)[segment]
+        col = np.ceil(starts[segment, 0] + way[:, 0] * (row - starts[segment, 1]) / way[:, 1])
+        crossed += np.bincount(row * shape[1] + col.astype(np.int64), minlength=len(crossed))
+    return np.asarray(np.cumsum(crossed.reshape(shape), axis=1) % 2 == 1)
