@@ -45,7 +45,7 @@ def table(evaluations: "Sequence[Evaluation]") -> "Table":
 
 
 def bands_table(evaluation: "Evaluation") -> "Table | None":
-    """Waves of the skin's surface on the regions of a sliced part by bands, um rms; None of other surfaces."""
+    """Waves of the skin's surface by region of a sliced part and by band, um rms; None of other surfaces."""
     regions = evaluation.touch.by_region() if hasattr(evaluation.touch, "by_region") else {}
     if not regions:
         return None

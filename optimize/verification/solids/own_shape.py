@@ -20,7 +20,7 @@ from relief.ground.arrays import Array, Index
 from relief.ground.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.ground.progress import stage
 from relief.solids.body import Body
-from relief.solids.meshes.crops import Cropper, SurfaceCrop, reachable, within
+from relief.solids.meshes.crops import Cropper, SurfaceCrop, within
 from relief.solids.meshes.mesh_places import FACING, Frame
 from relief.solids.objects.torus import REACH_MM, fitted, over, raised, unrolled, unrolled_body
 
@@ -187,12 +187,11 @@ def _own_power(shapes: Sequence[OwnShape]) -> Array:
 
 def _over_torus(crop: SurfaceCrop, around: Body, shape: Array) -> Array:
     """Heights (n, n) of the mesh over the torus (6,) of a place, mm."""
-    seen = Cropper(unrolled_body(around, shape))
-    flat = seen.heights(Frame(np.zeros(3), np.eye(3)), crop.side_mm, len(crop.heights))
-    heights, on_edge = reachable(flat, crop.side_mm)
-    if on_edge and crop.side_mm == PATCH_SIDE_MM:
+    side = None if crop.side_mm == PATCH_SIDE_MM else crop.side_mm
+    flat = Cropper(unrolled_body(around, shape), side_mm=side).crop(Frame(np.zeros(3), np.eye(3)))
+    if flat.on_edge and side is None:
         return over(shape, *_lattice(len(crop.middle)), crop.middle + crop.level_mm)
-    return heights
+    return flat.heights
 
 
 def _left_over(shape: OwnShape, own: Array, samples: int) -> Array:

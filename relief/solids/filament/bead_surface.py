@@ -3,10 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, renumbered
+from relief.ground.arrays import Array
 from relief.ground.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.patches import samples_of
-from relief.solids.body import Body
 from relief.solids.filament.bead_rays import BeadRays
 from relief.solids.filament.beads import Beads, Role
 from relief.solids.meshes.crops import SurfaceCrop, in_the_middle, reachable
@@ -18,7 +17,7 @@ comes out up to 77 % rougher; with 256 V lies within 1 % of that on 1024, or wit
 
 
 class BeadSurface:
-    """Crops of the beads of a part, with the interface of `Cropper`.
+    """Crops of the beads of a part.
 
     Args:
         beads: of a file; those of supports, skirts and purges are left out.
@@ -45,24 +44,6 @@ class BeadSurface:
         Beads farther from the place than a depth along the axis may be left out.
         """
         return self._rays.heights(frame, side_mm, samples, depth_mm)
-
-    def around(self, frame: Frame, reach_mm: float) -> Body:
-        """The surface in the axes of a place, mm: what is seen within a reach along x and y, 6 mm deep.
-
-        Faces lie between samples as far apart as those of a crop; none lies where a sample has no bead.
-        """
-        count = 2 * int(np.ceil(reach_mm / self._pitch))
-        side = count * self._pitch
-        heights = self.heights(frame, side, count, 2.0 * HEIGHT_LIMIT_MM)
-        at = (np.arange(count) + 0.5) * self._pitch - 0.5 * side
-        x, y = np.meshgrid(at, at[::-1])
-        number = np.arange(count * count).reshape(count, count)
-        a, b = number[:-1, :-1].ravel(), number[:-1, 1:].ravel()
-        c, d = a + count, b + count
-        faces = np.concatenate([np.stack([a, c, b], axis=1), np.stack([b, c, d], axis=1)])
-        some = np.isfinite(heights).ravel()
-        used, faces = renumbered(faces[some[faces].all(axis=1)], count * count)
-        return Body(np.stack([x, y, heights], axis=-1).reshape(-1, 3)[used], faces)
 
 
 def of_part(beads: Beads) -> NDArray[np.bool_]:

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 
 from optimize.run_directory.finished_run import FinishedRun, holds_run
+from relief.ground.errors import InputError
 from relief.ground.formatting import number
-from relief.ground.limits import LARGEST_SIDE
+from relief.ground.limits import BASE_MM, LARGEST_SIDE
 from relief.relief import Relief
 from relief.solids.body import Part
 from relief.solids.export.parts import write_parts
 from relief.solids.export.plate_export import plate_mesh
 from relief.solids.filament.bead_surface import BeadSurface
-from relief.solids.filament.object_place import offset_of
-from relief.solids.filament.sliced_shape import shape_of
+from relief.solids.filament.beads import Role
 from relief.solids.meshes.mesh_places import Frame
 from retouch.verbs.filament.slicing import sliced
 from tactile.jnd import jnd_unless_smooth
@@ -117,8 +117,13 @@ def relief_of_beads(relief: Relief, slicer: str, profile: Path) -> tuple[Relief,
     with tempfile.TemporaryDirectory() as folder:
         file = write_parts(Path(folder) / "plate.stl", [Part("plate", plate)])
         part = sliced(slicer, file, profile)
-    # The top of the base, whose middle is the origin of the plate.
-    at, _ = offset_of(shape_of(part.beads), plate)
+    walls = part.beads.part(part.beads.role == Role.OUTER_WALL)
+    if not len(walls):
+        raise InputError(f"{relief.name}: {slicer} prints no outer wall of its plate")
+    # The plate's own origin: in the middle of its walls, on the top of its base.
+    low, high = np.minimum(walls.start, walls.end).min(axis=0), np.maximum(walls.start, walls.end).max(axis=0)
+    at = 0.5 * (low + high)
+    at[2] = float((walls.start[:, 2] - walls.height).min()) + BASE_MM
     finer = min(math.ceil(relief.pitch_mm / FINE_MM), LARGEST_SIDE // max(rows, cols))
     samples = finer * max(rows, cols)
     side_mm = max(relief.surface.size_mm)
