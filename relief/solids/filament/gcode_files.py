@@ -97,10 +97,8 @@ def _texts(content: memoryview, path: Path) -> Iterator[bytes]:
 
 def _unpacked(block: bytes, compression: int, path: Path) -> bytes:
     """Data of a block."""
-    if compression == 0:
-        return block
-    if compression == 1:
-        return zlib.decompressobj().decompress(block, LARGEST_BLOCK + 1)
+    if compression < 2:
+        return zlib.decompressobj().decompress(block, LARGEST_BLOCK + 1) if compression else block
     try:
         import heatshrink2
     except ImportError as error:

@@ -22,7 +22,8 @@ NUMBER = r"[-+]?(?:\d{1,12}(?:\.\d{0,20})?|\.\d{1,20})"
 WORDS = "|".join(rf"{axis}[ \t]*({NUMBER})" for axis in "XYZEIJRP")
 MOVE = re.compile(rf"(?i)[ \t]*G0?([0-3])(?:[ \t]*(?:{WORDS}|[FSHK][ \t]*{NUMBER}))*\s*(?:;.*)?$")
 """A whole line of a move: what is left over would be a damaged number."""
-WORD = re.compile(rf"([A-Z])[ \t]*({NUMBER})?")
+WORD = rf"([A-Z])[ \t]*({NUMBER})?"
+PLACES = re.compile(rf"(?:\s*{WORD})*\s*")
 COMMAND = re.compile(r"(?i)([GMT])0*(\d{1,5}(?:\.\d{1,2})?)(?![\d_])|[A-Z_]{2}|[(@]")
 """A command; or what moves nothing: a macro of Klipper, a line to a print server, a remark in parentheses."""
 REFUSED = {
@@ -75,7 +76,7 @@ class Moves:
         self._rows = array("d")
         self._unit, self._relative, self._relative_e, self._e = 1.0, False, False, 0.0
         self._at, self._origin = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
-        self._role, self._width, self._height, self._tool = float(Role.CUSTOM), math.nan, math.nan, 0.0
+        self._role, self._size, self._tool = float(Role.CUSTOM), [math.nan, math.nan], 0.0
         self._typed, self._laid = False, 0
 
     def columns(self) -> dict[str, Array]:
@@ -105,8 +106,7 @@ class Moves:
         """Follow all lines. Raises InputError, which names the line."""
         advance, rows, at, origin = this_stage(), self._rows, self._at, self._origin
         for number, line in enumerate(lines, 1):
-            if not number & 4095:
-                advance(4096)
+            advance()
             if not (found := MOVE.match(line)):
                 if text := line.strip():
                     self._other(text, number)
@@ -128,7 +128,7 @@ class Moves:
             if value > 0.0 and (x1 != x0 or y1 != y0 or kind > "1"):
                 places = complex(x0, y0), complex(x1, y1)
                 turn = STRAIGHT if kind < "2" else self._arc(kind, *places, arc, number)
-                sizes = value, self._width, self._height, self._role, self.layers, self._tool, number
+                sizes = value, *self._size, self._role, self.layers, self._tool, number
                 rows.extend((x0, y0, z0, x1, y1, z1, *sizes, *turn))
                 if len(rows) > MOST_NUMBERS:
                     raise InputError(f"{self.path}: more than {MOST_BEADS} moves extrude; divide the print")
@@ -171,10 +171,11 @@ class Moves:
             if role is None:
                 self.unknown.setdefault(f"type {shown(value)!r}", number)
             self._role, self._typed = float(Role.OTHER_PART if role is None else role), True
-        elif "WIDTH" in key:
-            self._width = self._length(value, number)
-        elif "HEIGHT" in key:
-            self._height = self._length(value, number)
+        elif "WIDTH" in key or "HEIGHT" in key:
+            if not LENGTH.fullmatch(value) or float(value) > LARGEST_BEAD_MM:
+                raise self._fault(number, f"{shown(value)!r} is no width or height of a bead")
+            # A slicer that writes 0 states none.
+            self._size["HEIGHT" in key] = float(value) or math.nan
         elif "LAYER" in key:
             if not self.layers or len(self._rows) > self._laid:
                 self.layers, self._laid = self.layers + 1, len(self._rows)
@@ -184,20 +185,15 @@ class Moves:
             # Cura ends a layer so, and writes the type of the first moves of the next.
             self._role = float(Role.CUSTOM)
 
-    def _length(self, text: str, number: int) -> float:
-        """Width or height of a comment, mm; NaN for 0, by which a slicer states none."""
-        if not LENGTH.fullmatch(text) or float(text) > LARGEST_BEAD_MM:
-            raise self._fault(number, f"{shown(text)!r} is no width or height of a bead")
-        return float(text) or math.nan
-
     def _command(self, name: str, rest: str, number: int) -> None:
         """Follow a command that is no move, by its name and what comes after."""
-        words = dict(WORD.findall(rest))
+        words = dict(re.findall(WORD, rest))
         # Bambu's printers take M290 in their start code for something else.
         if (name in REFUSED and (name != "M290" or self.layers)) or (name == "G10" and "L" in words):
             raise self._fault(number, f"{name}: {REFUSED.get(name, REFUSED['G53'])} are not read")
-        if (kind := name.partition(".")[0]) in ("G0", "G1", "G2", "G3"):
-            raise self._fault(number, f"is no move: {shown(name + rest)!r}")
+        kind = name.partition(".")[0]
+        if kind in ("G0", "G1", "G2", "G3") or (name in ("G92", "M200") and not PLACES.fullmatch(rest)):
+            raise self._fault(number, f"is no {kind}: {shown(name + rest)!r}")
         if name in ("G20", "G21"):
             self._unit = UNITS["in"] if name == "G20" else 1.0
         elif name in ("G90", "G91"):

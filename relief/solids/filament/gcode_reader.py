@@ -77,8 +77,7 @@ def read_gcode(path: str | os.PathLike[str]) -> SlicedPart:
     ):
         if faulty.any():
             raise InputError(f"{path}: line {int(column['line'][faulty][0])}: {fault}")
-    amounts = np.bincount(role, filament, len(Role))
-    used = {each.name.lower(): float(amounts[each]) for each in Role if (role == each).any()}
+    used = {each.name.lower(): float(filament[role == each].sum()) for each in Role if each in role}
     header = stated.header_mm(float(section[0]))
     lines = *lines, *_doubts(stated, used, header, path)
     if not known and np.isnan(column["width"]).any():

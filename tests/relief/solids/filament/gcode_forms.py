@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import heatshrink2
+
 from relief.solids.filament.beads import Role
 
 Point = tuple[float, float, float]
@@ -67,7 +68,7 @@ IDEAMAKER = {
 
 @dataclass(frozen=True)
 class Slicer:
-    """How a slicer writes: its name, the names of types, comments, and what stands before and after the moves.
+    """How a slicer writes: its name, the names of types, comments, and texts before and after the moves.
 
     Before and after are texts into which the filament of each tool, mm, is put by `lengths`.
     """
@@ -136,7 +137,8 @@ SLICERS = {
         CURA,
         ";FLAVOR:Marlin\n;TIME:2848\n;Filament used: {lengths}\n;Layer height: 0.2\n"
         ";Generated with Cura_SteamEngine 5.9.1",
-        ';End of Gcode\n;SETTING_3 {"global_quality": "[values]\\\\nmaterial_dia\n;SETTING_3 meter = 1.75\\\\n"}',
+        ';End of Gcode\n;SETTING_3 {"global_quality": "[values]\\\\nmaterial_dia\n'
+        ';SETTING_3 meter = 1.75\\\\n"}',
         width="",
         height="",
         layer=";LAYER:{n}",
@@ -155,7 +157,7 @@ SLICERS = {
 
 @dataclass(frozen=True)
 class Stroke:
-    """A path of beads of one role: points, width, height, tool; an arc turns about a centre, + to the left."""
+    """A path of beads of one role: points, width, height, tool; an arc turns about a centre."""
 
     role: Role
     points: tuple[Point, ...]
@@ -245,7 +247,7 @@ class Writer:
         """Beads of a stroke, to which the nozzle travels."""
         self.move(stroke.points[0], code="G0")
         for point in stroke.points[1:]:
-            start = tuple(self.at)
+            start = (self.at[0], self.at[1], self.at[2])
             length, text, code, arc = math.dist(start, point), "", "G1", None
             if stroke.centre is not None:
                 length, text, arc = self.arc(stroke, start, point)
@@ -262,7 +264,8 @@ class Writer:
         """Length of an arc, its words, and its centre and radius."""
         assert stroke.centre is not None
         x, y = stroke.centre
-        end = tuple(self.number(value, 3)[1] for value in end)  # type: ignore[assignment]
+        x1, y1 = (self.number(value, 3)[1] for value in end[:2])
+        end = (x1, y1, end[2])
         radius = math.dist(start[:2], (x, y))
         turn = math.atan2(end[1] - y, end[0] - x) - math.atan2(start[1] - y, start[0] - x)
         turn = (turn if stroke.left else -turn) % (2.0 * math.pi) or 2.0 * math.pi
@@ -301,21 +304,22 @@ def composed(slicer: Slicer, form: Form, layers: list[list[Stroke]]) -> tuple[by
         )
     if form.relative:
         writer.add("G91")
-    tool = width = height = role = None
+    tool: int | None = None
+    role = width = height = ""
     for number, layer in enumerate(layers):
-        role = None if not slicer.width else role
+        role = role if slicer.width else ""
         writer.add(*slicer.layer.format(n=number, z=f"{layer[0].points[0][2]:g}").split("\n"))
         for stroke in layer:
             if stroke.tool != tool:
                 writer.add(f"T{stroke.tool}", "G92 E0")
                 writer.e, tool = 0.0, stroke.tool
             writer.move((*stroke.points[0][:2], writer.at[2] + 0.4), code="G0")
-            for comment, value, before in (
+            for comment, value, last_value in (
                 (slicer.type, slicer.types[stroke.role], role),
                 (slicer.width, f"{stroke.width:g}", width),
                 (slicer.height, f"{stroke.height:g}", height),
             ):
-                if comment and value != before:
+                if comment and value != last_value:
                     writer.add(comment.format(value))
             role, width, height = slicer.types[stroke.role], f"{stroke.width:g}", f"{stroke.height:g}"
             # The nozzle is primed where the stroke begins, and wiped and retracted behind it.
@@ -336,13 +340,13 @@ def composed(slicer: Slicer, form: Form, layers: list[list[Stroke]]) -> tuple[by
     frame = {"{lengths}": slicer.joint.join(texts), "{diameters}": ",".join("1.75" for _ in tools)}
     before, after = slicer.before, slicer.after
     if "{tool}" in after:
-        head, _, line = after.rpartition("\n")
+        head, _, each_tool = after.rpartition("\n")
         pairs = zip(tools, texts, strict=True)
-        after = head + "".join("\n" + line.format(tool=each + 1, length=text) for each, text in pairs)
-    for key, value in frame.items():
-        before, after = before.replace(key, value), after.replace(key, value)
-    text = form.end.join([*before.split("\n"), *writer.lines, *after.split("\n"), ""])
-    return text.encode(), writer.beads, sum(stated)
+        after = head + "".join("\n" + each_tool.format(tool=each + 1, length=text) for each, text in pairs)
+    for key, text in frame.items():
+        before, after = before.replace(key, text), after.replace(key, text)
+    whole = form.end.join([*before.split("\n"), *writer.lines, *after.split("\n"), ""])
+    return whole.encode(), writer.beads, sum(stated)
 
 
 def square(side: float, z: float, middle: tuple[float, float] = (50.0, 50.0)) -> tuple[Point, ...]:
@@ -397,7 +401,7 @@ def widths() -> list[list[Stroke]]:
 
 
 def bridges() -> list[list[Stroke]]:
-    """Round beads of 0.4 mm on layers of 0.2 mm; in Cura, which states no size, strands thinner than a layer."""
+    """Round beads of 0.4 mm on layers of 0.2 mm; other slicers than Cura state their size."""
     return [
         layer_of(0.2),
         [Stroke(Role.BRIDGE, ((45.0, 50.0, 0.4), (55.0, 50.0, 0.4)), 0.4, 0.4)],
