@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from retouch.verbs.exporting import Exported as Exported
     from retouch.verbs.exporting import export as export
     from retouch.verbs.filament.bead_evaluation import read_gcode as read_gcode
+    from retouch.verbs.fuzzy.fuzzing import FuzzyProfile as FuzzyProfile
+    from retouch.verbs.fuzzy.fuzzing import fuzzy as fuzzy
     from retouch.verbs.learning import DatasetMade as DatasetMade
     from retouch.verbs.learning import TrainedNet as TrainedNet
     from retouch.verbs.learning import dataset as dataset

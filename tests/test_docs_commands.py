@@ -28,6 +28,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 GIVEN = (
     *("stone.jpg", "logo.png", "my-study.toml", "~/materials"),
     *("grip.3mf", "knob.3mf", "case.3mf", "button.3mf"),
+    *("fine.ini", "process.json"),
     *("answers.csv", "answers-rougher.csv", "press.csv"),
     *("print.stl", "coupon-scan.stl", "scan.tif", "surface.plu"),
 )

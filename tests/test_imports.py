@@ -83,8 +83,8 @@ _ALLOWED = {
     ),
     "retouch": (
         "optimize.estimates optimize.runs optimize.settings relief relief.ground relief.preparing "
-        "relief.solids.export retouch.laboratory.stimulus_sets retouch.verbs retouch.verbs.objects "
-        "retouch.verbs.scans surrogate.data tactile visual visual.backend visual.scene_file"
+        "relief.solids.export retouch.laboratory.stimulus_sets retouch.verbs retouch.verbs.fuzzy "
+        "retouch.verbs.objects retouch.verbs.scans surrogate.data tactile visual visual.backend visual.scene_file"
     ),
     "retouch.__main__": "optimize.runs retouch.commands",
     "retouch.app": (
@@ -110,7 +110,8 @@ _ALLOWED = {
     "retouch.commands": (
         "mitsuba_scenes optimize.descent optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification relief relief.ground relief.preparing relief.solids retouch retouch.app "
-        "retouch.app.state retouch.pages retouch.verbs retouch.verbs.objects surrogate.nets tactile"
+        "retouch.app.state retouch.pages retouch.verbs retouch.verbs.fuzzy retouch.verbs.objects "
+        "surrogate.nets tactile"
     ),
     "retouch.laboratory": "",
     "retouch.laboratory.people": (
@@ -161,6 +162,12 @@ _ALLOWED = {
         "retouch.laboratory.stimulus_sets retouch.laboratory.studies retouch.laboratory.training "
         "retouch.laboratory.workers retouch.pages retouch.pages.objects surrogate.corpus surrogate.data "
         "surrogate.nets tactile visual visual.backend visual.scene_file"
+    ),
+    "retouch.verbs.filament": "relief.ground relief.solids.filament",
+    "retouch.verbs.fuzzy": (
+        "mitsuba_scenes optimize.settings optimize.verification.solids relief relief.ground relief.solids "
+        "relief.solids.export relief.solids.filament relief.solids.files relief.solids.meshes retouch.verbs "
+        "retouch.verbs.filament tactile"
     ),
     "retouch.verbs.objects": (
         "mitsuba_scenes optimize.settings relief relief.ground relief.solids relief.solids.export "

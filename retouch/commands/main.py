@@ -52,6 +52,7 @@ VERB_NAMES = (
     "render",
     "export",
     "wrap",
+    "fuzzy",
     "study",
     "stimuli",
     "answers",

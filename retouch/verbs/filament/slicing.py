@@ -57,8 +57,10 @@ def sliced(slicer: str, mesh: Path, profile: Path, settings: Mapping[str, str] |
         try:
             done = subprocess.run(command, capture_output=True, cwd=folder, timeout=LONGEST_S)
         except subprocess.TimeoutExpired as error:
-            raise InputError(f"{mesh}: {slicer} takes more than {LONGEST_S:g} s") from error
+            raise InputError(f"{mesh.name}: {slicer} takes more than {LONGEST_S:g} s") from error
         if done.returncode or not out.is_file():
             last = [b"no word", *filter(bytes.strip, done.stderr.splitlines())][-1].decode(errors="replace")
-            raise InputError(f"{mesh}: {slicer} fails: {last.strip().removeprefix('what():').strip()[:200]}")
+            raise InputError(
+                f"{mesh.name}: {slicer} fails: {last.strip().removeprefix('what():').strip()[:200]}"
+            )
         return read_gcode(out)

@@ -1,0 +1,1 @@
+"""Fuzzy skin: the settings of a slicer by which the sides of a part feel as wanted."""

@@ -1,0 +1,214 @@
+"""Fuzzy skin for a feel: numbers for a slicer's profile, judged on what the slicer makes of them."""
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from optimize.settings.skins import load_skin
+from optimize.verification.solids.mesh_feel import MOST_TRIED, pressed
+from relief.ground.arrays import Array
+from relief.ground.errors import InputError, option_error
+from relief.ground.files import check_file_to_write, write_atomically
+from relief.ground.formatting import number
+from relief.ground.lengths import Lengths
+from relief.ground.options import by_keywords, checked
+from relief.ground.progress import stage
+from relief.solids.body import Body, Part
+from relief.solids.export.parts import write_parts
+from relief.solids.filament import profiles
+from relief.solids.filament.bead_surface import BeadSurface
+from relief.solids.filament.beads import Beads, Role
+from relief.solids.filament.profiles import Profile, Setting, read_profile
+from relief.solids.files import Mesh
+from relief.solids.meshes.crops import Cropper, SurfaceCrop, reachable
+from relief.solids.meshes.mesh_places import Frame, frames, spread, surface_points
+from retouch.verbs.evaluation import evaluate
+from retouch.verbs.filament.slicing import check_slicer, sliced
+from retouch.verbs.fuzzy.fuzzy_options import FuzzyOptions
+from retouch.verbs.fuzzy.fuzzy_search import Wall, nearest, roughness
+from retouch.verbs.progress_display import followed
+from retouch.verbs.solid_evaluation import read_solid
+from tactile.jnd import SMOOTH_BELOW, jnd_apart, jnd_scaled, smooth_clause
+from tactile.quantities import ROUGHNESS
+from tactile.skin import Skin
+
+SLICES, PLACES = 5, 12
+"""Slices by which a fuzzy skin is judged, because its noise is random, and contact locations on each: the
+mean over all is known to 0.7 %, as V differs by 5 % from place to place."""
+UPRIGHT = 0.17
+"""Largest z of the normal of a side: within 10 degrees of upright, where layers make no stairs."""
+CLOSE_JND = 0.25
+"""Farthest from a target that counts as reached: 57 of 100 people name the rougher of two so near."""
+
+
+@dataclass(frozen=True, eq=False)
+class FuzzyProfile:
+    """A profile whose fuzzy skin has a feel.
+
+    Attributes:
+        file: the profile that was written.
+        profile: that was given.
+        settings: that make the fuzzy skin, with their values.
+        target: roughness that was asked for.
+        roughness: of a computed wall with these settings, mean over contact locations, no unit.
+        slices: (n,) the same of the sides of the part, by slice; empty if the part was not sliced or has no
+            upright side as large as a finger.
+        slicer: program that sliced; None: none.
+    """
+
+    file: Path
+    profile: Profile
+    settings: dict[Setting, str]
+    target: float
+    roughness: float
+    slices: tuple[float, ...]
+    slicer: str | None
+
+    @property
+    def jnd_from_target(self) -> float | None:
+        """Just-noticeable differences of the slices' mean roughness from the target; None without slices."""
+        return jnd_apart(float(np.mean(self.slices)), self.target) if self.slices else None
+
+    def lines(self) -> Iterator[str]:
+        """Sentences for a person: the numbers to type in first."""
+        yield from self.profile.shown(self.settings)
+        yield f"Sides: V {number(self.roughness)} as computed, target {number(self.target)}."
+        if self.slices:
+            mean, *ends = (number(float(of(self.slices))) for of in (np.mean, min, max))
+            apart = f"{number(self.jnd_from_target, 2)} JND from the target"
+            yield f"Sides of {SLICES} slices by {self.slicer}: V {mean} ({' to '.join(ends)}), {apart}."
+        else:
+            why = "has no side as large as a finger" if self.slicer else "was not sliced"
+            yield f"The part {why}; retouch evaluate reads G-code."
+        yield "Tops are as they were: fuzzy skin changes sides only."
+        yield f"{self.file}: {self.profile.path} with these numbers"
+
+    def as_json(self) -> dict[str, Any]:
+        """What `retouch fuzzy --json` prints."""
+        settings = {self.profile.key(setting): value for setting, value in self.settings.items()}
+        texts = {"file": str(self.file), "profile": str(self.profile.path), "settings": settings}
+        return {**vars(self), **texts, "jnd_from_target": self.jnd_from_target}
+
+
+@by_keywords(FuzzyOptions)
+def fuzzy(
+    part: str | os.PathLike[str],
+    profile: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    options: FuzzyOptions,
+) -> FuzzyProfile:
+    """Find the fuzzy skin by which the sides of a part feel as wanted, as `retouch fuzzy` does.
+
+    Args:
+        part: print file of a solid (STL, OBJ, PLY, GLB, 3MF, STEP), or the name of a bundled object.
+        profile: process profile of PrusaSlicer or SuperSlicer (.ini), OrcaSlicer or Bambu Studio (.json).
+        out: profile to write, with the fuzzy skin and everything else as it was.
+
+    Raises:
+        InputError: what is wrong with the input, or cannot be reached, in one line.
+        ContactError: a contact does not converge.
+    """
+    checked(options)
+    out, stated = Path(out), read_profile(Path(profile))
+    check_file_to_write(out)
+    goals = [name for name in ("feel_of", "roughness", "jnd") if getattr(options, name) is not None]
+    if len(goals) != 1:
+        raise InputError(
+            "state one of feel_of, roughness and jnd", "state one of --feel-of, --roughness and --jnd"
+        )
+    here = stated.slicer == "PrusaSlicer" and shutil.which("prusa-slicer")
+    if slicer := options.slicer or ("prusa-slicer" if here else None):
+        check_slicer(slicer, stated.path)
+    finger = options.skin if isinstance(options.skin, Skin) else load_skin(options.skin)
+    wall = Wall(stated.wall_mm, stated.mm(profiles.LAYER), finger)
+    # Points farther out than half of wall and nozzle are overhangs to PrusaSlicer: bridges, round strands.
+    most, points = 0.5 * (wall.width_mm + stated.mm(profiles.NOZZLE)), stated.mm(profiles.POINTS)
+    with followed(options.progress, options.quiet):
+        mesh = read_solid(part)
+        target = _target(options, goals[0], stated, wall)
+        aim = target
+        # What a slicer adds to the law, as PrusaSlicer 2.5 at corners of fine facets, is corrected once.
+        for _ in range(2):
+            found = nearest(wall, aim, points, most)
+            settings, felt = stated.fuzzy_settings(*found), roughness(wall, *found)
+            if abs(jnd_apart(felt, aim)) > CLOSE_JND:
+                numbers = f"the nearest is V {number(felt)}, {', '.join(stated.shown(settings))}"
+                raise option_error(goals[0], f"V {number(target)} is out of reach of fuzzy skin; {numbers}")
+            content = stated.changed(settings)
+            slices = judged(slicer, mesh, content, finger) if slicer else ()
+            if not slices or abs(jnd_apart(float(np.mean(slices)), target)) <= CLOSE_JND:
+                break
+            aim *= target / float(np.mean(slices))
+    write_atomically(out, content)
+    return FuzzyProfile(out, stated, settings, target, felt, slices, slicer)
+
+
+def judged(slicer: str, mesh: Mesh, profile: bytes, skin: Skin) -> tuple[float, ...]:
+    """Roughness of a part's upright sides in five slices, at places that no search has seen.
+
+    The part's own heights are taken out. Each slice has places of its own, because PrusaSlicer 2.5 draws the
+    same noise again where it has one thread.
+
+    Raises:
+        InputError: the slicer fails, or its G-code cannot be read.
+        ContactError: a contact does not converge.
+    """
+    points, shapes = surface_points(mesh.body), Cropper(mesh.body, side_mm=skin.patch_mm)
+    sides = np.flatnonzero(np.abs(points.normals[:, 2]) < UPRIGHT)
+    tried = frames(points, sides[spread(points.at[sides], MOST_TRIED)]) if len(sides) else []
+    bare = list(islice((crop for crop in map(shapes.crop, tried) if not crop.on_edge), SLICES * PLACES))
+    found = []
+    with tempfile.TemporaryDirectory() as folder, stage("judging slices", SLICES) as advance:
+        (file := Path(folder) / "profile.ini").write_bytes(profile)
+        solid = write_parts(Path(folder) / f"{mesh.path.stem}.stl", [Part(mesh.path.stem, mesh.body)])
+        for first in range(SLICES if bare else 0):
+            beads, some = sliced(slicer, solid, file).beads, bare[first::SLICES] or bare
+            heights = np.stack([*_over(beads, mesh.body, shapes, some)])
+            found.append(float(pressed(heights, skin, "layer", bare[0].side_mm)[0][ROUGHNESS.name].mean()))
+            advance()
+    return tuple(found)
+
+
+def _over(beads: Beads, body: Body, shapes: Cropper, bare: list[SurfaceCrop]) -> Iterator[Array]:
+    """Heights (n, n) mm of beads over those of the part, at places of the part.
+
+    A slicer moves the part to the middle of its bed, so that the boxes of part and walls have one middle.
+    """
+    side_mm, walls = bare[0].side_mm, beads.part(beads.role <= Role.OVERHANG_WALL).start
+    boxes = [np.stack([points.min(axis=0), points.max(axis=0)]) for points in (walls, body.vertices)]
+    way = boxes[0].mean(axis=0) - boxes[1].mean(axis=0)
+    way[2] = -boxes[1][0, 2]
+    surface = BeadSurface(beads, side_mm=side_mm)
+    for place in (crop.frame for crop in bare):
+        crop = surface.crop(Frame(place.at + way, place.axes))
+        part = shapes.heights(place, side_mm, len(crop.heights))
+        over = np.where(np.isfinite(part), crop.heights + crop.level_mm - part, -np.inf)
+        yield reachable(over, side_mm)[0]
+
+
+def _target(options: FuzzyOptions, goal: str, profile: Profile, wall: Wall) -> float:
+    """The roughness that is asked for. Raises InputError if it counts from nothing, or is smooth."""
+    if options.jnd is not None:
+        own = 0.0
+        if profile.fuzzy and profile.classic:
+            own = roughness(wall, profile.mm(profiles.THICKNESS), profile.mm(profiles.POINTS))
+        if own < SMOOTH_BELOW:
+            why = f"is {smooth_clause(own)}" if own else "is none, or no classic one"
+            line = f"counts from the fuzzy skin of {profile.path}, which {why}"
+            raise option_error(goal, f"{line}; state --roughness or --feel-of")
+        target = jnd_scaled(own, options.jnd)
+    elif options.feel_of is not None:
+        lengths: Lengths = {} if options.relief_mm is None else {"relief_mm": options.relief_mm}
+        target = evaluate(options.feel_of, skin=wall.skin, **lengths).roughness
+    else:
+        target = options.roughness or 0.0
+    if not target >= SMOOTH_BELOW:
+        raise option_error(goal, f"{smooth_clause(target)}; walls without fuzzy skin are smooth")
+    return target
