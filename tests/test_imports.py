@@ -78,13 +78,14 @@ _ALLOWED = {
         "optimize.descent optimize.settings relief relief.ground tactile visual visual.exact"
     ),
     "optimize.verification.solids": (
-        "relief relief.ground relief.solids relief.solids.files relief.solids.meshes relief.solids.objects "
-        "relief.solids.remeshing tactile"
+        "optimize.verification relief relief.ground relief.solids relief.solids.filament relief.solids.files "
+        "relief.solids.meshes relief.solids.objects relief.solids.remeshing tactile"
     ),
     "retouch": (
         "optimize.estimates optimize.runs optimize.settings relief relief.ground relief.preparing "
-        "relief.solids.export retouch.laboratory.stimulus_sets retouch.verbs retouch.verbs.fuzzy "
-        "retouch.verbs.objects retouch.verbs.scans surrogate.data tactile visual visual.backend visual.scene_file"
+        "relief.solids.export retouch.laboratory.stimulus_sets retouch.verbs retouch.verbs.filament "
+        "retouch.verbs.fuzzy retouch.verbs.objects retouch.verbs.scans surrogate.data tactile visual "
+        "visual.backend visual.scene_file"
     ),
     "retouch.__main__": "optimize.runs retouch.commands",
     "retouch.app": (
@@ -156,14 +157,18 @@ _ALLOWED = {
     "retouch.verbs": (
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification optimize.verification.solids relief relief.ground relief.preparing "
-        "relief.solids.export relief.solids.files relief.solids.mending relief.solids.meshes "
-        "relief.solids.objects "
+        "relief.solids.export relief.solids.filament relief.solids.files relief.solids.mending "
+        "relief.solids.meshes relief.solids.objects retouch.verbs.filament "
         "retouch.laboratory.people retouch.laboratory.people.serving retouch.laboratory.people.skin_fit "
         "retouch.laboratory.stimulus_sets retouch.laboratory.studies retouch.laboratory.training "
         "retouch.laboratory.workers retouch.pages retouch.pages.objects surrogate.corpus surrogate.data "
         "surrogate.nets tactile visual visual.backend visual.scene_file"
     ),
-    "retouch.verbs.filament": "relief.ground relief.solids.filament",
+    "retouch.verbs.filament": (
+        "optimize.run_directory optimize.verification optimize.verification.solids relief relief.ground "
+        "relief.solids relief.solids.export relief.solids.filament relief.solids.files "
+        "relief.solids.meshes tactile"
+    ),
     "retouch.verbs.fuzzy": (
         "mitsuba_scenes optimize.settings optimize.verification.solids relief relief.ground relief.solids "
         "relief.solids.export relief.solids.filament relief.solids.files relief.solids.meshes retouch.verbs "

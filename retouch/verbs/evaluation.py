@@ -38,6 +38,7 @@ from tactile.skin import Skin
 
 if TYPE_CHECKING:
     from optimize.verification.solids.mesh_feel import MeshFeel
+    from optimize.verification.verification import SurfaceBand
     from relief.solids.export.printed_parts import PrintedPart
     from retouch.verbs.filament.as_sliced import AsSliced
     from visual.scene import Scene
@@ -130,6 +131,18 @@ class Evaluation:
             assert not isinstance(self.touch, TouchMeasures)
             return self.touch.crops[0].side_mm
         return Patches(self.relief.surface, places(self.relief.surface)).size_mm
+
+    @property
+    def regions(self) -> "dict[str, Evaluation]":
+        """The evaluations of a sliced part's regions, such as "top" and "side"; none of other surfaces."""
+        if isinstance(self.touch, TouchMeasures) or not isinstance(self.relief, SlicedPart):
+            return {}
+        return {name: replace(self, touch=part) for name, part in _beads().regions_of(self.touch).items()}
+
+    @property
+    def bands(self) -> "Mapping[str, tuple[SurfaceBand, ...]]":
+        """Waves of the skin's surface by region of a sliced part; none of other surfaces."""
+        return _beads().bands_of(self.touch) if isinstance(self.relief, SlicedPart) else {}
 
     def jnd_from(self, first: Self) -> float | None:
         """Just-noticeable differences by which this is rougher (+) or smoother (-); None if one is smooth."""

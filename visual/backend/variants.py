@@ -43,7 +43,8 @@ def choose_variant(colour: bool, variant: str | None = None, spectral: bool = Fa
     """The variant for a scene, without setting it.
 
     The processor renders. A CUDA device is taken only if the user names a variant for it, because the tests
-    of every day run without one. Without a usable libLLVM the choice is `scalar_rgb`, which gives pictures without gradients.
+    of every day run without one. Without a usable libLLVM the choice is `scalar_rgb`, which gives pictures
+    without gradients.
 
     Args:
         colour: whether any material or light of the scene is not grey.

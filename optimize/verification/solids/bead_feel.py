@@ -45,6 +45,9 @@ FARTHER = 1.05
 BENT_MM = 0.03
 """Root mean square, mm, by which a torus is no plane on the patch: that of a ball of 170 mm. Fuzzy skin of
 0.3 mm on a flat side bends the torus by 0.01 mm."""
+SQUARE_MM, UNEVEN_MM = 2.0, 0.1
+"""Side of the squares over which distances from a torus are averaged, mm, and their rms, mm, above which a
+patch lies on an edge: fuzzy skin of 0.5 mm leaves 0.06, a rim of 45 degrees 1 mm within the patch 0.2."""
 MOST_BAND_PLACES = 8
 """Most places of a region whose skin is looked at by bands of wavelength, evenly taken."""
 
@@ -144,38 +147,63 @@ def feel_of_beads(
             ways.append(offset_of(shape, printed[0])[0])
     points = surface_points(body, with_bed=True)
     candidates = spread(points.at, MOST_TRIED)
-    tried: list[list[SurfaceCrop]] = []
-    left = most
+    places, tried = list[_Place](), list[_Place]()
     with stage("looking at places", len(candidates), at_most=True) as advance:
         for frame in frames(points, candidates):
-            crops = [
-                surface.crop(Frame(frame.at + way, frame.axes))
-                for surface, way in zip(surfaces, ways, strict=True)
-            ]
-            tried.append(crops)
+            place = _Place.looked_at(frame, surfaces, ways)
+            (tried if place.on_edge else places).append(place)
             advance()
-            left -= not any(crop.on_edge for crop in crops)
-            if left == 0:
+            if len(places) == most:
                 break
-    chosen = [crops for crops in tried if not any(crop.on_edge for crop in crops)]
-    edges = len(tried) - len(chosen)
-    if not chosen:
-        chosen, edges = tried[:most], 0
+    edges = len(tried) if places else 0
+    places = places or tried[:most]
+    regions = tuple(region_of(place.crops[0].frame.axes[2]) for place in places)
     shapes = None if without_texture is None else Cropper(body, side_mm=skin.patch_mm)
+    curvature = ESTIMATED if shapes is None else TAKEN_OUT
     feels = []
-    for number, (surface, way) in enumerate(zip(surfaces, ways, strict=True)):
-        crops = [each[number] for each in chosen]
-        alone = [
-            over_torus(crop, surface) if shapes is None else over_object(crop, shapes, way) for crop in crops
-        ]
-        heights = np.stack(alone)
+    for number, way in enumerate(ways):
+        crops = [place.crops[number] for place in places]
+        heights = np.stack(
+            [
+                over_torus(place.crops[number], place.torus)
+                if shapes is None
+                else over_object(place.crops[number], shapes, way)
+                for place in places
+            ]
+        )
         values, fractions = pressed(heights, skin, model, crops[0].side_mm, thinned=True)
-        regions = tuple(region_of(crop.frame.axes[2]) for crop in crops)
         bands = _bands_by_region(heights, crops[0].side_mm, regions, skin, model)
-        curvature = ESTIMATED if shapes is None else TAKEN_OUT
-        of_mesh = body, crops, values, fractions, edges, 0, points.area_mm2, curvature, values
+        # Triangles of the shape are small enough for a colour at each corner.
+        of_mesh = printed[number], crops, values, fractions, edges, 0, points.area_mm2, curvature, values
         feels.append(BeadFeel(*of_mesh, regions, bands))
     return feels
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A contact location on prints of a part.
+
+    Attributes:
+        crops: Of each print.
+        torus: (6,) nearest to the first print around the place.
+        on_edge: Whether there is an edge on the patch of any print, or the patch is no part of a torus.
+    """
+
+    crops: list[SurfaceCrop]
+    torus: Array
+    on_edge: bool
+
+    @classmethod
+    def looked_at(cls, frame: Frame, surfaces: Sequence[BeadSurface], ways: Sequence[Array]) -> Self:
+        """The place of a frame on surfaces of prints, which lie a way (3,) mm from the first."""
+        crops = [
+            surface.crop(Frame(frame.at + way, frame.axes))
+            for surface, way in zip(surfaces, ways, strict=True)
+        ]
+        if any(crop.on_edge for crop in crops):
+            return cls(crops, np.zeros(6), True)
+        shape, uneven_mm = nearest_torus(crops[0], surfaces[0])
+        return cls(crops, shape, uneven_mm > UNEVEN_MM)
 
 
 def _jnd(feel: MeshFeel, first: MeshFeel) -> float | None:
@@ -204,28 +232,35 @@ def over_object(crop: SurfaceCrop, shapes: Cropper, way: Array) -> Array:
     return _reached(above, crop)
 
 
-def over_torus(crop: SurfaceCrop, surface: BeadSurface) -> Array:
-    """Heights (n, n) mm of beads over the torus that lies nearest to them around a place.
+def nearest_torus(crop: SurfaceCrop, surface: BeadSurface) -> tuple[Array, float]:
+    """The torus (6,) nearest to beads around a place, and the distance between both on the patch, mm rms.
 
     The torus is fitted on a disc that is wider than the patch, so that waves of the beads average out, or to
-    the patch where the disc holds another surface. A patch that is flat but for its beads stays as it is.
+    the patch where the disc holds another surface. Distances are means over squares of 2 mm, in which beads
+    average out, too.
     """
     at = (np.arange(COARSE) + 0.5) * (2.0 * WIDE_MM / COARSE) - WIDE_MM
     x, y = np.meshgrid(at, at[::-1])
-    points = np.stack(
-        [x, y, surface.heights(crop.frame, 2.0 * WIDE_MM, COARSE, 2.0 * HEIGHT_LIMIT_MM)], axis=2
-    )
+    z = surface.heights(crop.frame, 2.0 * WIDE_MM, COARSE, 2.0 * HEIGHT_LIMIT_MM)
+    points = np.stack([x, y, z], axis=2)
     points = points[np.abs(points[..., 2] - crop.level_mm - HEIGHT_LIMIT_MM) < HEIGHT_LIMIT_MM]
     on_patch = points[np.abs(points[:, :2]).max(axis=1) < 0.5 * PATCH_SIDE_MM]
     disc, patch = fitted(points[np.hypot(*points.T[:2]) < WIDE_MM]), fitted(on_patch)
     shape = better(disc, patch, on_patch, FARTHER)
-    flat = on_patch * (1.0, 1.0, 0.0)
-    plane = np.column_stack([flat[:, :2], np.ones(len(flat))])
-    bent = torus(shape, *flat.T[:2])[0]
-    if float((bent - plane @ np.linalg.lstsq(plane, bent)[0]).std()) < BENT_MM:
-        return crop.heights
+    away = over(shape, *on_patch.T)
+    col, row = np.floor(on_patch.T[:2] / SQUARE_MM).astype(np.int64)
+    _, square, counts = np.unique(row * COARSE + col, return_inverse=True, return_counts=True)
+    return shape, float((np.bincount(square, away) / counts).std())
+
+
+def over_torus(crop: SurfaceCrop, shape: Array) -> Array:
+    """Heights (n, n) mm of beads over a torus (6,); those of the crop where the torus is nearly a plane."""
     at = ((np.arange(len(crop.heights)) + 0.5) / len(crop.heights) - 0.5) * crop.side_mm
     x, y = np.meshgrid(at, at[::-1])
+    bent = torus(shape, x, y)[0][::8, ::8].ravel()
+    plane = np.column_stack([x[::8, ::8].ravel(), y[::8, ::8].ravel(), np.ones(len(bent))])
+    if float((bent - plane @ np.linalg.lstsq(plane, bent)[0]).std()) < BENT_MM:
+        return crop.heights
     return _reached(over(shape, x, y, crop.heights + crop.level_mm), crop)
 
 
