@@ -3,13 +3,11 @@ import pytest
 
 import tactile
 from optimize.verification.solids.mesh_feel import pressed
-from optimize.verification.solids.own_shape import textures_alone
-from relief.ground.arrays import Array
 from relief.solids.filament.bead_surface import SAMPLES, BeadSurface
 from relief.solids.filament.beads import Beads, Role
 from relief.solids.meshes.mesh_places import frame_along
 from tactile.jnd import SMOOTH_BELOW
-from tests.relief.solids.filament.sliced import beads_of, circle, walls_of
+from tests.relief.solids.filament.sliced import beads_of
 
 
 def wall(layer_mm: float, jitter_mm: float, phase: float) -> Beads:
@@ -66,17 +64,3 @@ def test_a_round_finger_gets_a_wider_patch() -> None:
     )
     assert crop.side_mm == 12.0
     assert crop.heights.shape[0] >= 12.0 * SAMPLES / 10.0
-
-
-@pytest.mark.slow
-def test_the_object_is_taken_out_of_a_fuzzy_cylinder() -> None:
-    surface = BeadSurface(walls_of([[circle(9.0)]] * 70, jitter_mm=0.1, inner=False))
-    axes: list[Array] = [np.array([np.cos(angle), np.sin(angle), 0.0]) for angle in (0.3, 1.9)]
-    crops = [surface.crop(frame_along((0.0, 0.0, 7.0) + 9.0 * axis, axis)) for axis in axes]
-    around = surface.around(crops[0].frame, 9.0)
-    assert (around.normals[:, 2] > 0.0).all()
-    alone = textures_alone(crops, surface.around)
-    for number, crop in enumerate(crops):
-        assert crop.heights.std() > 0.3
-        assert alone[number].shape == crop.heights.shape
-        assert alone[number].std() < 0.12
