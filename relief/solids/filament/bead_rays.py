@@ -23,7 +23,7 @@ BEADS_AT_ONCE = 2048
 """Beads whose rows are listed together, which bounds the memory, too."""
 HIDDEN_MM = 1e-6
 """Height, mm, by which a bead must rise above what is there to be computed."""
-STEPS, EXACT_MM = 30, 1e-8
+STEPS, EXACT_MM = 30, 1e-6
 """Most steps of Newton's method, each of which at least halves the way to the root, and length of the last,
 mm."""
 LEVEL = 1e-12
@@ -72,8 +72,9 @@ class BeadRays:
             inside = past == 0.0
             np.maximum.at(heights, sample[inside], leaves[inside])
             # A round end lies in the prism carried on, which therefore bounds its height.
-            some = np.flatnonzero(~inside & (leaves > heights[sample] + HIDDEN_MM))
-            found = local.round_end(bead[some], x[some], y[some], leaves[some], past[some] > 0.0)
+            least = heights[sample] + HIDDEN_MM
+            some = np.flatnonzero(~inside & (leaves > least))
+            found = local.round_end(bead[some], x[some], y[some], leaves[some], past[some] > 0.0, least[some])
             np.maximum.at(heights, sample[some], found)
         return heights.reshape(samples, samples)
 
@@ -167,13 +168,27 @@ class _LocalBeads:
         return leaves, past
 
     def round_end(
-        self, bead: Index, x: FloatArray, y: FloatArray, leaves: Array, at_end: NDArray[np.bool_]
+        self,
+        bead: Index,
+        x: FloatArray,
+        y: FloatArray,
+        leaves: Array,
+        at_end: NDArray[np.bool_],
+        least: Array,
     ) -> Array:
-        """z at which rays leave the round end of beads, mm, from above; -inf for those that miss."""
+        """z at which rays leave the round end of beads, mm, from above; -inf for those that miss.
+
+        Args:
+            bead, x, y: (k,) of the rays.
+            leaves: (k,) bound of z.
+            at_end: (k,) whether the end is meant, or the start.
+            least: (k,) z below which a bead is hidden.
+        """
         found = np.full(len(bead), -np.inf)
         middle = self._start[bead] + np.where(at_end[:, None], self._way[bead], 0.0)
         up, half, radius = self._up, self._half[bead], self._radius[bead]
         x, y, z = x - middle[:, 0], y - middle[:, 1], leaves - middle[:, 2]
+        least = least - middle[:, 2]
         ray = np.arange(len(bead))
         for _ in range(STEPS):
             v = x * up[0] + y * up[1] + z * up[2]
@@ -188,11 +203,11 @@ class _LocalBeads:
             z = z - step
             done = rises & (np.abs(step) < EXACT_MM)
             found[ray[done]] = z[done] + middle[done, 2]
-            left = rises & ~done
+            left = rises & ~done & (z > least)
             if not left.any():
                 break
             ray, middle, half, radius = ray[left], middle[left], half[left], radius[left]
-            x, y, z = x[left], y[left], z[left]
+            x, y, z, least = x[left], y[left], z[left], least[left]
         return found
 
 
@@ -221,7 +236,7 @@ def rows_near(
     segment, row = runs(*_within(start[:, 1], start[:, 1] + way[:, 1], wide[:, 1], shape[0]))
     steep = np.where(np.abs(way[:, 1]) < LEVEL, LEVEL, way[:, 1])[segment]
     near = [(row + side * wide[segment, 1] - start[segment, 1]) / steep for side in (-1.0, 1.0)]
-    shares = np.sort(np.stack(near), axis=0).clip(0.0, 1.0)
+    shares = np.stack([np.minimum(*near), np.maximum(*near)]).clip(0.0, 1.0)
     col = start[segment, 0] + way[segment, 0] * shares
     first, counts = _within(col[0], col[1], wide[segment, 0], shape[1])
     some = np.flatnonzero(counts)

@@ -21,13 +21,16 @@ PITCH_MM, LAYER_MM = 0.4, 0.2
 """Pitch of the grid along x and y, about the width of a bead, and least thickness of a layer of it, mm."""
 MOST_SAMPLES = 20_000_000
 """Most samples of the grid: 80 MB. Larger parts have a coarser one."""
-SEAM_MM = 1.0
-"""Largest gap of a loop, mm: slicers leave a fraction of a bead's width open at the seam."""
+SEAM_MM, LAP = 1.0, 0.15
+"""Largest gap of a loop, mm: slicers leave a fraction of a bead's width open at the seam. Or, in the loop's
+length: scarf seams run over their beginning."""
 WALLS = (Role.OUTER_WALL, Role.OVERHANG_WALL)
 SMOOTH = 0.7
 """Standard deviation of the weights that even out the stairs of slopes, in layers of the grid."""
 TOUCHING = 0.02
 """Distance between beads that follow one another, in samples of the grid."""
+BESIDE_MM = 1e-3
+"""Distance of the height at which a slice is looked at from its middle, mm."""
 AT_ONCE = 1 << 20
 """Pairs of a bead and a sample that are computed together, about, which bounds the memory."""
 AROUND = 2
@@ -64,7 +67,13 @@ class _Grid:
         wide = 0.5 * float(beads.width.max())
         self._low, high = ends.min(axis=0) - wide, ends.max(axis=0) + wide
         self._top = 0.5 * (beads.start[:, 2] + beads.end[:, 2])
-        self._low[2] = float((self._top - beads.height).min())
+        # A wall over nothing is laid round, and hangs into the layer below.
+        outer = beads.role == Role.OUTER_WALL
+        thickness = np.zeros(beads.layer.max() + 1)
+        np.maximum.at(thickness, beads.layer[outer], beads.height[outer])
+        of_layer = np.where(thickness > 0.0, thickness, np.inf)[beads.layer]
+        self._bottom = self._top - np.minimum(beads.height, of_layer)
+        self._low[2] = self._bottom.min()
         coarser = 1.0
         while True:
             self._pitch = coarser * PITCH_MM
@@ -98,11 +107,12 @@ class _Grid:
         middles = 0.5 * (self._levels[1:] + self._levels[:-1])
         field = np.ones((len(middles), *self._shape), np.float32)
         order = np.argsort(self._top)
-        tops, highest = self._top[order], float(self._beads.height.max())
-        for number, z in enumerate(middles):
+        tops, highest = self._top[order], float((self._top - self._bottom).max())
+        # The middle of two layers is the end of one, or rounding makes it the beginning of the other, too.
+        for number, z in enumerate(middles - BESIDE_MM):
             some = order[slice(*np.searchsorted(tops, (z, z + highest)))]
             # In the order in which they are laid.
-            some = np.sort(some[self._top[some] - self._beads.height[some] < z])
+            some = np.sort(some[self._bottom[some] < z])
             if len(some):
                 field[number] = self._slice(some)
         return field
@@ -150,17 +160,18 @@ def _enclosed(start: Array, end: Array, seam: float, shape: tuple[int, int]) -> 
     first = np.flatnonzero(np.concatenate([[True], breaks]))
     last = np.concatenate([first[1:], [len(start)]]) - 1
 
-    def near(one: Index, other: Index) -> NDArray[np.bool_]:
-        return np.asarray(np.linalg.norm(start[first[other]] - end[last[one]], axis=1) <= seam)
+    def near(one: Index, other: Index, most: Array | float = seam) -> NDArray[np.bool_]:
+        return np.asarray(np.linalg.norm(start[first[other]] - end[last[one]], axis=1) <= most)
 
     piece = np.arange(len(first))
-    alone = near(piece, piece)
+    lengths = np.add.reduceat(np.linalg.norm(end - start, axis=1), first)
+    alone = near(piece, piece, np.maximum(seam, LAP * lengths))
     # A loop in several pieces, as where its bridges are laid otherwise: one goes on where the last one ended.
     follows = np.concatenate([[False], near(piece[:-1], piece[1:]) & ~alone[:-1] & ~alone[1:]])
     begin = np.flatnonzero(~follows)
     loop = np.cumsum(~follows) - 1
     after = np.concatenate([begin[1:], [len(first)]]) - 1
-    closed = near(after, begin)
+    closed = near(after, begin) | alone[begin]
     following = np.where(np.isin(piece, after), begin[loop], piece + 1)
     whole = closed[loop]
     of_whole = np.repeat(whole, last - first + 1)

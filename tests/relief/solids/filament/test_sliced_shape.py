@@ -61,6 +61,22 @@ def test_loops_in_pieces_and_a_piece_that_is_none() -> None:
     assert volume(closed_shape(both)) == pytest.approx(20.0 * 16.0 * 6.0 + 8.4 * 0.45 * 6.0, rel=0.01)
 
 
+def test_layers_taken_together_are_not_looked_at_where_they_meet() -> None:
+    walls = walls_of([[circle(9.0)]] * 40)
+    thin = Beads(**vars(walls) | {"height": 0.5 * walls.height})
+    for ends in (thin.start, thin.end):
+        ends[:, 2] = 0.5 * ends[:, 2] + 0.15
+    body = closed_shape(thin)
+    assert volume(body) == pytest.approx(np.pi * 81.0 * 4.0, rel=0.03)
+
+
+def test_a_round_wall_that_hangs_into_the_layer_below_opens_no_loop() -> None:
+    walls = walls_of([[circle(9.0)]] * 20)
+    hangs = (walls.layer == 10) & (walls.role == Role.OUTER_WALL) & (walls.start[:, 0] > 3.0)
+    walls.role[hangs], walls.height[hangs] = Role.OVERHANG_WALL, 2.0 * HEIGHT
+    assert volume(closed_shape(walls)) == pytest.approx(np.pi * 81.0 * 4.0, rel=0.02)
+
+
 def test_a_spiral_vase_is_hollow() -> None:
     body = closed_shape(walls_of([[circle(12.0)]] * 60, spiral=True, inner=False))
     radius = np.hypot(*body.vertices[:, :2].T)
