@@ -22,7 +22,7 @@ NUMBER = r"[-+]?(?:\d{1,12}(?:\.\d{0,20})?|\.\d{1,20})"
 WORDS = "|".join(rf"{axis}[ \t]*({NUMBER})" for axis in "XYZEIJRP")
 MOVE = re.compile(rf"(?i)[ \t]*G0?([0-3])(?:[ \t]*(?:{WORDS}|[FSHK][ \t]*{NUMBER}))*\s*(?:;.*)?$")
 """A whole line of a move: what is left over would be a damaged number."""
-WORD = rf"([A-Z])[ \t]*({NUMBER})?"
+WORD = rf"([A-Z])(?:[ \t]*({NUMBER}))?"
 PLACES = re.compile(rf"(?:\s*{WORD})*\s*")
 COMMAND = re.compile(r"(?i)([GMT])0*(\d{1,5}(?:\.\d{1,2})?)(?![\d_])|[A-Z_]{2}|[(@]")
 """A command; or what moves nothing: a macro of Klipper, a line to a print server, a remark in parentheses."""
@@ -37,6 +37,8 @@ REFUSED = {
 PAUSES = (4, 10, 11, 12, 17, 26, *range(27, 36), 38, 39, 40, 49, 54, 60, 61, 64, 80, 94)
 STILL = {f"G{number}" for number in (*PAUSES, 130, 150, 161, 162, 280, 380, 383, 392)}
 """G commands that leave the geometry: pauses, retraction, homing, probing, usual planes and origins."""
+LONGEST_LINE = 1 << 16
+"""Most characters of a line that are read: comments hold start code of 20,000, a move has 100."""
 MOST_TOOLS = 64
 """Most tools; T255 and T1000 of start code are none."""
 MOST_BEADS = 3_000_000
@@ -107,8 +109,8 @@ class Moves:
         advance, rows, at, origin = this_stage(), self._rows, self._at, self._origin
         for number, line in enumerate(lines, 1):
             advance()
-            if not (found := MOVE.match(line)):
-                if text := line.strip():
+            if len(line) > LONGEST_LINE or not (found := MOVE.match(line)):
+                if text := line[:LONGEST_LINE].strip():
                     self._other(text, number)
                 continue
             kind, x, y, z, e, *arc = found.groups()
@@ -154,10 +156,10 @@ class Moves:
     def _other(self, text: str, number: int) -> None:
         """Follow a line that is no move."""
         if text[0] == ";":
-            if found := STATE.match(text):
+            if found := STATE.match(remark := text[1:].lstrip()):
                 self._state(found[1], found[2] or "", number)
             else:
-                self.stated.take(text)
+                self.stated.take(remark)
         elif not (found := COMMAND.match(text)):
             raise self._fault(number, f"is no G-code: {shown(text)!r}")
         elif found[1]:
