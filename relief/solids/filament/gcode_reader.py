@@ -31,7 +31,7 @@ SHARE, ROUNDING_MM = 0.001, 0.05
 """Share by which the filament of the moves may differ from what the file states, and half its last digit."""
 THINNEST, THICKEST = 0.03, 10.0
 """Shares of the usual filament per length that no flat bead of more than 5 mm, and none of more than 1 mm,
-takes in 110 public files. Cura thins walls that overlap to 0.06, and ideaMaker the first beads of layers to 0."""
+takes in 110 public files. Cura thins walls that overlap to 0.06, ideaMaker the first beads of layers to 0."""
 
 
 def read_gcode(path: str | os.PathLike[str]) -> SlicedPart:
