@@ -20,12 +20,13 @@ from relief.solids.filament.slicer_comments import ROLE_OF, STATE, Stated
 
 NUMBER = r"[-+]?(?:\d{1,12}(?:\.\d{0,20})?|\.\d{1,20})"
 WORDS = "|".join(rf"{axis}[ \t]*({NUMBER})" for axis in "XYZEIJRP")
-MOVE = re.compile(rf"(?i)[ \t]*G0?([0-3])(?:[ \t]*(?:{WORDS}|[FSHK][ \t]*{NUMBER}))*\s*(?:;.*)?$")
+MOVE = re.compile(rf"(?i)[ \t]*G0?([0-3])(?:[ \t]*(?:{WORDS}|[FSHK][ \t]*{NUMBER}))*\s*(?:[;(].*)?$")
 """A whole line of a move: what is left over would be a damaged number."""
 WORD = rf"([A-Z])(?:[ \t]*({NUMBER}))?"
 PLACES = re.compile(rf"(?:\s*{WORD})*\s*")
-COMMAND = re.compile(r"(?i)([GMT])0*(\d{1,5}(?:\.\d{1,2})?)(?![\d_])|[A-Z_]{2}|[(@]")
-"""A command; or what moves nothing: a macro of Klipper, a line to a print server, a remark in parentheses."""
+COMMAND = re.compile(r"(?i)([GMT])0*(\d{1,5}(?:\.\d{1,2})?)(?![\d_])|[A-Z_]{2}|P\d|[(@]")
+"""A command; or what moves nothing: a macro of Klipper, a tool that a Prusa XL parks, a line to a server, a
+remark in parentheses."""
 REFUSED = {
     **dict.fromkeys(("G5", "G5.1"), "splines"),
     **dict.fromkeys(("G18", "G19"), "arcs in other planes"),
@@ -35,7 +36,7 @@ REFUSED = {
 }
 """Commands that change the geometry, that slicers do not write, and that are not followed."""
 PAUSES = (4, 10, 11, 12, 17, 26, *range(27, 36), 38, 39, 40, 49, 54, 60, 61, 64, 80, 94)
-STILL = {f"G{number}" for number in (*PAUSES, 130, 150, 161, 162, 280, 380, 383, 392)}
+STILL = {f"G{number}" for number in (*PAUSES, 130, 150, 161, 162, 280, 380, 383, 392, 2814)}
 """G commands that leave the geometry: pauses, retraction, homing, probing, usual planes and origins."""
 LONGEST_LINE = 1 << 16
 """Most characters of a line that are read: comments hold start code of 20,000, a move has 100."""
@@ -163,7 +164,7 @@ class Moves:
         elif not (found := COMMAND.match(text)):
             raise self._fault(number, f"is no G-code: {shown(text)!r}")
         elif found[1]:
-            rest = text[found.end() :].partition(";")[0]
+            rest = re.split("[;(]", text[found.end() :], maxsplit=1)[0]
             self._command(found[1].upper() + found[2], rest.upper(), number)
 
     def _state(self, key: str, value: str, number: int) -> None:
@@ -181,7 +182,9 @@ class Moves:
         elif "LAYER" in key:
             if not self.layers or len(self._rows) > self._laid:
                 self.layers, self._laid = self.layers + 1, len(self._rows)
-            if not self._typed:
+            if value.startswith("-"):  # Cura counts the layers of a raft so, and writes no type.
+                self._role = float(Role.SUPPORT)
+            elif not self._typed:
                 self._role = float(Role.OTHER_PART)
         else:
             # Cura ends a layer so, and writes the type of the first moves of the next.

@@ -372,13 +372,11 @@ def box() -> list[list[Stroke]]:
 
 
 def vase() -> list[list[Stroke]]:
-    """A first layer, then three turns that rise."""
+    """A first layer, then three turns that rise from the heights of their layers."""
     turns = []
     for turn in range(3):
-        ring = square(10.0, 0.2 + 0.2 * turn)
-        rising = tuple(
-            (x, y, round(0.2 + 0.2 * turn + 0.05 * step, 3)) for step, (x, y, _) in enumerate(ring)
-        )
+        ring = square(10.0, 0.4 + 0.2 * turn)
+        rising = tuple((x, y, round(z + 0.05 * step, 3)) for step, (x, y, z) in enumerate(ring))
         turns.append([Stroke(Role.OUTER_WALL, rising, 0.6)])
     return [layer_of(0.2), *turns]
 
@@ -422,7 +420,7 @@ def arcs() -> list[list[Stroke]]:
     return [
         strokes,
         layer_of(0.4),
-        [replace(helix, points=tuple((x, y, z + 0.3) for x, y, z in helix.points))],
+        [replace(helix, points=tuple((x, y, z + 0.4) for x, y, z in helix.points))],
     ]
 
 
