@@ -61,40 +61,47 @@ def check_solid_options(arguments: argparse.Namespace, textures: Sequence[Path])
     gcode = sum(map(is_gcode, arguments.textures))
     solids = len(arguments.textures) - len(textures)
     meshes = solids - gcode
-    for_meshes = {"--on-shape": arguments.on_shape or None}
-    for_solids = {"--object": arguments.object, "-o": arguments.out}
+    print_files = f"print files ({', '.join(MESHES)})"
     names = [name for name in (*LENGTHS, *CORRECTIONS) if name != "height_scale" or not arguments.units]
-    for_textures = {"--" + name.replace("_", "-"): getattr(arguments, name) for name in names}
-    for flag, value in for_meshes.items():
-        if value is not None and not meshes:
-            raise InputError(f"{flag}: is for print files ({', '.join(MESHES)}); none is given")
-    for flag, value in for_solids.items():
-        if value is not None and not solids:
-            raise InputError(f"{flag}: is for print files ({', '.join(MESHES)}) and G-code; none is given")
-    if arguments.beside is not None and (gcode != 1 or solids + len(textures) > 1):
-        raise InputError("--beside: is for one file of G-code")
-    if arguments.slicer is not None and arguments.profile is None:
-        raise InputError("--slicer: needs --profile, the slicer's settings")
-    if arguments.printer is not None and gcode:
-        raise InputError("--printer: is for height maps and print files; G-code is a print")
-    if arguments.printer is not None and arguments.profile is not None:
-        raise InputError("--printer: does not go with --profile; a slicer's beads are the print")
-    for flag, value in {"--slicer": arguments.slicer, "--profile": arguments.profile}.items():
-        if value is not None and (solids or arguments.reach):
-            raise InputError(f"{flag}: is for height maps and runs, without --reach")
-    for flag, value in for_textures.items():
-        if value is not None and not textures:
-            raise InputError(f"{flag}: is for height maps; --units states the unit of a print file")
-    for flag, stated in {
-        "--reach": arguments.reach,
-        "--no-repeats" if arguments.repeats is False else "--repeats": arguments.repeats is not None,
-        **{f"--{name.replace('_', '-')}": getattr(arguments, name) is not None for name in CURVED},
-    }.items():
-        if stated and solids:
-            raise InputError(f"{flag}: is for height maps; a print file is felt as it is")
+    repeats = "--no-repeats" if arguments.repeats is False else "--repeats"
+    rules = (
+        (("--object", "-o"), solids, f"is for {print_files} and G-code; none is given"),
+        (("--on-shape",), meshes, f"is for {print_files}; none is given"),
+        (("--beside",), gcode == 1 == len(arguments.textures), "is for one file of G-code"),
+        (("--units",), meshes or textures, "is for height maps and print files; G-code states its own"),
+        (("--printer",), not gcode, "is for height maps and print files; G-code is a print"),
+        (
+            ("--printer",),
+            arguments.profile is None,
+            "does not go with --profile: beads are a print",
+        ),
+        (("--slicer",), arguments.profile is not None, "needs --profile, the slicer's settings"),
+        (
+            ("--slicer", "--profile"),
+            not solids and not arguments.reach,
+            "is for height maps, without --reach",
+        ),
+        (map(_flag, names), textures, "is for height maps; --units states the unit of a print file"),
+        (
+            ("--reach", repeats, *map(_flag, CURVED)),
+            not solids,
+            "is for height maps; print files and G-code are felt as they are",
+        ),
+    )
+    stated = {_flag(name): value for name, value in vars(arguments).items()}
+    stated |= {"-o": arguments.out, repeats: arguments.repeats is not None}
+    for flags, fits, words in rules:
+        for flag in flags:
+            if not fits and stated[flag] is not None and stated[flag] is not False:
+                raise InputError(f"{flag}: {words}")
     if arguments.on_shape and arguments.object is None:
         raise InputError("--on-shape: needs --object, the object without texture")
     if arguments.on_shape and arguments.model == "net":
         raise InputError("--on-shape: the net is trained for flat objects; use --model layer")
     if arguments.out is not None and arguments.out.exists() and not arguments.out.is_dir():
         raise InputError(f"{arguments.out}: -o: is no folder")
+
+
+def _flag(name: str) -> str:
+    """The option of an attribute."""
+    return "--" + name.replace("_", "-")

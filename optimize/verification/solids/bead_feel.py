@@ -117,6 +117,7 @@ def feel_of_beads(
     model: ModelName = "layer",
     most: int = MOST_PLACES,
     without_texture: Mesh | None = None,
+    region: Region | None = None,
 ) -> list[BeadFeel]:
     """Press the skin on the beads of prints of one part, at the same places of all.
 
@@ -130,6 +131,7 @@ def feel_of_beads(
         most: Most places.
         without_texture: The object that was sliced, which gives places and axes, and whose curvature is taken
             out. Without it the outer walls give places and axes, and curvature is estimated from each patch.
+        region: Of the places; None: all. The list is empty if the region has no place.
 
     Raises:
         InputError: The object is not that of the beads, or the prints are not of one part.
@@ -150,13 +152,17 @@ def feel_of_beads(
     places, tried = list[_Place](), list[_Place]()
     with stage("looking at places", len(candidates), at_most=True) as advance:
         for frame in frames(points, candidates):
+            advance()
+            if region not in (None, region_of(frame.axes[2])):
+                continue
             place = _Place.looked_at(frame, surfaces, ways)
             (tried if place.on_edge else places).append(place)
-            advance()
             if len(places) == most:
                 break
     edges = len(tried) if places else 0
-    places = places or tried[:most]
+    places = places or ([] if region else tried[:most])
+    if not places:
+        return []
     regions = tuple(region_of(place.crops[0].frame.axes[2]) for place in places)
     shapes = None if without_texture is None else Cropper(body, side_mm=skin.patch_mm)
     curvature = ESTIMATED if shapes is None else TAKEN_OUT
