@@ -251,6 +251,8 @@ def nearest_torus(crop: SurfaceCrop, surface: BeadSurface) -> tuple[Array, float
     points = np.stack([x, y, z], axis=2)
     points = points[np.abs(points[..., 2] - crop.level_mm - HEIGHT_LIMIT_MM) < HEIGHT_LIMIT_MM]
     on_patch = points[np.abs(points[:, :2]).max(axis=1) < 0.5 * PATCH_SIDE_MM]
+    if len(on_patch) < 6:  # Fewer points than a torus has parameters, as on the rim of a spiral vase.
+        return np.zeros(6), np.inf
     disc, patch = fitted(points[np.hypot(*points.T[:2]) < WIDE_MM]), fitted(on_patch)
     shape = better(disc, patch, on_patch, FARTHER)
     away = over(shape, *on_patch.T)

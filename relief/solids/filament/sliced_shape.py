@@ -44,7 +44,7 @@ def shape_of(beads: Beads) -> Body:
     solid, also where infill leaves room, but for layers whose walls rise all the way, as in a spiral vase.
 
     Raises:
-        InputError: no bead belongs to the part.
+        InputError: no bead belongs to the part, or all are too few or too thin.
     """
     beads = beads.part(of_part(beads))
     if not len(beads):
@@ -52,6 +52,8 @@ def shape_of(beads: Beads) -> Body:
     grid = _Grid(beads)
     # Across layers alone: a wall of one bead is about as wide as the grid's pitch.
     field = ndimage.gaussian_filter1d(grid.field(), SMOOTH, axis=0, mode="nearest")
+    if field.min() >= 0.0 or field.max() <= 0.0:
+        raise InputError("the beads are too few or too thin for a part that can be felt")
     vertices, faces, *_ = measure.marching_cubes(
         field, 0.0, gradient_direction="ascent", allow_degenerate=False
     )

@@ -115,6 +115,12 @@ def test_heights_over_a_torus_and_over_the_object() -> None:
     np.testing.assert_array_equal(over_torus(crop, nearest_torus(crop, flat)[0]), crop.heights)
 
 
+def test_no_torus_fits_a_few_points() -> None:
+    surface = BeadSurface(beads_of([[0.0, 0.0, 0.2]], [[0.2, 0.0, 0.2]]))
+    crop = surface.crop(frame_along(np.array([0.1, 0.0, 0.2]), np.array([0.0, 0.0, 1.0])))
+    assert nearest_torus(crop, surface)[1] == np.inf
+
+
 def test_another_object_is_refused_by_name() -> None:
     other = Mesh(cylinder(12.0, LAYERS * HEIGHT), None, Path("cylinder.stl"))
     with pytest.raises(InputError, match=r"cylinder\.stl: its sides lie"):

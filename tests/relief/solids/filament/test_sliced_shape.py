@@ -112,6 +112,8 @@ def test_large_parts_have_a_coarser_grid(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_nothing_of_a_part() -> None:
     with pytest.raises(InputError, match="no wall"):
         shape_of(beads_of([[0.0, 0.0, 0.2]], [[5.0, 0.0, 0.2]], role=Role.SKIRT))
+    with pytest.raises(InputError, match="too few or too thin"):
+        shape_of(beads_of([[0.0, 0.0, 0.2]], [[0.05, 0.0, 0.2]]))
 
 
 def test_spread_places_cover_all_sides() -> None:
