@@ -1,0 +1,85 @@
+"""Heights of beads by sphere tracing: a second computation, by other means than that of Retouch.
+
+Distances are those of the definition in `relief.solids.filament.beads`: a bead is what lies within half of
+its height of a level strip with round ends. A ray may always advance by its distance from a bead.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from relief.ground.arrays import Array
+from relief.solids.filament.beads import Beads
+from relief.solids.meshes.mesh_places import Frame
+
+EXACT_MM, STEPS = 1e-6, 200
+"""Distance from a bead at which a ray has met the bead, mm, and most steps of a ray."""
+
+
+def dense_heights(beads: Beads, frame: Frame, side_mm: float, samples: int, depth_mm: float = 3.0) -> Array:
+    """The highest points (samples, samples) of beads along the axis of a place, mm from it; -inf: none.
+
+    Args:
+        beads: all are met.
+        frame: of the place; row 0 of the heights lies at +y, column 0 at -x.
+        side_mm: of the square around the place.
+        samples: along a side.
+        depth_mm: below the place beyond which beads are left out.
+    """
+    radius, half = 0.5 * beads.height, 0.5 * np.maximum(beads.width - beads.height, 0.0)
+    reach = (radius + half)[:, None]
+    lowered = np.array([0.0, 0.0, 1.0]) * radius[:, None]
+    ends = np.stack([beads.start - lowered, beads.end - lowered], axis=1)
+    seen = frame.local(ends)
+    low, high = seen.min(axis=1) - reach, seen.max(axis=1) + reach
+    edge = 0.5 * side_mm
+    near = ((low[:, :2] < edge) & (high[:, :2] > -edge)).all(axis=1) & (high[:, 2] > -depth_mm)
+    at = side_mm * ((np.arange(samples) + 0.5) / samples - 0.5)
+    heights = np.full((samples, samples), -np.inf)
+    for bead in sorted(np.flatnonzero(near), key=lambda number: -high[number, 2]):
+        cols = slice(*np.searchsorted(at, (low[bead, 0], high[bead, 0])))
+        rows = slice(*np.searchsorted(at, (-high[bead, 1], -low[bead, 1])))
+        points = np.stack([*np.meshgrid(at[cols], -at[rows])], axis=-1)
+        # Rays that pass the bead, and those on which something higher lies, are left out.
+        beside = np.linalg.norm(_from_segment(points, *seen[bead, :, :2]), axis=-1) > reach[bead]
+        rays = np.nonzero(~beside & (heights[rows, cols] < high[bead, 2]))
+        origins = frame.at + points[rays] @ frame.axes[:2]
+        part = heights[rows, cols]
+        least = np.maximum(part[rays], low[bead, 2])
+        found = _traced(origins, frame.axes[2], high[bead, 2], least, ends[bead], half[bead], radius[bead])
+        part[rays] = np.maximum(part[rays], found)
+    return heights
+
+
+def _traced(
+    origins: Array, up: Array, top: float, least: Array, ends: Array, half: float, radius: float
+) -> Array:
+    """(k,) mm along `up` at which rays from above meet a bead; -inf: the ray misses it, or ends at `least`."""
+    z, found, on = np.full(len(origins), top), np.full(len(origins), -np.inf), np.arange(len(origins))
+    for _ in range(STEPS):
+        # The nearest point of the bead's axis is the nearest one in the plane, as the axis is level.
+        away = origins[on] + z[on, None] * up - ends[0]
+        way = ends[1] - ends[0]
+        away -= _share(away[:, :2], way[:2])[:, None] * way
+        beside = np.maximum(np.linalg.norm(away[:, :2], axis=1) - half, 0.0)
+        distance = np.hypot(beside, away[:, 2]) - radius
+        met = distance < EXACT_MM
+        found[on[met]] = z[on[met]]
+        z[on] -= distance
+        on = on[~met & (z[on] > least[on])]
+        if not len(on):
+            break
+    # A ray that still runs grazes the bead.
+    found[on] = z[on]
+    return found
+
+
+def _share(points: Array, way: Array) -> Array:
+    """Share, 0 to 1, of a way (2,) from the origin that is nearest to points (..., 2)."""
+    return np.asarray(np.clip(points @ way / max(float(way @ way), 1e-18), 0.0, 1.0))
+
+
+def _from_segment(points: Array, start: Array, end: Array) -> Array:
+    """Points (..., 2) seen from the nearest point of a segment."""
+    away = points - start
+    return np.asarray(away - _share(away, end - start)[..., None] * (end - start))
