@@ -3,8 +3,8 @@
 python -m benchmarks.prints.filament [NAME ...] [--again]     # NAME is part of "box, 0.2 mm"
 
 Ten parts are sliced with four profiles, with `prusa-slicer` of the path. Each row is a process of its own. It
-reads the G-code, presses on up to 48 places all over the part, whose mesh is the object without texture, and
-presses anew on six of them, with heights by sphere tracing (`benchmarks.prints.dense_beads`) and 512 samples
+reads the G-code, presses on up to 24 places all over the part, whose mesh is the object without texture, and
+presses anew on four of them, with heights by sphere tracing (`benchmarks.prints.dense_beads`) and 512 samples
 along 10 mm in place of 256. Filament is added up a second time from the words of the file. Resumable:
 results/filament.json keeps each row.
 """
@@ -41,7 +41,7 @@ from tactile.quantities import ROUGHNESS
 
 RESULT, COMMAND, PAGE = "filament", "benchmarks.prints.filament", DOCS / "evidence" / "printing.md"
 RUNS = ROOT / "runs" / "filament"
-SAMPLES, PLACES, COMPARED = 512, 48, 6
+SAMPLES, PLACES, COMPARED = 512, 24, 4
 """Samples along 10 mm of the dense computation; most places of a part, and those that it is compared at."""
 COMMON = {"perimeters": 2, "fill-density": "15%", "fill-pattern": "grid", "first-layer-extrusion-width": 0}
 COMMON |= {"top-solid-min-thickness": 0.7, "bottom-solid-min-thickness": 0.5, "skirts": 0}
@@ -51,17 +51,17 @@ MADE: Mapping[str, Callable[[], Manifold]] = {
     "cone": lambda: Manifold.cylinder(20.0, 20.0, 6.0, 256),
     "tube": lambda: Manifold.cylinder(20.0, 15.0, 15.0, 256) - Manifold.cylinder(20.0, 12.0, 12.0, 256),
     "dome": lambda: Manifold.sphere(20.0, 256).trim_by_plane((0.0, 0.0, 1.0), 0.0),
-    "wedge": lambda: Manifold.extrude(CrossSection([[(0, 0), (45, 0), (30, 15), (0, 15)]]), 30.0).rotate(
-        (90.0, 0.0, 0.0)
-    ),
+    "wedge": lambda: Manifold.extrude(
+        CrossSection([[(0.0, 0.0), (44.4, 0.0), (30.0, 14.4), (0.0, 14.4)]]), 30.0
+    ).rotate((90.0, 0.0, 0.0)),
 }
 PARTS = ("box", "cone", "tube", "dome", "ball", "cylinder", "starfish", "frog", "curved", "bracelet")
 
 
 def profile(layer_mm: float, nozzle_mm: float, fuzzy: tuple[float, float] | None = None) -> dict[str, Any]:
     """Options of the slicer; `fuzzy` is thickness and point distance, mm."""
-    options = {**COMMON, "layer-height": layer_mm, "nozzle-diameter": nozzle_mm}
-    options |= {"first-layer-height": min(0.2, 0.6 * nozzle_mm)}
+    options = {**COMMON, "nozzle-diameter": nozzle_mm}
+    options |= {"layer-height": layer_mm, "first-layer-height": layer_mm}
     if fuzzy is not None:
         skin = {"thickness": fuzzy[0], "point-dist": fuzzy[1]}
         options |= {"fuzzy-skin": "external", **{f"fuzzy-skin-{key}": mm for key, mm in skin.items()}}

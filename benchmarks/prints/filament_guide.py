@@ -2,9 +2,9 @@
 
 python -m benchmarks.prints.filament_guide [--again]     # writes docs/images/filament.png as well
 
-A box of 30 x 30 x 15 mm, beside one side of which a slope of 45 degrees lies, is sliced by each profile, with
-`prusa-slicer` of the path, and felt on up to 72 places. Resumable: results/filament_guide.json keeps each
-profile.
+A box of 30 x 30 x 14.4 mm, whole layers of all profiles, beside one side of which a slope of 45 degrees lies,
+is sliced by each profile, with `prusa-slicer` of the path, and felt on up to 48 places. Resumable:
+results/filament_guide.json keeps each profile.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from retouch.verbs.evaluation import load_skin
 from tactile.jnd import SMOOTH_BELOW
 
 RESULT, COMMAND, PAGE = "filament_guide", "benchmarks.prints.filament_guide", DOCS / "filament.md"
-PART, PLACES = "wedge", 72
+PART, PLACES = "wedge", 48
 PLAIN = ((0.25, 0.08), (0.25, 0.12), (0.4, 0.08), (0.4, 0.12), (0.4, 0.2), (0.4, 0.3))
 PLAIN += ((0.6, 0.2), (0.6, 0.3), (0.8, 0.3), (0.8, 0.4))
 """Nozzles and layers, mm."""
