@@ -33,18 +33,19 @@ def dense_heights(beads: Beads, frame: Frame, side_mm: float, samples: int, dept
     seen = frame.local(ends)
     low, high = seen.min(axis=1) - reach, seen.max(axis=1) + reach
     edge = 0.5 * side_mm
-    near = ((low[:, :2] < edge) & (high[:, :2] > -edge)).all(axis=1) & (high[:, 2] > -depth_mm)
+    over = ((low[:, :2] < edge) & (high[:, :2] > -edge)).all(axis=1) & (high[:, 2] > -depth_mm)
     at = side_mm * ((np.arange(samples) + 0.5) / samples - 0.5)
     heights = np.full((samples, samples), -np.inf)
-    for bead in sorted(np.flatnonzero(near), key=lambda number: -high[number, 2]):
+    for bead in sorted(np.flatnonzero(over), key=lambda number: -high[number, 2]):
         cols = slice(*np.searchsorted(at, (low[bead, 0], high[bead, 0])))
         rows = slice(*np.searchsorted(at, (-high[bead, 1], -low[bead, 1])))
-        points = np.stack([*np.meshgrid(at[cols], -at[rows])], axis=-1)
-        # Rays that pass the bead, and those on which something higher lies, are left out.
-        beside = np.linalg.norm(_from_segment(points, *seen[bead, :, :2]), axis=-1) > reach[bead]
-        rays = np.nonzero(~beside & (heights[rows, cols] < high[bead, 2]))
-        origins = frame.at + points[rays] @ frame.axes[:2]
         part = heights[rows, cols]
+        rays = np.nonzero(part < high[bead, 2])
+        points = np.stack([at[cols][rays[1]], -at[rows][rays[0]]], axis=1)
+        # Rays on which something higher lies are left out already, now those that pass the bead.
+        near = np.linalg.norm(_from_segment(points, *seen[bead, :, :2]), axis=1) < reach[bead]
+        rays = rays[0][near], rays[1][near]
+        origins = frame.at + points[near] @ frame.axes[:2]
         least = np.maximum(part[rays], low[bead, 2])
         found = _traced(origins, frame.axes[2], high[bead, 2], least, ends[bead], half[bead], radius[bead])
         part[rays] = np.maximum(part[rays], found)
@@ -54,7 +55,7 @@ def dense_heights(beads: Beads, frame: Frame, side_mm: float, samples: int, dept
 def _traced(
     origins: Array, up: Array, top: float, least: Array, ends: Array, half: float, radius: float
 ) -> Array:
-    """(k,) mm along `up` at which rays from above meet a bead; -inf: the ray misses it, or ends at `least`."""
+    """(k,) mm along `up` at which rays from above meet a bead; -inf: misses, or ends at `least`."""
     z, found, on = np.full(len(origins), top), np.full(len(origins), -np.inf), np.arange(len(origins))
     for _ in range(STEPS):
         # The nearest point of the bead's axis is the nearest one in the plane, as the axis is level.

@@ -3,7 +3,7 @@
 python -m benchmarks.prints.filament [NAME ...] [--again]     # NAME is part of "box, 0.2 mm"
 
 Ten parts are sliced with four profiles, with `prusa-slicer` of the path. Each row is a process of its own. It
-reads the G-code, presses on up to 24 places all over the part, whose mesh is the object without texture, and
+reads the G-code, presses on up to 32 places all over the part, whose mesh is the object without texture, and
 presses anew on four of them, with heights by sphere tracing (`benchmarks.prints.dense_beads`) and 512 samples
 along 10 mm in place of 256. Filament is added up a second time from the words of the file. Resumable:
 results/filament.json keeps each row.
@@ -32,6 +32,8 @@ from relief.solids.export.parts import write_parts
 from relief.solids.filament.bead_surface import of_part
 from relief.solids.filament.beads import Beads
 from relief.solids.filament.gcode_reader import read_gcode
+from relief.solids.filament.object_place import offset_of
+from relief.solids.filament.sliced_shape import shape_of
 from relief.solids.files import read_mesh
 from relief.solids.meshes.crops import Cropper, reachable
 from relief.solids.objects.table import OBJECTS
@@ -41,7 +43,7 @@ from tactile.quantities import ROUGHNESS
 
 RESULT, COMMAND, PAGE = "filament", "benchmarks.prints.filament", DOCS / "evidence" / "printing.md"
 RUNS = ROOT / "runs" / "filament"
-SAMPLES, PLACES, COMPARED = 512, 24, 4
+SAMPLES, PLACES, COMPARED = 512, 32, 4
 """Samples along 10 mm of the dense computation; most places of a part, and those that it is compared at."""
 COMMON = {"perimeters": 2, "fill-density": "15%", "fill-pattern": "grid", "first-layer-extrusion-width": 0}
 COMMON |= {"top-solid-min-thickness": 0.7, "bottom-solid-min-thickness": 0.5, "skirts": 0}
@@ -126,16 +128,20 @@ def in_process(part: str, options: Mapping[str, Any]) -> dict[str, Any]:
         "filament_mm": sum(read.filament_mm.values()),
         "counted_mm": counted_mm,
         "header_mm": read.header_mm,
-        "beside": beside_dense(read.beads, feel),
+        "beside": beside_dense(read.beads.part(of_part(read.beads)), feel, mesh.body),
     }
 
 
-def beside_dense(beads: Beads, feel: BeadFeel) -> list[dict[str, Any]]:
-    """V of Retouch and of the dense computation at some places, as pressed and with the object taken out.
+def beside_dense(beads: Beads, feel: BeadFeel, body: Body) -> list[dict[str, Any]]:
+    """V of Retouch and of the dense computation at some places of each region.
 
-    The object is taken out by the definition: heights over it along its normals.
+    Args:
+        beads: of the part.
+        feel: of Retouch, with the object's own curvature taken out.
+        body: the object, over which heights along its normals are felt.
     """
-    beads, shapes = beads.part(of_part(beads)), Cropper(feel.body)
+    way = offset_of(shape_of(beads), body)[0]
+    shapes = Cropper(Body(body.vertices + way, body.faces))
     order = sorted(range(len(feel.crops)), key=lambda n: feel.regions[:n].count(feel.regions[n]))
     rows, skin = [], load_skin(DEFAULT_SKIN)
     for number in order[:COMPARED]:
@@ -145,12 +151,11 @@ def beside_dense(beads: Beads, feel: BeadFeel) -> list[dict[str, Any]]:
         with np.errstate(invalid="ignore"):
             slopes = np.gradient(shape, side_mm / SAMPLES)
             over = (heights - shape) / np.sqrt(1.0 + slopes[0] ** 2 + slopes[1] ** 2)
-        met = reachable(heights, side_mm)[0]
-        alone = reachable(np.where((met > 0.0) & np.isfinite(over), over, -np.inf), side_mm)[0]
-        dense = pressed(np.stack([met, alone]), skin, "layer", side_mm)[0][ROUGHNESS.name]
-        found = (feel.as_pressed[ROUGHNESS.name][number], feel.values[ROUGHNESS.name][number])
-        pairs = {"pressed": (found[0], dense[0]), "alone": (found[1], dense[1])}
-        rows.append({"region": feel.regions[number], **{k: [float(v) for v in p] for k, p in pairs.items()}})
+        there = (reachable(heights, side_mm)[0] > 0.0) & np.isfinite(over)
+        alone = reachable(np.where(there, over, -np.inf), side_mm)[0]
+        dense = pressed(alone[None], skin, "layer", side_mm)[0][ROUGHNESS.name]
+        pair = [float(feel.values[ROUGHNESS.name][number]), float(dense[0])]
+        rows.append({"region": feel.regions[number], "roughness": pair})
     return rows
 
 
@@ -166,8 +171,7 @@ def report(rows: Mapping[str, Mapping[str, Any]]) -> str:
     cells = []
     for name, row in rows.items():
         felt = ", ".join(f"{region} {value:.4f}" for region, value in row["roughness"].items())
-        pairs = [pair for place in row["beside"] for pair in (place["pressed"], place["alone"])]
-        above, below = apart(pairs)
+        above, below = apart([place["roughness"] for place in row["beside"]])
         off = [1e2 * abs(row["filament_mm"] / row[key] - 1.0) for key in ("counted_mm", "header_mm")]
         costs = f"{row['read_s']:.1f}", f"{row['feel_s']:.0f}", f"{row['gb']:.2f}"
         cells.append(
