@@ -27,42 +27,36 @@ def dense_heights(beads: Beads, frame: Frame, side_mm: float, samples: int, dept
         depth_mm: below the place beyond which beads are left out.
     """
     radius, half = 0.5 * beads.height, 0.5 * np.maximum(beads.width - beads.height, 0.0)
-    reach = (radius + half)[:, None]
-    lowered = np.array([0.0, 0.0, 1.0]) * radius[:, None]
+    reach, lowered = (radius + half)[:, None], radius[:, None] * (0.0, 0.0, 1.0)
     ends = np.stack([beads.start - lowered, beads.end - lowered], axis=1)
     seen = frame.local(ends)
     low, high = seen.min(axis=1) - reach, seen.max(axis=1) + reach
-    edge = 0.5 * side_mm
-    over = ((low[:, :2] < edge) & (high[:, :2] > -edge)).all(axis=1) & (high[:, 2] > -depth_mm)
+    over = (np.maximum(low, -high)[:, :2] < 0.5 * side_mm).all(axis=1) & (high[:, 2] > -depth_mm)
     at = side_mm * ((np.arange(samples) + 0.5) / samples - 0.5)
     heights = np.full((samples, samples), -np.inf)
     for bead in sorted(np.flatnonzero(over), key=lambda number: -high[number, 2]):
         cols = slice(*np.searchsorted(at, (low[bead, 0], high[bead, 0])))
         rows = slice(*np.searchsorted(at, (-high[bead, 1], -low[bead, 1])))
-        part = heights[rows, cols]
-        rays = np.nonzero(part < high[bead, 2])
-        points = np.stack([at[cols][rays[1]], -at[rows][rays[0]]], axis=1)
-        # Rays on which something higher lies are left out already, now those that pass the bead.
-        near = np.linalg.norm(_from_segment(points, *seen[bead, :, :2]), axis=1) < reach[bead]
-        rays = rays[0][near], rays[1][near]
-        origins = frame.at + points[near] @ frame.axes[:2]
-        least = np.maximum(part[rays], low[bead, 2])
-        found = _traced(origins, frame.axes[2], high[bead, 2], least, ends[bead], half[bead], radius[bead])
-        part[rays] = np.maximum(part[rays], found)
+        # Rays on which something higher lies are left out, then those that pass the bead.
+        row, col = np.nonzero(heights[rows, cols] < high[bead, 2])
+        points = np.stack([at[cols][col], -at[rows][row]], axis=1)
+        near = np.linalg.norm(_away(points, seen[bead, :, :2]), axis=1) < reach[bead]
+        rays = row[near] + rows.start, col[near] + cols.start
+        least = np.maximum(heights[rays], low[bead, 2])
+        places = frame.at + points[near] @ frame.axes[:2]
+        found = _traced(places, frame.axes[2], high[bead, 2], least, ends[bead], half[bead], radius[bead])
+        heights[rays] = np.maximum(heights[rays], found)
     return heights
 
 
 def _traced(
-    origins: Array, up: Array, top: float, least: Array, ends: Array, half: float, radius: float
+    places: Array, up: Array, top: float, least: Array, ends: Array, half: float, radius: float
 ) -> Array:
     """(k,) mm along `up` at which rays from above meet a bead; -inf: misses, or ends at `least`."""
-    z, found, on = np.full(len(origins), top), np.full(len(origins), -np.inf), np.arange(len(origins))
+    z, found, on = np.full(len(places), top), np.full(len(places), -np.inf), np.arange(len(places))
     for _ in range(STEPS):
-        # The nearest point of the bead's axis is the nearest one in the plane, as the axis is level.
-        away = origins[on] + z[on, None] * up - ends[0]
-        way = ends[1] - ends[0]
-        away -= _share(away[:, :2], way[:2])[:, None] * way
-        beside = np.maximum(np.linalg.norm(away[:, :2], axis=1) - half, 0.0)
+        away = _away(places[on] + z[on, None] * up, ends)
+        beside = np.maximum(np.hypot(*away[:, :2].T) - half, 0.0)
         distance = np.hypot(beside, away[:, 2]) - radius
         met = distance < EXACT_MM
         found[on[met]] = z[on[met]]
@@ -75,12 +69,8 @@ def _traced(
     return found
 
 
-def _share(points: Array, way: Array) -> Array:
-    """Share, 0 to 1, of a way (2,) from the origin that is nearest to points (..., 2)."""
-    return np.asarray(np.clip(points @ way / max(float(way @ way), 1e-18), 0.0, 1.0))
-
-
-def _from_segment(points: Array, start: Array, end: Array) -> Array:
-    """Points (..., 2) seen from the nearest point of a segment."""
-    away = points - start
-    return np.asarray(away - _share(away, end - start)[..., None] * (end - start))
+def _away(points: Array, ends: Array) -> Array:
+    """Points (k, 2 or 3) seen from the nearest point, in the plane, of a level segment between two ends."""
+    from_start, way = points - ends[0], ends[1] - ends[0]
+    share = np.clip(from_start[:, :2] @ way[:2] / max(float(way[:2] @ way[:2]), 1e-18), 0.0, 1.0)
+    return np.asarray(from_start - share[:, None] * way)

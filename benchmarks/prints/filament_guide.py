@@ -9,10 +9,9 @@ results/filament_guide.json keeps each profile.
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Iterable, Mapping
-from pathlib import Path
-from typing import Any
+from collections.abc import Mapping
+from functools import partial
+from itertools import product
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,126 +19,99 @@ from matplotlib.patches import FancyBboxPatch
 
 from benchmarks.prints.filament import profile, sliced
 from benchmarks.shared.chart_style import GRID, frame, pyplot, style, write
-from benchmarks.shared.common import DOCS, IMAGES, again_given, kept, load, publish, table
-from mitsuba_scenes.fingers import DEFAULT_SKIN
+from benchmarks.shared.common import DOCS, IMAGES, again_given, kept, publish, table
 from optimize.verification.solids.bead_feel import feel_of_beads
 from relief.solids.filament.beads import Beads, Role
 from relief.solids.filament.gcode_reader import read_gcode
 from relief.solids.files import read_mesh
-from retouch.verbs.evaluation import load_skin
 from tactile.jnd import SMOOTH_BELOW
+from tactile.skin import Skin
 
 RESULT, COMMAND, PAGE = "filament_guide", "benchmarks.prints.filament_guide", DOCS / "filament.md"
 PART, PLACES = "wedge", 48
-PLAIN = ((0.25, 0.08), (0.25, 0.12), (0.4, 0.08), (0.4, 0.12), (0.4, 0.2), (0.4, 0.3))
-PLAIN += ((0.6, 0.2), (0.6, 0.3), (0.8, 0.3), (0.8, 0.4))
-"""Nozzles and layers, mm."""
+PLAIN = {0.25: (0.08, 0.12), 0.4: (0.08, 0.12, 0.2, 0.3), 0.6: (0.2, 0.3), 0.8: (0.3, 0.4)}
+"""Layers by nozzles, mm."""
 THICK, APART = (0.1, 0.2, 0.3, 0.5), (0.4, 0.8, 1.2)
 """Thicknesses and point distances of fuzzy skin, mm."""
 SHOWN = {
-    "layers 0.12 mm": (0.12, 0.4, None),
-    "layers 0.3 mm, nozzle 0.6": (0.3, 0.6, None),
-    "layers 0.2 mm, fuzzy skin 0.3 / 0.8": (0.2, 0.4, (0.3, 0.8)),
+    "layers of 0.12 mm": profile(0.12, 0.4),
+    "layers of 0.3 mm\nnozzle of 0.6 mm": profile(0.3, 0.6),
+    "layers of 0.2 mm\nfuzzy skin 0.3 / 0.8 mm": profile(0.2, 0.4, (0.3, 0.8)),
 }
-SKIN = ((0.1, 0.4), (0.4, 1.6), (1.6, 6.4))
-"""Wavelengths of the skin's surface that are shown, mm: two octaves each."""
+WAVES = {"skin, µm: 0.1 to 0.4 mm": 0.1, "0.4 to 1.6 mm": 0.4, "1.6 to 6.4 mm": 1.6}
+"""Least wavelengths of two octaves of the skin's surface, mm, by their headings."""
 COLOURS = ("#c1652f", "#2f7d8c", "#7a5aa6")
 
 
-def measured(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Numbers by region: V, bands of the skin, and the relief between 1 and 99 % of the heights, mm."""
-    with tempfile.TemporaryDirectory() as folder:
-        mesh, gcode = sliced(PART, options, Path(folder))
-        read = read_gcode(gcode)
-        (feel,) = feel_of_beads([read], load_skin(DEFAULT_SKIN), most=PLACES, without_texture=read_mesh(mesh))
-    regions: dict[str, Any] = feel.details()["regions"]
-    for name, part in feel.by_region().items():
-        low, high = np.percentile([crop.heights for crop in part.crops], (1.0, 99.0), axis=(1, 2))
-        regions[name]["relief_mm"] = float((high - low).mean())
-    return regions
+def measured(options: str) -> dict[str, float]:
+    """Numbers of the table: V, relief of sides between 1 and 99 % of the heights, waves of the skin."""
+    mesh, gcode = sliced(PART, options)
+    (feel,) = feel_of_beads([read_gcode(gcode)], Skin(), most=PLACES, without_texture=read_mesh(mesh))
+    felt, sides = feel.by_region(), np.stack([crop.heights for crop in feel.within("side").crops])
+    row = {f"V, {name}s": felt[name].means["roughness"] for name in ("side", "slope", "top")}
+    row["relief of sides, mm"] = float(np.ptp(np.percentile(sides, (1, 99), axis=(1, 2)), axis=0).mean())
+    for head, least in WAVES.items():
+        bands = [band for band in feel.bands["side"] if least <= band.least_mm < 4.0 * least]
+        row[head] = float(np.hypot.reduce([band.initial_um for band in bands]))
+    return row
 
 
-def cells(regions: Mapping[str, Any]) -> tuple[str, ...]:
-    """V of sides, slopes and tops, relief of sides, and rms of the skin's surface there, µm."""
-    felt = [f"{regions[name]['roughness']:.4f}" for name in ("side", "slope", "top")]
-    side = regions["side"]
-    rms = [
-        sum(b["rms_um"] ** 2 for b in side["bands"] if least <= b["least_mm"] < most) ** 0.5
-        for least, most in SKIN
-    ]
-    return (*felt, f"{side['relief_mm']:.2f}", *(f"{one:.1f}" for one in rms))
-
-
-def report(head: str, rows: Iterable[tuple[str, Mapping[str, Any]]]) -> str:
+def report(head: str, rows: Mapping[str, Mapping[str, float]]) -> str:
     """A table of profiles."""
-    skin = [f"{least:g} to {most:g} mm" for least, most in SKIN]
-    heads = (head, "V, sides", "slopes of 45°", "tops", "relief of sides, mm", f"skin, µm: {skin[0]}")
-    return table((*heads, *skin[1:]), [(name, *cells(regions)) for name, regions in rows])
+    heads = [*next(iter(rows.values()))]
+    cells = [
+        (name, *(f"{row[key]:.{1 if key in WAVES else 4 if key[0] == 'V' else 2}f}" for key in heads))
+        for name, row in rows.items()
+    ]
+    return table((head, *heads), cells)
 
 
-def section(axis: Axes, beads: Beads, x_mm: float) -> None:
-    """Draw where walls cross a plane x of the part, looking along its front, 3 mm high."""
-    beads = beads.part(beads.role <= Role.OVERHANG_WALL)
-    front, low = beads.start[:, 1].min(), 6.0
-    way = beads.end - beads.start
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = (x_mm - beads.start[:, 0]) / way[:, 0]
-    crossing = np.flatnonzero((share >= 0.0) & (share < 1.0))
-    for bead in crossing:
-        _, y, z = beads.start[bead] + share[bead] * way[bead]
-        if y < front + 2.0 and low - 0.5 < z < low + 3.5:
-            wide, high = beads.width[bead], beads.height[bead]
-            outer = beads.role[bead] == Role.OUTER_WALL
-            box = FancyBboxPatch(
-                (y - front - 0.5 * wide + 0.5 * high, z - low - 0.5 * high),
-                max(wide - high, 1e-3),
-                0.0,
-                boxstyle=f"round,pad={0.5 * high}",
-                facecolor="#e9a36f" if outer else "#f3d9c4",
-                edgecolor="white",
-                linewidth=0.5,
-            )
-            axis.add_patch(box)
-    axis.set(xlim=(-0.7, 1.5), ylim=(0.0, 3.0), aspect="equal")
+def section(axis: Axes, beads: Beads) -> None:
+    """Draw walls at the front of a part where a plane across them cuts through, 3 mm high."""
+    x, front = float(np.median(beads.start[:, 0])), float(beads.start[:, 1].min())
+    walls = beads.part(beads.role <= Role.INNER_WALL)
+    walls = walls.part((walls.start[:, 0] - x) * (walls.end[:, 0] - x) < 0.0)
+    way = walls.end - walls.start
+    at = walls.start + ((x - walls.start[:, 0]) / way[:, 0])[:, None] * way - (0.0, front, 6.0)
+    for (_, y, z), wide, high, role in zip(at, walls.width, walls.height, walls.role, strict=True):
+        low_left, rounding = (y - 0.5 * (wide - high), z - 0.5 * high), f"round,pad={0.5 * high}"
+        colour = "#e9a36f" if role == Role.OUTER_WALL else "#f6e0cf"
+        axis.add_patch(
+            FancyBboxPatch(low_left, wide - high, 0.0, rounding, facecolor=colour, edgecolor="white")
+        )
+    axis.set(xlim=(-0.7, 1.3), ylim=(0.0, 3.0), aspect="equal", xlabel="mm")
 
 
-def picture(fuzzy: Mapping[tuple[float, float], float]) -> None:
-    """Write the picture: V by thickness and point distance, mm, beside sections of three profiles."""
+def picture(felt: Mapping[tuple[float, float], float]) -> None:
+    """Write the picture: sections of three profiles, and V by thickness and point distance, mm."""
     style()
     figure, axes = pyplot.subplots(
-        1, 4, figsize=(10.6, 4.0), layout="constrained", width_ratios=(1.0, 1.0, 1.0, 1.9)
+        1, 4, figsize=(10.6, 3.9), layout="constrained", width_ratios=(1.0, 1.0, 1.0, 1.9)
     )
-    for axis, (name, options) in zip(axes, SHOWN.items(), strict=False):
-        with tempfile.TemporaryDirectory() as folder:
-            beads = read_gcode(sliced(PART, profile(*options), Path(folder))[1]).beads
-        section(axis, beads, float(beads.start[:, 0].mean()))
-        axis.set_title(name.replace(", ", "\n"), fontsize=9)
-    axis = axes[3]
+    for axis, (name, options) in zip(axes[:3], SHOWN.items(), strict=True):
+        section(axis, read_gcode(sliced(PART, options)[1]).beads)
+        axis.set_title(name, fontsize=9)
     for apart, colour in zip(APART, COLOURS, strict=True):
-        felt = [fuzzy[thick, apart] for thick in THICK]
-        axis.plot(THICK, felt, marker="o", markersize=4, color=colour, label=f"points {apart:g} mm apart")
-    axis.axhspan(0.0, SMOOTH_BELOW, color=GRID, alpha=0.5)
-    frame(axis)
-    axis.set(
-        ylim=(0.0, None), xlim=(0.05, 0.55), xlabel="thickness of the fuzzy skin, mm", ylabel="V of sides"
-    )
-    axis.legend(frameon=False)
+        values = [felt[thick, apart] for thick in THICK]
+        axes[3].plot(THICK, values, "o-", markersize=4, color=colour, label=f"points {apart:g} mm apart")
+    axes[3].axhspan(0.0, SMOOTH_BELOW, color=GRID, alpha=0.6)
+    axes[3].set(ylim=0.0, xlim=(0.05, 0.55), xlabel="thickness of the fuzzy skin, mm", ylabel="V of sides")
+    axes[3].legend(frameon=False)
+    frame(axes[3])
     write(figure, IMAGES / "filament.png", dpi=120)
 
 
 def main() -> None:
-    again = again_given(__doc__)
-    plain = {f"nozzle {nozzle:g}, layers {layer:g} mm": profile(layer, nozzle) for nozzle, layer in PLAIN}
-    rough = {(thick, apart): profile(0.2, 0.4, (thick, apart)) for thick in THICK for apart in APART}
-    named = {f"{thick:g} mm, {apart:g} mm": options for (thick, apart), options in rough.items()}
-    for part, profiles in {"plain": plain, "fuzzy": named}.items():
-        for name, options in profiles.items():
-            kept(RESULT, part, name, lambda options=options: measured(options), again)
-    found = load(RESULT)
-    publish(PAGE, "plain", COMMAND, report("profile", found["plain"].items()))
-    publish(PAGE, "fuzzy", COMMAND, report("thickness, point distance", found["fuzzy"].items()))
-    felt = [found["fuzzy"][name]["side"]["roughness"] for name in named]
-    picture(dict(zip(rough, felt, strict=True)))
+    again, fuzzy = again_given(__doc__), [*product(THICK, APART)]
+    plain = [(layer, nozzle) for nozzle, layers in PLAIN.items() for layer in layers]
+    given = {
+        "profile": {f"{layer:g} mm, nozzle {nozzle:g} mm": profile(layer, nozzle) for layer, nozzle in plain},
+        "fuzzy skin": {f"{one:g} mm, points {two:g} mm": profile(0.2, 0.4, (one, two)) for one, two in fuzzy},
+    }
+    for head, rows in given.items():
+        found = {name: kept(RESULT, head, name, partial(measured, one), again) for name, one in rows.items()}
+        publish(PAGE, head, COMMAND, report(head, found))
+    picture(dict(zip(fuzzy, (row["V, sides"] for row in found.values()), strict=True)))
 
 
 if __name__ == "__main__":
