@@ -49,13 +49,11 @@ def dense_heights(beads: Beads, frame: Frame, side_mm: float, samples: int, dept
     return heights
 
 
-def _traced(
-    places: Array, up: Array, top: float, least: Array, ends: Array, half: float, radius: float
-) -> Array:
+def _traced(at: Array, up: Array, top: float, least: Array, ends: Array, half: float, radius: float) -> Array:
     """(k,) mm along `up` at which rays from above meet a bead; -inf: misses, or ends at `least`."""
-    z, found, on = np.full(len(places), top), np.full(len(places), -np.inf), np.arange(len(places))
+    z, found, on = np.full(len(at), top), np.full(len(at), -np.inf), np.arange(len(at))
     for _ in range(STEPS):
-        away = _away(places[on] + z[on, None] * up, ends)
+        away = _away(at[on] + z[on, None] * up, ends)
         beside = np.maximum(np.hypot(*away[:, :2].T) - half, 0.0)
         distance = np.hypot(beside, away[:, 2]) - radius
         met = distance < EXACT_MM

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 from itertools import product
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -76,18 +77,15 @@ def section(axis: Axes, beads: Beads) -> None:
     for (_, y, z), wide, high, role in zip(at, walls.width, walls.height, walls.role, strict=True):
         low_left, rounding = (y - 0.5 * (wide - high), z - 0.5 * high), f"round,pad={0.5 * high}"
         colour = "#e9a36f" if role == Role.OUTER_WALL else "#f6e0cf"
-        axis.add_patch(
-            FancyBboxPatch(low_left, wide - high, 0.0, rounding, facecolor=colour, edgecolor="white")
-        )
-    axis.set(xlim=(-0.7, 1.3), ylim=(0.0, 3.0), aspect="equal", xlabel="mm")
+        axis.add_patch(FancyBboxPatch(low_left, wide - high, 0.0, rounding, fc=colour, ec="white"))
+    axis.set(xlim=(-0.7, 1.3), ylim=(0.0, 3.0), aspect="equal", xlabel="mm", yticks=range(4))
 
 
 def picture(felt: Mapping[tuple[float, float], float]) -> None:
     """Write the picture: sections of three profiles, and V by thickness and point distance, mm."""
     style()
-    figure, axes = pyplot.subplots(
-        1, 4, figsize=(10.6, 3.9), layout="constrained", width_ratios=(1.0, 1.0, 1.0, 1.9)
-    )
+    layout: dict[str, Any] = {"layout": "constrained", "width_ratios": (1.0, 1.0, 1.0, 1.9)}
+    figure, axes = pyplot.subplots(1, 4, figsize=(10.6, 3.9), **layout)
     for axis, (name, options) in zip(axes[:3], SHOWN.items(), strict=True):
         section(axis, read_gcode(sliced(PART, options)[1]).beads)
         axis.set_title(name, fontsize=9)
@@ -98,7 +96,7 @@ def picture(felt: Mapping[tuple[float, float], float]) -> None:
     axes[3].set(ylim=0.0, xlim=(0.05, 0.55), xlabel="thickness of the fuzzy skin, mm", ylabel="V of sides")
     axes[3].legend(frameon=False)
     frame(axes[3])
-    write(figure, IMAGES / "filament.png", dpi=120)
+    write(figure, IMAGES / "filament.png", dpi=110)
 
 
 def main() -> None:
