@@ -181,6 +181,10 @@ PARTS: Mapping[str, Part] = {
         file="benchmarks/prints/pairs.toml",
         kept=False,
     ),
+    "filament": Part(
+        "beads of slicers, and how filament feels by profile",
+        ("-m benchmarks.prints.filament --again", "-m benchmarks.prints.filament_guide --again"),
+    ),
     "first-mile": Part("pictures from outside, by the README alone", ("-m benchmarks.runs.first_mile",)),
     "stability": Part("the map of stability", ("-m benchmarks.stability.sweep --again",)),
     "whole_run": Part("seconds and memory of whole runs", ("-m benchmarks.whole_run",)),

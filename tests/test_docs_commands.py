@@ -28,7 +28,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 GIVEN = (
     *("stone.jpg", "logo.png", "my-study.toml", "~/materials"),
     *("grip.3mf", "knob.3mf", "case.3mf", "button.3mf"),
-    *("fine.ini", "process.json"),
+    *("fine.ini", "process.json", "grip.gcode", "grip-fuzzy.gcode"),
     *("answers.csv", "answers-rougher.csv", "press.csv"),
     *("print.stl", "coupon-scan.stl", "scan.tif", "surface.plu"),
 )
