@@ -12,7 +12,7 @@ from relief.ground.arrays import Array
 from relief.solids.filament.beads import Beads
 from relief.solids.meshes.mesh_places import Frame
 
-EXACT_MM, STEPS = 1e-6, 200
+EXACT_MM, STEPS = 1e-5, 100
 """Distance from a bead at which a ray has met the bead, mm, and most steps of a ray."""
 
 

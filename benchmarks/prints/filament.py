@@ -3,7 +3,7 @@
 python -m benchmarks.prints.filament [--again]     # with prusa-slicer of the path
 
 Ten parts are sliced with four profiles. Each row is a process of its own. It reads the G-code, presses on up
-to 32 places all over the part, whose mesh is the object without texture, and presses anew on four of them,
+to 32 places all over the part, whose mesh is the object without texture, and presses anew on some of them,
 with heights by sphere tracing (`benchmarks.prints.dense_beads`) and 512 samples along 10 mm in place of 256.
 Filament is added up a second time from the words of the file. Resumable: results/filament.json keeps rows.
 """
@@ -35,7 +35,6 @@ from relief.solids.filament.bead_surface import of_part
 from relief.solids.filament.beads import SlicedPart
 from relief.solids.filament.gcode_reader import read_gcode
 from relief.solids.filament.object_place import offset_of
-from relief.solids.filament.sliced_shape import shape_of
 from relief.solids.files import read_mesh
 from relief.solids.meshes.crops import Cropper, reachable
 from relief.solids.objects.table import OBJECTS
@@ -44,7 +43,7 @@ from tactile.skin import Skin
 
 RESULT, COMMAND, PAGE = "filament", "benchmarks.prints.filament", DOCS / "evidence" / "printing.md"
 RUNS = ROOT / "runs" / "filament"
-SAMPLES, PLACES, COMPARED = 512, 32, 4
+SAMPLES, PLACES, COMPARED = 512, 32, 3
 """Samples along 10 mm of the dense computation; most places of a part, and those that it is compared at."""
 COMMON = (
     "--perimeters 2 --fill-density 15% --fill-pattern grid --first-layer-extrusion-width 0 --skirts 0 "
@@ -132,7 +131,7 @@ def measured(part: str, options: str) -> dict[str, Any]:
 def beside_dense(read: SlicedPart, feel: BeadFeel, body: Body) -> list[list[float]]:
     """V of Retouch and of the dense computation at some places of all regions, over an object."""
     beads = read.beads.part(of_part(read.beads))
-    shapes = Cropper(Body(body.vertices + offset_of(shape_of(beads), body)[0], body.faces))
+    shapes = Cropper(Body(body.vertices + offset_of(feel.body, body)[0], body.faces))
     order = sorted(range(len(feel.crops)), key=lambda n: feel.regions[:n].count(feel.regions[n]))
     pairs = []
     for number in order[:COMPARED]:
