@@ -183,7 +183,9 @@ PARTS: Mapping[str, Part] = {
     ),
     "filament": Part(
         "beads of slicers, and how filament feels by profile",
-        ("-m benchmarks.prints.filament --again", "-m benchmarks.prints.filament_guide --again"),
+        tuple(
+            f"-m benchmarks.prints.{name} --again" for name in ("filament", "filament_guide", "fuzzy_targets")
+        ),
     ),
     "first-mile": Part("pictures from outside, by the README alone", ("-m benchmarks.runs.first_mile",)),
     "stability": Part("the map of stability", ("-m benchmarks.stability.sweep --again",)),

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 import retouch
-from benchmarks.shared.common import again_given, kept, load, table
+from benchmarks.shared.common import DOCS, again_given, kept, load, publish, table
 from optimize.settings.skins import load_skin
 from relief.ground.arrays import Array
 from relief.solids.body import Body, Part
@@ -30,7 +30,7 @@ from retouch.verbs.fuzzy.fuzzing import judged
 from retouch.verbs.fuzzy.fuzzy_search import Wall, roughness
 from retouch.verbs.solid_evaluation import read_solid
 
-NAME = "fuzzy_targets"
+NAME, PAGE = "fuzzy_targets", DOCS / "evidence" / "printing.md"
 TARGETS = (0.008, 0.015, 0.025, 0.035, 0.05)
 SKINS = ((0.05, 0.8), (0.1, 0.8), (0.3, 0.8), (0.3, 0.3), (0.1, 1.6))
 """Thicknesses and point distances of fuzzy skins that are compared, mm."""
@@ -128,7 +128,7 @@ def main() -> None:
         part = folder / "box.stl"
         for pair in SKINS:
             kept(NAME, "skins", "{:g} {:g}".format(*pair), partial(alike, part, folder, *pair), again)
-    print(report(load(NAME)))
+    publish(PAGE, "fuzzy skin", "benchmarks.prints.fuzzy_targets", report(load(NAME)))
 
 
 def report(found: dict[str, Any]) -> str:
@@ -137,7 +137,7 @@ def report(found: dict[str, Any]) -> str:
         (
             name,
             target,
-            *row["settings"].values(),
+            *(row["settings"][key] for key in ("fuzzy_skin_thickness", "fuzzy_skin_point_dist")),
             f"{row['roughness']:.4f}",
             f"{np.mean(row['slices']):.4f}",
             f"{row['slices_std']:.4f}",
@@ -146,7 +146,7 @@ def report(found: dict[str, Any]) -> str:
         for name in PARTS
         for target, row in found[name].items()
     ]
-    head = ("part", "target V", "skin", "thickness", "points", "computed", "sliced", "spread", "JND")
+    head = ("part", "target V", "thickness, mm", "points, mm", "computed", "sliced", "spread", "JND off")
     return table(head, rows)
 
 
