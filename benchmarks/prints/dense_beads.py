@@ -24,14 +24,14 @@ def dense_heights(beads: Beads, frame: Frame, side_mm: float, samples: int, dept
         frame: of the place; row 0 of the heights lies at +y, column 0 at -x.
         side_mm: of the square around the place.
         samples: along a side.
-        depth_mm: below the place beyond which beads are left out.
+        depth_mm: below and above the place beyond which beads are left out, as on the far side of a ring.
     """
     radius, half = 0.5 * beads.height, 0.5 * np.maximum(beads.width - beads.height, 0.0)
     reach, lowered = (radius + half)[:, None], radius[:, None] * (0.0, 0.0, 1.0)
     ends = np.stack([beads.start - lowered, beads.end - lowered], axis=1)
     seen = frame.local(ends)
     low, high = seen.min(axis=1) - reach, seen.max(axis=1) + reach
-    over = (np.maximum(low, -high)[:, :2] < 0.5 * side_mm).all(axis=1) & (high[:, 2] > -depth_mm)
+    over = (np.maximum(low, -high) < (0.5 * side_mm, 0.5 * side_mm, depth_mm)).all(axis=1)
     at = side_mm * ((np.arange(samples) + 0.5) / samples - 0.5)
     heights = np.full((samples, samples), -np.inf)
     for bead in sorted(np.flatnonzero(over), key=lambda number: -high[number, 2]):
