@@ -135,14 +135,14 @@ class Evaluation:
     @property
     def regions(self) -> "dict[str, Evaluation]":
         """The evaluations of a sliced part's regions, such as "top" and "side"; none of other surfaces."""
-        if isinstance(self.touch, TouchMeasures) or not isinstance(self.relief, SlicedPart):
-            return {}
-        return {name: replace(self, touch=part) for name, part in _beads().regions_of(self.touch).items()}
+        parts = {} if isinstance(self.touch, TouchMeasures) else self.touch.by_region()
+        return {name: replace(self, touch=part) for name, part in parts.items()}
 
     @property
     def bands(self) -> "Mapping[str, tuple[SurfaceBand, ...]]":
         """Waves of the skin's surface by region of a sliced part; none of other surfaces."""
-        return _beads().bands_of(self.touch) if isinstance(self.relief, SlicedPart) else {}
+        bands: Mapping[str, tuple[SurfaceBand, ...]] = getattr(self.touch, "bands", {})
+        return bands
 
     def jnd_from(self, first: Self) -> float | None:
         """Just-noticeable differences by which this is rougher (+) or smoother (-); None if one is smooth."""

@@ -34,17 +34,15 @@ def region_of(axis: Array) -> Region:
     return "slope" if up > 0.0 else "overhang"
 
 
-def offset_of(shape: Body, body: Body) -> tuple[Array, float]:
-    """The translation that takes an object onto the shape of its beads, and what the sides differ by then.
+def offset_of(shape: Body, body: Body, name: str = "the print") -> Array:
+    """The translation (3,), mm, that takes an object, or another print of it, onto the shape of its beads.
 
     Slicers put parts on the bed where they like, but neither turn nor scale them unasked.
 
     Args:
         shape: of the beads (`relief.solids.filament.sliced_shape`).
         body: the object.
-
-    Returns:
-        (3,) mm, and the root mean square distance of the object's sides, mm.
+        name: of what the shape belongs to, for errors.
 
     Raises:
         InputError: the object is another one, is turned or scaled, or the beads print more than it.
@@ -54,8 +52,8 @@ def offset_of(shape: Body, body: Body) -> tuple[Array, float]:
     if np.abs(sizes[0] - sizes[1]).max() > SIZE_MM:
         printed, own = (" x ".join(f"{side:.1f}" for side in size) for size in sizes)
         raise InputError(
-            f"measures {own} mm, the print {printed} mm; it must be the object that is printed, turned and "
-            "scaled as there, and printed once"
+            f"measures {own} mm, {name} {printed} mm; both must be the same object, turned and scaled alike, "
+            "and printed once"
         )
     offset = boxes[0].mean(axis=0) - boxes[1].mean(axis=0)
     offset[2] = boxes[0][0, 2] - boxes[1][0, 2]
@@ -73,7 +71,7 @@ def offset_of(shape: Body, body: Body) -> tuple[Array, float]:
     rms = float(np.sqrt(np.mean(np.where(alike, away, FARTHEST_MM) ** 2))) if len(at) else 0.0
     if rms > RMS_MM:
         raise InputError(
-            f"its sides lie {rms:.2f} mm (rms) from those of the print; it must be the object that is "
-            "printed, turned as there"
+            f"its sides lie {rms:.2f} mm (rms) from those of {name}; both must be the same object, turned "
+            "alike"
         )
-    return offset, rms
+    return offset

@@ -13,8 +13,7 @@ from skimage import measure
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.solids.body import Body
-from relief.solids.filament.bead_rays import blocks, rows_near, runs
-from relief.solids.filament.bead_surface import of_part
+from relief.solids.filament.bead_surface import blocks, rows_near, runs
 from relief.solids.filament.beads import Beads, Role
 
 PITCH_MM, LAYER_MM = 0.4, 0.2
@@ -46,7 +45,7 @@ def shape_of(beads: Beads) -> Body:
     Raises:
         InputError: no bead belongs to the part, or all are too few or too thin.
     """
-    beads = beads.part(of_part(beads))
+    beads = beads.of_part
     if not len(beads):
         raise InputError("no wall, infill or top of a part is printed")
     grid = _Grid(beads)

@@ -5,13 +5,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from optimize.verification.solids.bead_feel import BeadFeel, feel_of_beads
-from optimize.verification.verification import SurfaceBand
 from relief.ground.errors import naming
 from relief.ground.formatting import number
 from relief.ground.progress import say, stage
 from relief.solids.filament.beads import SlicedPart
 from relief.solids.filament.gcode_reader import read_gcode as parsed_gcode
-from relief.solids.filament.object_place import Region
 from relief.solids.files import Mesh
 from tactile.model import ModelName
 from tactile.skin import Skin
@@ -56,13 +54,3 @@ def part_lines(part: SlicedPart, felt: BeadFeel) -> Iterator[str]:
     elif felt.edges:
         places += f"; {felt.edges} on edges are left out"
     yield f"{part.path} ({slicer}{sides} mm): {places}. The part's own curvature is {felt.curvature}."
-
-
-def regions_of(felt: BeadFeel) -> dict[Region, BeadFeel]:
-    """The feel of each region of a part."""
-    return felt.by_region()
-
-
-def bands_of(felt: BeadFeel) -> dict[Region, tuple[SurfaceBand, ...]]:
-    """Waves of the skin's surface by region, from top to bottom."""
-    return {name: felt.bands[name] for name in felt.by_region()}

@@ -14,6 +14,7 @@ from optimize.verification.solids.bead_feel import (
     over_object,
     over_torus,
 )
+from optimize.verification.solids.mesh_feel import PART
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.solids.filament.bead_surface import BeadSurface
@@ -127,3 +128,16 @@ def test_another_object_is_refused_by_name() -> None:
         feel_of_beads([part(box())], tactile.Skin(), without_texture=other)
     with pytest.raises(InputError, match=r"other\.gcode: measures"):
         feel_of_beads([part(box()), part(walls_of([[circle(5.0)]] * 9), "other.gcode")], tactile.Skin())
+
+
+def test_sizes_of_another_print_are_its_own() -> None:
+    prints = part(walls_of([[SQUARE]] * 9), "first.gcode"), part(walls_of([[circle(5.0)]] * 9), "other.gcode")
+    with pytest.raises(InputError, match=r"^other\.gcode: measures 10\.\d x .* mm, first\.gcode 24\.0 x "):
+        feel_of_beads(prints, tactile.Skin())
+
+
+def test_curvature_is_a_part_of_what_edges_feel_like() -> None:
+    """No torus is taken out of a rod thinner than a finger, all of whose places lie on edges."""
+    (feel,) = feel_of_beads([part(walls_of([[circle(2.5)]] * 40))], tactile.Skin(), most=2)
+    assert all(crop.on_edge for crop in feel.crops) and feel.details()["all_on_edge"]
+    assert feel.curvature == PART and feel.means[ROUGHNESS.name] > 0.1

@@ -147,7 +147,9 @@ FAULTS = {
     "arc": (b"G28\nG1 X10 Y10 Z1\nG3 X20 Y10 I4 J0 E3\n", "line 3: an arc does not reach its end"),
     "arc without centre": (b"G28\nG1 X10 Y10\nG2 X20 Y10 E3\n", "an arc does not reach its end"),
     "arc of small radius": (b"G28\nG1 X10 Y10\nG2 X20 Y10 R3 E3\n", "an arc does not reach its end"),
-    "arc of many turns": (b"G28\nG1 X10 Y10 Z1\nG2 X10 Y10 I5 J0 P999999999 E3\n", "arcs of more than"),
+    "arc of many turns": (b"G28\nG1 X10 Y10 Z1\nG2 X10 Y10 I5 J0 P999999999 E3\n", "an arc has more than"),
+    "arc around its start": (b"G28\nG1 X10 Y10 Z1\nG2 X10 Y10 R0.01 E3\n", "line 3: lays a bead wider"),
+    "arc of huge radius": (b"G20\nG3 X1 J999999999999 E1\n", "line 2: lies more than 10 m away"),
     "bgcode": (binary(PRUSA, 1, 2)[:-9], "is cut off, damaged, or too large, at byte"),
     "bgcode of another version": (b"GCDE\2\0\0\0\1\0", "version 2 of binary G-code is not read"),
 }
