@@ -288,12 +288,12 @@ def evaluate(
         relief = _solids().read_solid(relief, units=units)
     if isinstance(relief, str | os.PathLike) and is_gcode(Path(relief)):
         relief = _beads().read_gcode(relief)
+    of_reliefs = {**lengths, "repeats": repeats, "reach": reach, "slicer": slicer, "profile": profile}
+    if isinstance(relief, Mesh | SlicedPart) and isinstance(without_texture, str | os.PathLike):
+        without_texture = _solids().read_solid(without_texture, units=units)
     if isinstance(relief, SlicedPart):
-        of_others = {**lengths, "repeats": repeats, "reach": reach, "printer": printer, "units": units}
-        of_others |= {"on_shape": on_shape, "slicer": slicer, "profile": profile}
-        refuse("height maps and print files; G-code is felt as it is", of_others)
-        if not isinstance(without_texture, Mesh | None):
-            without_texture = _solids().read_solid(without_texture)
+        of_meshes = {"printer": printer, "on_shape": on_shape, "units": without_texture is None and units}
+        refuse("height maps and print files; G-code is felt as it is", of_reliefs | of_meshes)
         parts = [relief]
         if beside is not None:
             parts.append(beside if isinstance(beside, SlicedPart) else _beads().read_gcode(beside))
@@ -306,10 +306,7 @@ def evaluate(
             return replace(first, files=files, beside=others[0] if others else None)
     refuse("G-code", {"beside": beside})
     if isinstance(relief, Mesh):
-        of_reliefs = {**lengths, "repeats": repeats, "reach": reach, "slicer": slicer, "profile": profile}
         refuse("height maps; a print file is felt as it is", of_reliefs)
-        if not isinstance(without_texture, Mesh | None):
-            without_texture = _solids().read_solid(without_texture, units=units)
         with followed(progress, quiet):
             if on_shape and without_texture is None:
                 raise InputError("on_shape: needs the solid before its texture; state without_texture")

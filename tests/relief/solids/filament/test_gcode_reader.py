@@ -149,7 +149,6 @@ FAULTS = {
     "arc of small radius": (b"G28\nG1 X10 Y10\nG2 X20 Y10 R3 E3\n", "an arc does not reach its end"),
     "arc of many turns": (b"G28\nG1 X10 Y10 Z1\nG2 X10 Y10 I5 J0 P999999999 E3\n", "an arc has more than"),
     "arc around its start": (b"G28\nG1 X10 Y10 Z1\nG2 X10 Y10 R0.01 E3\n", "line 3: lays a bead wider"),
-    "arc of huge radius": (b"G20\nG3 X1 J999999999999 E1\n", "line 2: lies more than 10 m away"),
     "bgcode": (binary(PRUSA, 1, 2)[:-9], "is cut off, damaged, or too large, at byte"),
     "bgcode of another version": (b"GCDE\2\0\0\0\1\0", "version 2 of binary G-code is not read"),
 }
@@ -162,6 +161,11 @@ def test_faults_are_one_line(tmp_path: Path, fault: str) -> None:
         read(tmp_path, content)
     assert str(caught.value).startswith(f"{tmp_path / 'part.gcode'}: ") and line in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_an_arc_of_huge_radius_is_a_line(tmp_path: Path) -> None:
+    beads = read(tmp_path, b"G20\nG1 Z0.01\nG3 X1 J999999999999 E0.04\n").beads
+    assert len(beads) == 1 and beads.end[0] == pytest.approx((25.4, 0.0, 0.254), abs=1e-2)
 
 
 def test_a_changed_block_of_a_binary_file(tmp_path: Path) -> None:
