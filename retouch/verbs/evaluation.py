@@ -199,6 +199,13 @@ class Evaluation:
             entry |= {} if self.as_sliced is None else {"as_sliced": self.as_sliced.as_json()}
         elif isinstance(self.relief, SlicedPart):
             entry |= self.relief.as_json() | {"files": [str(file) for file in self.files]}
+            others = first.regions if same_places and first is not None else {}
+            entry["regions"] = {
+                name: one.numbers
+                | {"bands": [_band(band) for band in self.bands[name]]}
+                | ({"jnd_from_first": one.jnd_from(others[name])} if others else {})
+                for name, one in self.regions.items()
+            }
             entry |= {} if self.beside is None else {"beside": self.beside.as_json(self, same_places=True)}
         elif solid is not None:
             entry |= {"size_mm": solid.sides_mm[0], "warnings": list(self.relief.warnings)}
@@ -207,6 +214,12 @@ class Evaluation:
         of_skin = described_skin(self.skin, self.skin_name)
         printer = self.printer and self.printer.name
         return entry | {"skin": of_skin, "model": self.model, "printer": printer}
+
+
+def _band(band: "SurfaceBand") -> dict[str, float]:
+    """A band of the skin's surface on one solid, for JSON."""
+    ends = {"least_mm": band.least_mm, "most_mm": band.most_mm}
+    return ends | {"rms_um": band.initial_um, "threshold_um": band.threshold_um}
 
 
 def _solids() -> ModuleType:
@@ -298,7 +311,8 @@ def evaluate(
         if beside is not None:
             parts.append(beside if isinstance(beside, SlicedPart) else _beads().read_gcode(beside))
         with followed(progress, quiet):
-            feels = _beads().press_parts(parts, without_texture, model, finger)
+            with naming(relief.path), stage(f"feeling {relief.path.name}"):
+                feels = _beads().feel_of_beads(parts, finger, model, without_texture=without_texture)
             files = () if colours is None else _solids().write_colours(Path(colours), relief, feels[0], name)
             first, *others = (
                 Evaluation(part, feel, model, finger, name) for part, feel in zip(parts, feels, strict=True)

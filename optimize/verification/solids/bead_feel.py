@@ -33,9 +33,7 @@ from relief.solids.files.mesh import Mesh
 from relief.solids.meshes.crops import Cropper, SurfaceCrop, reachable
 from relief.solids.meshes.mesh_places import Frame, frames, spread, surface_points
 from relief.solids.objects.torus import fitted, over
-from tactile.jnd import jnd_unless_smooth
 from tactile.model import ModelName
-from tactile.quantities import ROUGHNESS
 
 MOST_PLACES = 80
 """Most places on the beads of a part, which takes four times as many samples as a mesh does at one."""
@@ -85,29 +83,10 @@ class BeadFeel(MeshFeel):
         )
 
     def details(self, first: MeshFeel | None = None) -> dict[str, Any]:
-        """As of a mesh, with the region of each place, and the numbers of each region."""
+        """As of a mesh, with the region of each place."""
         details = super().details(first)
         for touch, region in zip(details["touches"], self.regions, strict=True):
             touch["region"] = region
-        others = first.by_region() if isinstance(first, BeadFeel) else {}
-        details["regions"] = {
-            name: {
-                **part.means,
-                "contact_fraction": part.contact_fraction,
-                "places": part.ends,
-                "bands": [
-                    {
-                        "least_mm": band.least_mm,
-                        "most_mm": band.most_mm,
-                        "rms_um": band.initial_um,
-                        "threshold_um": band.threshold_um,
-                    }
-                    for band in part.bands[name]
-                ],
-                **({"jnd_from_first": _jnd(part, others[name])} if others else {}),
-            }
-            for name, part in self.by_region().items()
-        }
         return details
 
 
@@ -200,11 +179,6 @@ def _looked_at(frame: Frame, surfaces: Sequence[BeadSurface], ways: Sequence[Arr
         if uneven_mm <= UNEVEN_MM:
             return crops, shape
     return [replace(crop, on_edge=True) for crop in crops], np.zeros(6)
-
-
-def _jnd(feel: MeshFeel, first: MeshFeel) -> float | None:
-    """Just-noticeable differences by which a mean is rougher (+) or smoother; None: one is smooth."""
-    return jnd_unless_smooth(feel.means[ROUGHNESS.name], first.means[ROUGHNESS.name])
 
 
 def over_object(crop: SurfaceCrop, shapes: Cropper, way: Array) -> Array:

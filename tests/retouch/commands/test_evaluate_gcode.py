@@ -92,7 +92,7 @@ def test_two_prints_at_the_same_places(
         ("part.gcode", "part.gcode: is no G-code of a filament printer, or extrudes nothing"),
         ("part.gcode --printer dlp-50", "--printer: is for height maps and print files"),
         ("part.gcode --units in", "--units: is for height maps and print files"),
-        ("part.gcode --units in --object absent.stl", "absent.stl: No such file"),
+        ("part.gcode --units in --object ball", "part.gcode: is no G-code"),
         ("part.gcode --on-shape --object ball", "--on-shape: is for print files"),
         ("part.gcode --relief-mm 1", "--relief-mm: is for height maps"),
         ("part.gcode --reach", "--reach: is for height maps"),

@@ -58,7 +58,7 @@ def box(jitter_mm: float = 0.0) -> Beads:
 
 
 def roughness(feel: BeadFeel, region: str) -> float:
-    return feel.by_region()[region].means[ROUGHNESS.name]  # type: ignore[index]
+    return feel.by_region()[region].means[ROUGHNESS.name]
 
 
 @pytest.mark.slow
@@ -75,9 +75,7 @@ def test_a_fuzzy_box_is_rough_on_its_sides_alone() -> None:
     np.testing.assert_allclose(at[1] - at[0], np.tile(ways, (len(at[0]), 1)), atol=0.1)
     details = other.details(first)
     assert {touch["jnd_from_first"] for touch in details["touches"]} == {None}
-    assert details["regions"]["side"]["jnd_from_first"] is None
-    counts = [each["places"]["count"] for each in details["regions"].values()]
-    assert sum(counts) == len(other.crops) == 12
+    assert sum(len(each.crops) for each in other.by_region().values()) == len(other.crops) == 12
     # Layer lines are waves of 0.2 mm.
     waves = {band.least_mm: band.initial_um for band in first.bands["side"]}
     assert max(waves, key=waves.__getitem__) in (0.1, 0.2)
