@@ -32,25 +32,26 @@ from relief.solids.filament.sliced_shape import shape_of
 from relief.solids.files.mesh import Mesh
 from relief.solids.meshes.crops import Cropper, SurfaceCrop, reachable
 from relief.solids.meshes.mesh_places import Frame, frames, spread, surface_points
-from relief.solids.objects.torus import fitted, over
+from relief.solids.objects.torus import fitted, over, torus
 from tactile.model import ModelName
 
 MOST_PLACES = 80
-"""Most places on the beads of a part, which takes four times as many samples as a mesh does at one."""
+"""Most places on the beads of a part: a crop of beads has four times as many samples as that of a mesh."""
 WIDE_MM, COARSE = 9.0, 64
 """Radius of the disc to which a torus is fitted, mm, and samples along its diameter."""
 FARTHER = 1.05
-"""Factor by which points on the patch may vary more over the torus of the disc than over the patch's own."""
+"""Factor by which points on the patch may vary more over the torus of the disc than over the torus of the
+patch."""
 BENT_PER_MM = 0.008
-"""Curvatures of a torus, 1/mm, root sum square, below which it counts as a plane: those of a ball of 180 mm
-radius, 0.03 mm rms on 10 mm. Fuzzy skin of 0.3 mm on a flat side bends the torus by a third of that."""
+"""Root sum square of both curvatures of a torus, 1/mm, below which the torus counts as a plane: that of a
+ball of 180 mm radius, 0.03 mm rms on 10 mm. Fuzzy skin of 0.3 mm on a flat side bends a torus by a third."""
 SQUARE_MM, UNEVEN_MM = 2.0, 0.1
 """Side of the squares over which distances from a torus are averaged, mm, and their rms, mm, above which a
 patch lies on an edge: fuzzy skin of 0.5 mm leaves 0.06, a rim of 45 degrees 1 mm within the patch 0.2."""
 _Place = tuple[list[SurfaceCrop], Array]
 """Crops of prints at a contact location, and the torus (6,) that is taken out there."""
 MOST_BAND_PLACES = 8
-"""Most places of a region whose skin is looked at by bands of wavelength, evenly taken."""
+"""Most places of a region whose waves of the skin are computed: every so many of all places."""
 
 
 @dataclass(frozen=True)
@@ -100,8 +101,8 @@ def feel_of_beads(
 ) -> list[BeadFeel]:
     """Press the skin on the beads of prints of one part, at the same places of all.
 
-    Places lie 2.5 mm apart, or as many as there may be, all over the part, the side on the bed included. A
-    place on whose patch any of the prints has an edge is left out, unless all places are on edges.
+    Places lie 2.5 mm apart, or farther where these are more than `most`, all over the part, the side on the
+    bed included. A place on whose patch any of the prints has an edge is left out, unless all are on edges.
 
     Args:
         parts: Prints of the part; places are those of the first.
@@ -109,7 +110,8 @@ def feel_of_beads(
         model: Of touch.
         most: Most places.
         without_texture: The object that was sliced, which gives places and axes, and whose curvature is taken
-            out. Without it the outer walls give places and axes, and curvature is estimated from each patch.
+            out. Without the object the outer walls give places and axes; curvature is estimated from each
+            patch, and is a part of the roughness where all places are on edges.
         region: Of the places; None: all. The list is empty if the region has no place.
 
     Raises:
@@ -191,10 +193,7 @@ def over_object(crop: SurfaceCrop, shapes: Cropper, way: Array) -> Array:
     """
     frame = Frame(crop.frame.at - way, crop.frame.axes)
     shape = shapes.heights(frame, crop.side_mm, len(crop.heights), 2.0 * HEIGHT_LIMIT_MM)
-    down, across = np.gradient(shape, crop.side_mm / len(shape))
-    with np.errstate(invalid="ignore"):
-        above = (crop.heights + crop.level_mm - shape) / np.sqrt(1.0 + down**2 + across**2)
-    return _reached(above, crop)
+    return _above(crop, shape, *np.gradient(shape, crop.side_mm / len(shape)))
 
 
 def nearest_torus(crop: SurfaceCrop, surface: BeadSurface) -> tuple[Array, float]:
@@ -226,11 +225,19 @@ def over_torus(crop: SurfaceCrop, shape: Array) -> Array:
         return crop.heights
     at = ((np.arange(len(crop.heights)) + 0.5) / len(crop.heights) - 0.5) * crop.side_mm
     x, y = np.meshgrid(at, at[::-1])
-    return _reached(over(shape, x, y, crop.heights + crop.level_mm), crop)
+    return _above(crop, *torus(shape, x, y))
 
 
-def _reached(above: Array, crop: SurfaceCrop) -> Array:
-    """Heights (n, n) over a shape, mm, as a finger reaches them: nothing beyond a rim, or out of reach."""
+def _above(crop: SurfaceCrop, base: Array, by_x: Array, by_y: Array) -> Array:
+    """Heights (n, n) mm over a shape, along its normals nearly, as far as a finger reaches.
+
+    Args:
+        crop: Of the beads.
+        base: Heights of the shape, mm; -inf beyond its rim.
+        by_x, by_y: Slopes of the shape, of any signs.
+    """
+    with np.errstate(invalid="ignore"):
+        above = (crop.heights + crop.level_mm - base) / np.sqrt(1.0 + by_x**2 + by_y**2)
     there = np.isfinite(above) & (crop.heights > 0.0)
     return reachable(np.where(there, above, -np.inf), crop.side_mm)[0]
 

@@ -3,7 +3,7 @@
 A bead is convex: a prism whose section is a rectangle with half-round flanks, between two round ends, each of
 which is a disc thickened by a ball. The ray leaves the prism at a point in closed form. Where that point lies
 beyond an end of the bead, the ray leaves the round end instead. The distance from a disc is convex along a
-ray, so Newton's method falls to the last root from above, or shows that there is none.
+ray, so Newton's method comes from above to the last root, or shows that there is none.
 """
 
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from relief.ground.arrays import Array, FloatArray, Index, units
 from relief.ground.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.patches import samples_of
 from relief.solids.filament.beads import Beads
-from relief.solids.meshes.crops import SurfaceCrop, in_the_middle, reachable
+from relief.solids.meshes.crops import SurfaceCrop
 from relief.solids.meshes.mesh_places import Frame
 from relief.solids.meshes.neighbourhood import NearFaces
 
@@ -23,15 +23,15 @@ SAMPLES = 256
 """Samples along 10 mm: with 128, layers 0.08 mm high alias into long waves of V 0.007, and fuzzy skin on them
 comes out up to 77 % rougher; with 256 V lies within 1 % of that on 1024, or within 0.0005 below the floor."""
 FEWEST_AT_ONCE, MOST_AT_ONCE = 1 << 14, 1 << 18
-"""Least and most pairs of a bead and a sample that are computed together. Few, because what they cover hides
-most of the beads that follow; the most bounds the memory."""
+"""Least and most pairs of a bead and a sample that are computed together. Small blocks are faster, because
+one block hides most of the beads of the next; the most bounds the memory."""
 BEADS_AT_ONCE = 2048
 """Beads whose rows are listed together, which bounds the memory, too."""
 HIDDEN_MM = 1e-6
-"""Height, mm, by which a bead must rise above what is there to be computed."""
+"""Height, mm, by which a bead must rise above the beads before to be computed: far below what skin feels."""
 STEPS, EXACT_MM = 30, 1e-6
-"""Most steps of Newton's method, each of which at least halves the way to the root, and length of the last,
-mm."""
+"""Most steps of Newton's method, each of which at least halves the distance from the root, and the length of
+the last step, mm."""
 LEVEL = 1e-12
 """Least component of a direction that something is divided by."""
 
@@ -60,10 +60,7 @@ class BeadSurface:
 
     def crop(self, frame: Frame) -> SurfaceCrop:
         """The patch around a place, seen along its axis."""
-        heights = self.heights(frame, self._side, self._samples)
-        top = float(in_the_middle(heights, self._side).max())
-        level = top - HEIGHT_LIMIT_MM if np.isfinite(top) else 0.0
-        return SurfaceCrop(frame, *reachable(heights, self._side), self._side, level)
+        return SurfaceCrop.of(frame, self.heights(frame, self._side, self._samples), self._side)
 
     def heights(self, frame: Frame, side_mm: float, samples: int, depth_mm: float = HEIGHT_LIMIT_MM) -> Array:
         """The highest points of the beads along the axis of a place, counted from the place.
@@ -89,7 +86,7 @@ class BeadSurface:
             leaves, past = local.prism(bead, x, y)
             inside = past == 0.0
             np.maximum.at(heights, sample[inside], leaves[inside])
-            # A round end lies in the prism carried on, which therefore bounds its height.
+            # The endless prism holds the round ends and bounds their heights.
             least = heights[sample] + HIDDEN_MM
             some = np.flatnonzero(~inside & (leaves > least))
             found = local.round_end(bead[some], x[some], y[some], leaves[some], past[some] > 0.0, least[some])
@@ -118,7 +115,7 @@ class _LocalBeads:
         rise = self._way @ up
         level = self._way - rise[:, None] * up
         self._length = np.linalg.norm(level, axis=1)
-        # A blob has no direction of its own; any level one will do.
+        # A bead without length has no direction; any level one will do.
         blob = self._length < LEVEL
         level[blob] = units(np.cross(up, np.eye(3)[np.abs(up).argmin()]))
         along = units(level)
@@ -167,9 +164,9 @@ class _LocalBeads:
         return np.asarray(by_x[bead] * x + by_y[bead] * y + at[bead])
 
     def prism(self, bead: Index, x: FloatArray, y: FloatArray) -> tuple[Array, Array]:
-        """z at which rays leave the prism of a bead carried on to both sides, mm, and how far past its end.
+        """z at which rays leave the endless prism of a bead, mm, and how far past the bead's end they do, mm.
 
-        Past is negative before the start; -inf is the height of rays that miss.
+        Distances before the start are negative; z is -inf for rays that miss.
         """
         across, above = self._across[bead], self._above[bead]
         half, radius = self._half[bead], self._radius[bead]
@@ -230,7 +227,7 @@ class _LocalBeads:
 
 
 def blocks(counts: Array | Index, most: int) -> Iterator[Index]:
-    """Numbers of things, in order, in blocks with at most about that many members of them."""
+    """Numbers of items (k,) in order, in blocks whose `counts` add up to about `most`."""
     ends = np.cumsum(counts)
     cuts = np.searchsorted(ends, np.arange(most, ends[-1] if len(ends) else 0, most))
     return iter(np.split(np.arange(len(counts)), cuts))

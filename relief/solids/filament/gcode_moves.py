@@ -21,12 +21,12 @@ from relief.solids.filament.slicer_comments import ROLE_OF, STATE, Stated
 NUMBER = r"[-+]?(?:\d{1,12}(?:\.\d{0,20})?|\.\d{1,20})"
 WORDS = "|".join(rf"{axis}[ \t]*({NUMBER})" for axis in "XYZEIJRP")
 MOVE = re.compile(rf"(?i)[ \t]*G0?([0-3])(?:[ \t]*(?:{WORDS}|[FSHK][ \t]*{NUMBER}))*\s*(?:[;(].*)?$")
-"""A whole line of a move: what is left over would be a damaged number."""
+"""A whole line of a move. A line that is a move and more holds a damaged number."""
 WORD = rf"([A-Z])(?:[ \t]*({NUMBER}))?"
 PLACES = re.compile(rf"(?:\s*{WORD})*\s*")
 COMMAND = re.compile(r"(?i)([GMT])0*(\d{1,5}(?:\.\d{1,2})?)(?![\d_])|[A-Z_]{2}|P\d|[(@]")
-"""A command; or what moves nothing: a macro of Klipper, a tool that a Prusa XL parks, a line to a server, a
-remark in parentheses."""
+"""A command; or a line that moves nothing: a macro of Klipper, a parked tool of a Prusa XL, a line to a print
+server, a remark in parentheses."""
 REFUSED = {
     **dict.fromkeys(("G5", "G5.1"), "splines"),
     **dict.fromkeys(("G18", "G19"), "arcs in other planes"),
@@ -41,7 +41,7 @@ STILL = {f"G{number}" for number in (*PAUSES, 130, 150, 161, 162, 280, 380, 383,
 LONGEST_LINE = 1 << 16
 """Most characters of a line that are read: comments hold start code of 20,000, a move has 100."""
 MOST_TOOLS = 64
-"""Most tools; T255 and T1000 of start code are none."""
+"""Most tools; T255 and T1000 in the start code of Bambu's printers are no tools."""
 MOST_BEADS = 3_000_000
 """Most beads: those of a file of 120 MB, which take half a GB."""
 LARGEST_MISFIT_MM = 0.05
@@ -62,7 +62,7 @@ class Moves:
 
     Attributes:
         stated: by comments about the whole file.
-        layers: number of layer changes after which something was laid.
+        layers: number of layer changes with beads between them.
         volumetric_mm: diameter of filament for which E is a volume (M200), mm; 0: E is a length.
         unknown: names of commands and types that are not known, each with its first line.
     """
@@ -164,17 +164,17 @@ class Moves:
         elif "WIDTH" in key or "HEIGHT" in key:
             if not LENGTH.fullmatch(value) or float(value) > LARGEST_BEAD_MM:
                 raise self._fault(number, f"{shown(value)!r} is no width or height of a bead")
-            # A slicer that writes 0 states none.
+            # Slicers write 0 where they state no size.
             self._size["HEIGHT" in key] = float(value) or math.nan
         elif "LAYER" in key:
             if not self.layers or len(self._rows) > self._laid:
                 self.layers, self._laid = self.layers + 1, len(self._rows)
-            if value.startswith("-"):  # Cura counts the layers of a raft so, and writes no type.
+            if value.startswith("-"):  # Cura gives layers of a raft negative numbers, and no type.
                 self._role = float(Role.SUPPORT)
             elif not self._typed:
                 self._role = float(Role.OTHER_PART)
         else:
-            # Cura ends a layer so, and writes the type of the first moves of the next.
+            # Cura ends each layer with TIME_ELAPSED, and states the type again in the next.
             self._role = float(Role.CUSTOM)
 
     def _command(self, name: str, rest: str, number: int) -> None:
@@ -202,7 +202,7 @@ class Moves:
             self.unknown.setdefault(name, number)
 
     def _set_position(self, home: bool, words: dict[str, str]) -> None:
-        """Home axes, or give the place where they are other coordinates."""
+        """Home axes (G28), or state new coordinates for the present place (G92)."""
         for axis in [axis for axis in "XYZE" if axis in words] or ("XYZ" if home else "XYZE"):
             value = 0.0 if home else self._unit * float(words.get(axis) or 0.0)
             if axis == "E":

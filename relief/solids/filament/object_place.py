@@ -14,11 +14,12 @@ Region = Literal["top", "slope", "side", "overhang", "bottom"]
 NEAR = np.sin(np.radians(10.0))
 """Sine of the angle from upward, downward and level within which an axis belongs to a top, bottom or side."""
 STEPS = 8
-"""Rounds of finding nearest points; each leaves a tenth of the shift of the one before, or less."""
+"""Iterations of closest points (ICP); each leaves a tenth of the shift of the one before, or less."""
 UPRIGHT, FACING = 0.8, 0.7
 """Largest z of the normals of sides that are matched, and least cosine between those that match."""
 TURN_MM = 3.0
-"""Distance, mm, that counts as much as an angle of 60 degrees between normals: near an edge lie two sides."""
+"""Distance, mm, that counts as much as an angle of 60 degrees between normals, so that points near an edge
+are matched with those of the same side."""
 FARTHEST_MM, SIZE_MM, RMS_MM = 2.0, 1.5, 0.25
 """Distance of points without a match, mm; greatest difference of sizes, and root mean square of the distances
 of sides in the end, mm: fuzzy skin of 0.5 mm leaves 0.07, a turn by 2 degrees 0.3 on 30 mm."""

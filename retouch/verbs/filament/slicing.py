@@ -13,7 +13,7 @@ from relief.solids.filament.gcode_reader import read_gcode
 LONGEST_S = 900.0
 """Longest time that a slicer may take, s: large parts in fine layers take minutes."""
 OURS = "post_process =\nbinary_gcode = 0\n"
-"""Settings of every slice: no program of the profile is run on the G-code, and the G-code is a text."""
+"""Settings that replace those of a profile: no program is run on the G-code, and the G-code is a text."""
 
 
 def check_slicer(slicer: str, profile: Path) -> str:

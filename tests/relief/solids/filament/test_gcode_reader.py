@@ -184,11 +184,11 @@ def test_doubts_are_lines(tmp_path: Path) -> None:
     )
     assert len(lines(missing)) == 1 and lines(missing)[0].startswith("is cut off or altered: its moves take")
     assert lines(changed("^;TYPE:Internal infill", ";TYPE:Foam")) == (
-        "has commands or types that are not known, taken as parts or left out: type 'Foam' (line 44)",
+        "has unknown types, taken as parts, or unknown commands, left out: type 'Foam' (line 44)",
     )
     assert "G7 (line 7)" in lines(changed(r"^G21.*", "G7 X1"))[0]
     assert lines(b"G28\nG1 X10 Y10 Z0.2\nG1 X20 E0.4\n") == (
-        "states no length of filament, so that nobody knows whether moves are missing",
+        "states no length of filament, so that missing moves would not show",
         "states no diameter of filament: widths are those of 1.75 mm",
     )
 
