@@ -31,7 +31,6 @@ from optimize.verification.solids.bead_feel import BeadFeel, feel_of_beads
 from optimize.verification.solids.mesh_feel import pressed
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
-from relief.solids.filament.bead_surface import of_part
 from relief.solids.filament.beads import SlicedPart
 from relief.solids.filament.gcode_reader import read_gcode
 from relief.solids.filament.object_place import offset_of
@@ -130,7 +129,7 @@ def measured(part: str, options: str) -> dict[str, Any]:
 
 def beside_dense(read: SlicedPart, feel: BeadFeel, body: Body) -> list[list[float]]:
     """V of Retouch and of the dense computation at some places of all regions, over an object."""
-    beads = read.beads.part(of_part(read.beads))
+    beads = read.beads.of_part
     shapes = Cropper(Body(body.vertices + offset_of(feel.body, body)[0], body.faces))
     order = sorted(range(len(feel.crops)), key=lambda n: feel.regions[:n].count(feel.regions[n]))
     pairs = []

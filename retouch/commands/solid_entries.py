@@ -64,17 +64,16 @@ def check_solid_options(arguments: argparse.Namespace, textures: Sequence[Path])
     print_files = f"print files ({', '.join(MESHES)})"
     names = [name for name in (*LENGTHS, *CORRECTIONS) if name != "height_scale" or not arguments.units]
     repeats = "--no-repeats" if arguments.repeats is False else "--repeats"
+    of_reliefs = "--reach", repeats, *map(_flag, CURVED)
     rules = (
         (("--object", "-o"), solids, f"is for {print_files} and G-code; none is given"),
         (("--on-shape",), meshes, f"is for {print_files}; none is given"),
+        (("--on-shape",), arguments.object, "needs --object, the object without texture"),
+        (("--on-shape",), arguments.model != "net", "the net is of flat objects; use --model layer"),
         (("--beside",), gcode == 1 == len(arguments.textures), "is for one file of G-code"),
-        (("--units",), meshes or textures, "is for height maps and print files; G-code states its own"),
+        (("--units",), meshes or textures or arguments.object, "is for height maps and print files"),
         (("--printer",), not gcode, "is for height maps and print files; G-code is a print"),
-        (
-            ("--printer",),
-            arguments.profile is None,
-            "does not go with --profile: beads are a print",
-        ),
+        (("--printer",), arguments.profile is None, "does not go with --profile: beads are a print"),
         (("--slicer",), arguments.profile is not None, "needs --profile, the slicer's settings"),
         (
             ("--slicer", "--profile"),
@@ -82,11 +81,7 @@ def check_solid_options(arguments: argparse.Namespace, textures: Sequence[Path])
             "is for height maps, without --reach",
         ),
         (map(_flag, names), textures, "is for height maps; --units states the unit of a print file"),
-        (
-            ("--reach", repeats, *map(_flag, CURVED)),
-            not solids,
-            "is for height maps; print files and G-code are felt as they are",
-        ),
+        (of_reliefs, not solids, "is for height maps; print files and G-code are felt as they are"),
     )
     stated = {_flag(name): value for name, value in vars(arguments).items()}
     stated |= {"-o": arguments.out, repeats: arguments.repeats is not None}
@@ -94,10 +89,6 @@ def check_solid_options(arguments: argparse.Namespace, textures: Sequence[Path])
         for flag in flags:
             if not fits and stated[flag] is not None and stated[flag] is not False:
                 raise InputError(f"{flag}: {words}")
-    if arguments.on_shape and arguments.object is None:
-        raise InputError("--on-shape: needs --object, the object without texture")
-    if arguments.on_shape and arguments.model == "net":
-        raise InputError("--on-shape: the net is trained for flat objects; use --model layer")
     if arguments.out is not None and arguments.out.exists() and not arguments.out.is_dir():
         raise InputError(f"{arguments.out}: -o: is no folder")
 

@@ -135,14 +135,14 @@ class Evaluation:
     @property
     def regions(self) -> "dict[str, Evaluation]":
         """The evaluations of a sliced part's regions, such as "top" and "side"; none of other surfaces."""
-        if isinstance(self.touch, TouchMeasures) or not isinstance(self.relief, SlicedPart):
-            return {}
-        return {name: replace(self, touch=part) for name, part in _beads().regions_of(self.touch).items()}
+        parts = {} if isinstance(self.touch, TouchMeasures) else self.touch.by_region()
+        return {name: replace(self, touch=part) for name, part in parts.items()}
 
     @property
     def bands(self) -> "Mapping[str, tuple[SurfaceBand, ...]]":
         """Waves of the skin's surface by region of a sliced part; none of other surfaces."""
-        return _beads().bands_of(self.touch) if isinstance(self.relief, SlicedPart) else {}
+        bands: Mapping[str, tuple[SurfaceBand, ...]] = getattr(self.touch, "bands", {})
+        return bands
 
     def jnd_from(self, first: Self) -> float | None:
         """Just-noticeable differences by which this is rougher (+) or smoother (-); None if one is smooth."""
@@ -199,6 +199,13 @@ class Evaluation:
             entry |= {} if self.as_sliced is None else {"as_sliced": self.as_sliced.as_json()}
         elif isinstance(self.relief, SlicedPart):
             entry |= self.relief.as_json() | {"files": [str(file) for file in self.files]}
+            others = first.regions if same_places and first is not None else {}
+            entry["regions"] = {
+                name: one.numbers
+                | {"bands": [_band(band) for band in self.bands[name]]}
+                | ({"jnd_from_first": one.jnd_from(others[name])} if others else {})
+                for name, one in self.regions.items()
+            }
             entry |= {} if self.beside is None else {"beside": self.beside.as_json(self, same_places=True)}
         elif solid is not None:
             entry |= {"size_mm": solid.sides_mm[0], "warnings": list(self.relief.warnings)}
@@ -207,6 +214,12 @@ class Evaluation:
         of_skin = described_skin(self.skin, self.skin_name)
         printer = self.printer and self.printer.name
         return entry | {"skin": of_skin, "model": self.model, "printer": printer}
+
+
+def _band(band: "SurfaceBand") -> dict[str, float]:
+    """A band of the skin's surface on one solid, for JSON."""
+    ends = {"least_mm": band.least_mm, "most_mm": band.most_mm}
+    return ends | {"rms_um": band.initial_um, "threshold_um": band.threshold_um}
 
 
 def _solids() -> ModuleType:
@@ -288,17 +301,18 @@ def evaluate(
         relief = _solids().read_solid(relief, units=units)
     if isinstance(relief, str | os.PathLike) and is_gcode(Path(relief)):
         relief = _beads().read_gcode(relief)
+    of_reliefs = {**lengths, "repeats": repeats, "reach": reach, "slicer": slicer, "profile": profile}
+    if isinstance(relief, Mesh | SlicedPart) and isinstance(without_texture, str | os.PathLike):
+        without_texture = _solids().read_solid(without_texture, units=units)
     if isinstance(relief, SlicedPart):
-        of_others = {**lengths, "repeats": repeats, "reach": reach, "printer": printer, "units": units}
-        of_others |= {"on_shape": on_shape, "slicer": slicer, "profile": profile}
-        refuse("height maps and print files; G-code is felt as it is", of_others)
-        if not isinstance(without_texture, Mesh | None):
-            without_texture = _solids().read_solid(without_texture)
+        of_meshes = {"printer": printer, "on_shape": on_shape, "units": without_texture is None and units}
+        refuse("height maps and print files; G-code is felt as it is", of_reliefs | of_meshes)
         parts = [relief]
         if beside is not None:
             parts.append(beside if isinstance(beside, SlicedPart) else _beads().read_gcode(beside))
         with followed(progress, quiet):
-            feels = _beads().press_parts(parts, without_texture, model, finger)
+            with naming(relief.path), stage(f"feeling {relief.path.name}"):
+                feels = _beads().feel_of_beads(parts, finger, model, without_texture=without_texture)
             files = () if colours is None else _solids().write_colours(Path(colours), relief, feels[0], name)
             first, *others = (
                 Evaluation(part, feel, model, finger, name) for part, feel in zip(parts, feels, strict=True)
@@ -306,10 +320,7 @@ def evaluate(
             return replace(first, files=files, beside=others[0] if others else None)
     refuse("G-code", {"beside": beside})
     if isinstance(relief, Mesh):
-        of_reliefs = {**lengths, "repeats": repeats, "reach": reach, "slicer": slicer, "profile": profile}
         refuse("height maps; a print file is felt as it is", of_reliefs)
-        if not isinstance(without_texture, Mesh | None):
-            without_texture = _solids().read_solid(without_texture, units=units)
         with followed(progress, quiet):
             if on_shape and without_texture is None:
                 raise InputError("on_shape: needs the solid before its texture; state without_texture")

@@ -9,7 +9,7 @@ from benchmarks.prints.filament_guide import PAGE, report
 from benchmarks.prints.filament_guide import RESULT as GUIDE
 from benchmarks.shared.common import load
 from relief.ground.arrays import Array
-from relief.solids.filament.bead_rays import BeadRays
+from relief.solids.filament.bead_surface import BeadSurface
 from relief.solids.filament.beads import Beads, Role
 from relief.solids.meshes.mesh_places import frame_along
 from tactile.jnd import SMOOTH_BELOW
@@ -41,7 +41,7 @@ def test_both_computations_have_the_same_heights_of_any_level_beads() -> None:
     some = beads(start, start + away * (1.0, 1.0, 0.0))
     for axis in random.normal(0.0, 1.0, (3, 3)):
         place = frame_along(np.zeros(3), axis / np.linalg.norm(axis))
-        one, other = BeadRays(some).heights(place, 4.0, 60, 3.0), dense_heights(some, place, 4.0, 60)
+        one, other = BeadSurface(some).heights(place, 4.0, 60, 3.0), dense_heights(some, place, 4.0, 60)
         met = np.isfinite(one) & np.isfinite(other)
         # A ray that grazes a bead may miss it in one computation, or meet it a little earlier.
         assert met.mean() > 0.3 and (np.isfinite(one) != np.isfinite(other)).mean() < 1e-3

@@ -11,6 +11,7 @@ import tactile
 from optimize.verification.solids.mesh_feel import (
     ESTIMATED,
     MOST_TRIED,
+    PART,
     TAKEN_OUT,
     MeshFeel,
     pressed,
@@ -32,24 +33,25 @@ from relief.solids.files.mesh import Mesh
 from relief.solids.meshes.crops import Cropper, SurfaceCrop, reachable
 from relief.solids.meshes.mesh_places import Frame, frames, spread, surface_points
 from relief.solids.objects.torus import fitted, over, torus
-from tactile.jnd import jnd_unless_smooth
 from tactile.model import ModelName
-from tactile.quantities import ROUGHNESS
 
 MOST_PLACES = 80
-"""Most places on the beads of a part, which takes four times as many samples as a mesh does at one."""
+"""Most places on the beads of a part: a crop of beads has four times as many samples as that of a mesh."""
 WIDE_MM, COARSE = 9.0, 64
 """Radius of the disc to which a torus is fitted, mm, and samples along its diameter."""
 FARTHER = 1.05
-"""Factor by which points on the patch may vary more over the torus of the disc than over the patch's own."""
-BENT_MM = 0.03
-"""Root mean square, mm, by which a torus is no plane on the patch: that of a ball of 170 mm. Fuzzy skin of
-0.3 mm on a flat side bends the torus by 0.01 mm."""
+"""Factor by which points on the patch may vary more over the torus of the disc than over the torus of the
+patch."""
+BENT_PER_MM = 0.008
+"""Root sum square of both curvatures of a torus, 1/mm, below which the torus counts as a plane: that of a
+ball of 180 mm radius, 0.03 mm rms on 10 mm. Fuzzy skin of 0.3 mm on a flat side bends a torus by a third."""
 SQUARE_MM, UNEVEN_MM = 2.0, 0.1
 """Side of the squares over which distances from a torus are averaged, mm, and their rms, mm, above which a
 patch lies on an edge: fuzzy skin of 0.5 mm leaves 0.06, a rim of 45 degrees 1 mm within the patch 0.2."""
+_Place = tuple[list[SurfaceCrop], Array]
+"""Crops of prints at a contact location, and the torus (6,) that is taken out there."""
 MOST_BAND_PLACES = 8
-"""Most places of a region whose skin is looked at by bands of wavelength, evenly taken."""
+"""Most places of a region whose waves of the skin are computed: every so many of all places."""
 
 
 @dataclass(frozen=True)
@@ -58,19 +60,17 @@ class BeadFeel(MeshFeel):
 
     Attributes:
         regions: Of the k places: "top", "slope", "side", "overhang" or "bottom", by the axis of the finger.
-        bands: Waves of the skin's surface by region, in which layer lines lie.
-        region: That the places were chosen from; None: all.
+        bands: Waves of the skin's surface by region, from top to bottom; layer lines are such waves.
     """
 
-    regions: tuple[Region, ...]
-    bands: dict[Region, tuple[SurfaceBand, ...]]
-    region: Region | None = None
+    regions: tuple[str, ...]
+    bands: dict[str, tuple[SurfaceBand, ...]]
 
-    def by_region(self) -> dict[Region, Self]:
+    def by_region(self) -> dict[str, Self]:
         """The feel of each region that has places, from top to bottom."""
-        return {name: self.within(name) for name in get_args(Region) if name in self.regions}
+        return {name: self._within(name) for name in self.bands}
 
-    def within(self, name: Region) -> Self:
+    def _within(self, name: str) -> Self:
         """The feel of the places of a region."""
         chosen = [number for number, region in enumerate(self.regions) if region == name]
         return replace(
@@ -81,33 +81,13 @@ class BeadFeel(MeshFeel):
             as_pressed={key: values[chosen] for key, values in self.as_pressed.items()},
             regions=(name,) * len(chosen),
             bands={name: self.bands[name]},
-            region=name,
         )
 
     def details(self, first: MeshFeel | None = None) -> dict[str, Any]:
-        """As of a mesh, with the region of each place, and the numbers of each region."""
+        """As of a mesh, with the region of each place."""
         details = super().details(first)
         for touch, region in zip(details["touches"], self.regions, strict=True):
             touch["region"] = region
-        others = first.by_region() if isinstance(first, BeadFeel) else {}
-        details["regions"] = {
-            name: {
-                **part.means,
-                "contact_fraction": part.contact_fraction,
-                "places": part.ends,
-                "bands": [
-                    {
-                        "least_mm": band.least_mm,
-                        "most_mm": band.most_mm,
-                        "rms_um": band.initial_um,
-                        "threshold_um": band.threshold_um,
-                    }
-                    for band in part.bands[name]
-                ],
-                **({"jnd_from_first": _jnd(part, others[name])} if others else {}),
-            }
-            for name, part in self.by_region().items()
-        }
         return details
 
 
@@ -121,8 +101,8 @@ def feel_of_beads(
 ) -> list[BeadFeel]:
     """Press the skin on the beads of prints of one part, at the same places of all.
 
-    Places lie 2.5 mm apart, or as many as there may be, all over the part, the side on the bed included. A
-    place on whose patch any of the prints has an edge is left out, unless all places are on edges.
+    Places lie 2.5 mm apart, or farther where these are more than `most`, all over the part, the side on the
+    bed included. A place on whose patch any of the prints has an edge is left out, unless all are on edges.
 
     Args:
         parts: Prints of the part; places are those of the first.
@@ -130,7 +110,8 @@ def feel_of_beads(
         model: Of touch.
         most: Most places.
         without_texture: The object that was sliced, which gives places and axes, and whose curvature is taken
-            out. Without it the outer walls give places and axes, and curvature is estimated from each patch.
+            out. Without the object the outer walls give places and axes; curvature is estimated from each
+            patch, and is a part of the roughness where all places are on edges.
         region: Of the places; None: all. The list is empty if the region has no place.
 
     Raises:
@@ -142,11 +123,13 @@ def feel_of_beads(
     body = printed[0]
     if without_texture is not None:
         with naming(without_texture.path):
-            body = _moved(without_texture.body, offset_of(body, without_texture.body)[0])
+            bare = without_texture.body
+            body = Body(bare.vertices + offset_of(body, bare), bare.faces)
     ways = [np.zeros(3)]
     for part, shape in zip(parts[1:], printed[1:], strict=True):
         with naming(part.path):
-            ways.append(offset_of(shape, printed[0])[0])
+            # From the first print to the other, whose name an error begins with.
+            ways.append(-offset_of(printed[0], shape, parts[0].path.name))
     points = surface_points(body, with_bed=True)
     candidates = spread(points.at, MOST_TRIED)
     places, tried = list[_Place](), list[_Place]()
@@ -155,26 +138,26 @@ def feel_of_beads(
             advance()
             if region not in (None, region_of(frame.axes[2])):
                 continue
-            place = _Place.looked_at(frame, surfaces, ways)
-            (tried if place.on_edge else places).append(place)
+            place = _looked_at(frame, surfaces, ways)
+            (tried if place[0][0].on_edge else places).append(place)
             if len(places) == most:
                 break
     edges = len(tried) if places else 0
     places = places or ([] if region else tried[:most])
     if not places:
         return []
-    regions = tuple(region_of(place.crops[0].frame.axes[2]) for place in places)
+    regions = tuple(region_of(crops[0].frame.axes[2]) for crops, _ in places)
     shapes = None if without_texture is None else Cropper(body, side_mm=skin.patch_mm)
-    curvature = ESTIMATED if shapes is None else TAKEN_OUT
+    curvature = TAKEN_OUT if shapes is not None else PART if places[0][0][0].on_edge else ESTIMATED
     feels = []
     for number, way in enumerate(ways):
-        crops = [place.crops[number] for place in places]
+        crops = [prints[number] for prints, _ in places]
         heights = np.stack(
             [
-                over_torus(place.crops[number], place.torus)
+                over_torus(prints[number], shape)
                 if shapes is None
-                else over_object(place.crops[number], shapes, way)
-                for place in places
+                else over_object(prints[number], shapes, way)
+                for prints, shape in places
             ]
         )
         values, fractions = pressed(heights, skin, model, crops[0].side_mm, thinned=True)
@@ -185,41 +168,19 @@ def feel_of_beads(
     return feels
 
 
-@dataclass(frozen=True)
-class _Place:
-    """A contact location on prints of a part.
+def _looked_at(frame: Frame, surfaces: Sequence[BeadSurface], ways: Sequence[Array]) -> _Place:
+    """Crops of prints at a place, each a way (3,) mm from the first print, and the torus (6,) nearest to it.
 
-    Attributes:
-        crops: Of each print.
-        torus: (6,) nearest to the first print around the place.
-        on_edge: Whether there is an edge on the patch of any print, or the patch is no part of a torus.
+    All lie on an edge if one does, or if the first patch is no part of a torus; the torus is a plane then.
     """
-
-    crops: list[SurfaceCrop]
-    torus: Array
-    on_edge: bool
-
-    @classmethod
-    def looked_at(cls, frame: Frame, surfaces: Sequence[BeadSurface], ways: Sequence[Array]) -> Self:
-        """The place of a frame on surfaces of prints, which lie a way (3,) mm from the first."""
-        crops = [
-            surface.crop(Frame(frame.at + way, frame.axes))
-            for surface, way in zip(surfaces, ways, strict=True)
-        ]
-        if any(crop.on_edge for crop in crops):
-            return cls(crops, np.zeros(6), True)
+    crops = [
+        surface.crop(Frame(frame.at + way, frame.axes)) for surface, way in zip(surfaces, ways, strict=True)
+    ]
+    if not any(crop.on_edge for crop in crops):
         shape, uneven_mm = nearest_torus(crops[0], surfaces[0])
-        return cls(crops, shape, uneven_mm > UNEVEN_MM)
-
-
-def _jnd(feel: MeshFeel, first: MeshFeel) -> float | None:
-    """Just-noticeable differences by which a mean is rougher (+) or smoother; None: one is smooth."""
-    return jnd_unless_smooth(feel.means[ROUGHNESS.name], first.means[ROUGHNESS.name])
-
-
-def _moved(body: Body, way: Array) -> Body:
-    """A body that is moved by a way (3,) mm."""
-    return Body(body.vertices + way, body.faces)
+        if uneven_mm <= UNEVEN_MM:
+            return crops, shape
+    return [replace(crop, on_edge=True) for crop in crops], np.zeros(6)
 
 
 def over_object(crop: SurfaceCrop, shapes: Cropper, way: Array) -> Array:
@@ -232,10 +193,7 @@ def over_object(crop: SurfaceCrop, shapes: Cropper, way: Array) -> Array:
     """
     frame = Frame(crop.frame.at - way, crop.frame.axes)
     shape = shapes.heights(frame, crop.side_mm, len(crop.heights), 2.0 * HEIGHT_LIMIT_MM)
-    down, across = np.gradient(shape, crop.side_mm / len(shape))
-    with np.errstate(invalid="ignore"):
-        above = (crop.heights + crop.level_mm - shape) / np.sqrt(1.0 + down**2 + across**2)
-    return _reached(above, crop)
+    return _above(crop, shape, *np.gradient(shape, crop.side_mm / len(shape)))
 
 
 def nearest_torus(crop: SurfaceCrop, surface: BeadSurface) -> tuple[Array, float]:
@@ -263,29 +221,35 @@ def nearest_torus(crop: SurfaceCrop, surface: BeadSurface) -> tuple[Array, float
 
 def over_torus(crop: SurfaceCrop, shape: Array) -> Array:
     """Heights (n, n) mm of beads over a torus (6,); those of the crop where the torus is nearly a plane."""
+    if np.hypot(*shape[4:]) < BENT_PER_MM:
+        return crop.heights
     at = ((np.arange(len(crop.heights)) + 0.5) / len(crop.heights) - 0.5) * crop.side_mm
     x, y = np.meshgrid(at, at[::-1])
-    bent = torus(shape, x, y)[0][::8, ::8].ravel()
-    plane = np.column_stack([x[::8, ::8].ravel(), y[::8, ::8].ravel(), np.ones(len(bent))])
-    if float((bent - plane @ np.linalg.lstsq(plane, bent)[0]).std()) < BENT_MM:
-        return crop.heights
-    return _reached(over(shape, x, y, crop.heights + crop.level_mm), crop)
+    return _above(crop, *torus(shape, x, y))
 
 
-def _reached(above: Array, crop: SurfaceCrop) -> Array:
-    """Heights (n, n) over a shape, mm, as a finger reaches them: nothing beyond a rim, or out of reach."""
+def _above(crop: SurfaceCrop, base: Array, by_x: Array, by_y: Array) -> Array:
+    """Heights (n, n) mm over a shape, along its normals nearly, as far as a finger reaches.
+
+    Args:
+        crop: Of the beads.
+        base: Heights of the shape, mm; -inf beyond its rim.
+        by_x, by_y: Slopes of the shape, of any signs.
+    """
+    with np.errstate(invalid="ignore"):
+        above = (crop.heights + crop.level_mm - base) / np.sqrt(1.0 + by_x**2 + by_y**2)
     there = np.isfinite(above) & (crop.heights > 0.0)
     return reachable(np.where(there, above, -np.inf), crop.side_mm)[0]
 
 
 @one_torch_thread()
 def _bands_by_region(
-    heights: Array, side_mm: float, regions: Sequence[Region], skin: tactile.Skin, model: ModelName
-) -> dict[Region, tuple[SurfaceBand, ...]]:
-    """Bands of the skin's surface by region, at some of its places (k, n, n)."""
+    heights: Array, side_mm: float, regions: Sequence[str], skin: tactile.Skin, model: ModelName
+) -> dict[str, tuple[SurfaceBand, ...]]:
+    """Bands of the skin's surface by region from top to bottom, at some of its places (k, n, n)."""
     bands = {}
     press = tactile.touch_model(skin, heights.shape[-1], side_mm, model=model)
-    for region in dict.fromkeys(regions):
+    for region in filter(regions.__contains__, get_args(Region)):
         there = [number for number, name in enumerate(regions) if name == region]
         some = np.linspace(0, len(there) - 1, min(len(there), MOST_BAND_PLACES)).round().astype(int)
         touch = tactile.press(torch.as_tensor(heights[np.array(there)[some]]), side_mm, skin, model)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import torch
@@ -95,6 +95,10 @@ class MeshFeel:
         """Extent of the body along x, y and z."""
         sides: list[float] = np.ptp(self.body.vertices, axis=0).tolist()
         return sides
+
+    def by_region(self) -> "dict[str, Self]":
+        """The feel of each kind of surface of a sliced part; nothing of a mesh."""
+        return {}
 
     def details(self, first: "MeshFeel | None" = None) -> dict[str, Any]:
         """Numbers of a mesh beside those of a texture: edges, curvature, sides, every touch.

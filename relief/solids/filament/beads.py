@@ -31,11 +31,6 @@ class Role(IntEnum):
     WIPE_TOWER = 13
     CUSTOM = 14
 
-    @property
-    def of_part(self) -> bool:
-        """Whether a finger meets such beads on the part."""
-        return self <= Role.OTHER_PART
-
 
 @dataclass(frozen=True, eq=False)
 class Beads:
@@ -69,6 +64,11 @@ class Beads:
     def part(self, chosen: NDArray[np.bool_] | Index) -> "Beads":
         """The chosen beads, by a mask or by numbers."""
         return Beads(**{name: values[chosen] for name, values in vars(self).items()})
+
+    @property
+    def of_part(self) -> "Beads":
+        """The beads that belong to the part itself: a finger meets them on the part."""
+        return self.part(self.role <= Role.OTHER_PART)
 
 
 @dataclass(frozen=True, eq=False)

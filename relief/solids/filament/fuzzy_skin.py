@@ -3,7 +3,7 @@
 PrusaSlicer, SuperSlicer, OrcaSlicer and Bambu Studio share one law (Cura's): along an outer wall lie points
 at distances that are uniform from 3/4 to 5/4 of the point distance; each is moved along the normal by an
 amount that is uniform within plus and minus the thickness, and the nozzle goes straight from point to point.
-Each layer is drawn anew; the width of the bead stays as it is, and the first layer is left plain.
+The points of each layer are random; the width of the bead stays as it is, and the first layer is plain.
 """
 
 import numpy as np
@@ -38,12 +38,12 @@ def fuzzy_wall(
         random: draws the points.
 
     Returns:
-        The outer wall, which runs along x and faces -y; the path of its nozzle, unmoved, is y = 0. Takes of
-        filament are left at 0.
+        The outer wall, which runs along x and faces -y, and frames of the places. The path of the nozzle
+        without fuzzy skin is y = 0. Lengths of filament are 0.
     """
     half = 0.5 * side_mm * patches + width_mm
     layers = int(np.ceil((side_mm + 2.0 * width_mm) / layer_mm))
-    # Ten points more at the start, after which the distance to the first point on the wall has its law.
+    # The wall begins ten points later, by when the distance to the next point is random.
     count = int(np.ceil(2.0 * half / (NEAREST * point_distance_mm))) + 12
     x = np.cumsum(point_distance_mm * (NEAREST + RANGE * random.random((layers, count))), axis=1)
     x -= half + 10.0 * point_distance_mm

@@ -21,12 +21,12 @@ from relief.solids.filament.slicer_comments import ROLE_OF, STATE, Stated
 NUMBER = r"[-+]?(?:\d{1,12}(?:\.\d{0,20})?|\.\d{1,20})"
 WORDS = "|".join(rf"{axis}[ \t]*({NUMBER})" for axis in "XYZEIJRP")
 MOVE = re.compile(rf"(?i)[ \t]*G0?([0-3])(?:[ \t]*(?:{WORDS}|[FSHK][ \t]*{NUMBER}))*\s*(?:[;(].*)?$")
-"""A whole line of a move: what is left over would be a damaged number."""
+"""A whole line of a move. A line that is a move and more holds a damaged number."""
 WORD = rf"([A-Z])(?:[ \t]*({NUMBER}))?"
 PLACES = re.compile(rf"(?:\s*{WORD})*\s*")
 COMMAND = re.compile(r"(?i)([GMT])0*(\d{1,5}(?:\.\d{1,2})?)(?![\d_])|[A-Z_]{2}|P\d|[(@]")
-"""A command; or what moves nothing: a macro of Klipper, a tool that a Prusa XL parks, a line to a server, a
-remark in parentheses."""
+"""A command; or a line that moves nothing: a macro of Klipper, a parked tool of a Prusa XL, a line to a print
+server, a remark in parentheses."""
 REFUSED = {
     **dict.fromkeys(("G5", "G5.1"), "splines"),
     **dict.fromkeys(("G18", "G19"), "arcs in other planes"),
@@ -41,7 +41,7 @@ STILL = {f"G{number}" for number in (*PAUSES, 130, 150, 161, 162, 280, 380, 383,
 LONGEST_LINE = 1 << 16
 """Most characters of a line that are read: comments hold start code of 20,000, a move has 100."""
 MOST_TOOLS = 64
-"""Most tools; T255 and T1000 of start code are none."""
+"""Most tools; T255 and T1000 in the start code of Bambu's printers are no tools."""
 MOST_BEADS = 3_000_000
 """Most beads: those of a file of 120 MB, which take half a GB."""
 LARGEST_MISFIT_MM = 0.05
@@ -51,23 +51,18 @@ CHORD_MM = 0.001
 LARGEST_BEAD_MM = 50.0
 """Largest width or height of a bead, mm: nozzles for granulate are 10 mm wide."""
 LENGTH = re.compile(r"\d{1,12}(?:\.\d{0,20})?")
-COLUMNS = (
-    *("x0", "y0", "z0", "x1", "y1", "z1", "filament", "width", "height", "role", "layer", "tool", "line"),
-    *("centre_x", "centre_y", "sweep"),
-)
-"""Numbers of a move. Width and height are NaN where no comment states them. The sweep, radians, is 0 for a
-line."""
+COLUMNS = "x0", "y0", "z0", "x1", "y1", "z1", "filament", "width", "height", "role", "layer", "tool", "line"
+"""Numbers of a bead. Width and height are NaN where no comment states them."""
 MOST_NUMBERS = MOST_BEADS * len(COLUMNS)
-STRAIGHT = [0.0, 0.0, 0.0]
-"""Centre and sweep of a line."""
+Point = tuple[float, float, float]
 
 
 class Moves:
-    """Moves that extrude along X or Y, and what the comments state.
+    """Straight moves that extrude along X or Y, chords of arcs among them, and what the comments state.
 
     Attributes:
         stated: by comments about the whole file.
-        layers: number of layer changes after which something was laid.
+        layers: number of layer changes with beads between them.
         volumetric_mm: diameter of filament for which E is a volume (M200), mm; 0: E is a length.
         unknown: names of commands and types that are not known, each with its first line.
     """
@@ -83,27 +78,9 @@ class Moves:
         self._typed, self._laid = False, 0
 
     def columns(self) -> dict[str, Array]:
-        """Numbers (n,) by the names of `COLUMNS`, with arcs as chords. Raises InputError for too many."""
+        """Numbers (n,) by the names of `COLUMNS`."""
         rows = np.frombuffer(self._rows, np.float64).reshape(-1, len(COLUMNS))
-        radius = np.maximum(np.hypot(rows[:, 0] - rows[:, 13], rows[:, 1] - rows[:, 14]), CHORD_MM)
-        step = 2.0 * np.arccos(np.maximum(1.0 - CHORD_MM / radius, -1.0))
-        counts = np.maximum(np.ceil(np.abs(rows[:, 15]) / step), 1.0)
-        if counts.sum() > MOST_BEADS:
-            raise InputError(f"{self.path}: has arcs of more than {MOST_BEADS} chords; divide the print")
-        chords = counts.astype(np.int64)
-        column = dict(zip(COLUMNS, np.repeat(rows, chords, axis=0).T.copy(), strict=True))
-        radius, counts = np.repeat(radius, chords), np.repeat(counts, chords)
-        start, end = column["x0"] + 1j * column["y0"], column["x1"] + 1j * column["y1"]
-        centre, rise = column["centre_x"] + 1j * column["centre_y"], column["z1"] - column["z0"]
-        growth = np.abs(end - centre) / radius - 1.0
-        place = np.arange(len(counts)) - np.repeat(np.cumsum(chords) - chords, chords)
-        for name, share in (("1", (place + 1.0) / counts), ("0", place / counts)):
-            turned = centre + (start - centre) * (1.0 + share * growth) * np.exp(1j * share * column["sweep"])
-            points = np.where(column["sweep"] != 0.0, turned, start + share * (end - start))
-            column[f"x{name}"], column[f"y{name}"] = points.real, points.imag
-            column[f"z{name}"] = column["z0"] + share * rise
-        column["filament"] /= counts
-        return column
+        return dict(zip(COLUMNS, rows.T.copy(), strict=True))
 
     def read(self, lines: Iterable[str]) -> None:
         """Follow all lines. Raises InputError, which names the line."""
@@ -129,21 +106,23 @@ class Moves:
             else:
                 value, self._e = value - self._e, value
             if value > 0.0 and (x1 != x0 or y1 != y0 or kind > "1"):
-                places = complex(x0, y0), complex(x1, y1)
-                turn = STRAIGHT if kind < "2" else self._arc(kind, *places, arc, number)
-                sizes = value, *self._size, self._role, self.layers, self._tool, number
-                rows.extend((x0, y0, z0, x1, y1, z1, *sizes, *turn))
+                end = x1, y1, z1
+                ends = [end] if kind < "2" else self._arc(kind, (x0, y0, z0), end, arc, number)
+                numbers = value / len(ends), *self._size, self._role, self.layers, self._tool, number
+                for end in ends:
+                    rows.extend((x0, y0, z0, *end, *numbers))
+                    x0, y0, z0 = end
                 if len(rows) > MOST_NUMBERS:
                     raise InputError(f"{self.path}: more than {MOST_BEADS} moves extrude; divide the print")
 
     def _fault(self, number: int, fault: str) -> InputError:
         return InputError(f"{self.path}: line {number}: {fault}")
 
-    def _arc(self, kind: str, start: complex, end: complex, words: Any, number: int) -> list[float]:
-        """Centre, mm, and sweep, radians, of an arc whose words are I, J, R and P."""
+    def _arc(self, kind: str, start: Point, end: Point, words: Any, number: int) -> list[Point]:
+        """Ends of the chords of an arc, mm, whose words are I, J, R and P. Raises InputError."""
         sign = 1.0 if kind == "3" else -1.0
         i, j, r, turns = (float(word or 0.0) for word in words)
-        spoke, chord = complex(i, j) * self._unit, end - start
+        spoke, chord = complex(i, j) * self._unit, complex(end[0] - start[0], end[1] - start[1])
         if words[2] is not None and chord:
             # The centre of the shorter arc lies left of the chord if the arc turns to the left.
             rise = (r * self._unit) ** 2 - 0.25 * abs(chord) ** 2
@@ -152,7 +131,15 @@ class Moves:
         if not radius or max(abs(radius - abs(spoke)), abs(radius - abs(spoke - chord))) > LARGEST_MISFIT_MM:
             raise self._fault(number, "an arc does not reach its end: the radius is another there")
         sweep = sign * cmath.phase((chord - spoke) / -spoke) % math.tau if chord else math.tau
-        return [(start + spoke).real, (start + spoke).imag, sign * (sweep + math.tau * turns)]
+        sweep += math.tau * turns
+        count = max(math.ceil(sweep / (4.0 * math.asin(min(0.5 * CHORD_MM / radius, 1.0) ** 0.5))), 1)
+        if count > MOST_BEADS:
+            raise self._fault(number, f"an arc has more than {MOST_BEADS} chords")
+        share = np.arange(1.0, count + 1.0) / count
+        growth = abs(chord - spoke) / max(abs(spoke), CHORD_MM) - 1.0
+        turned = spoke - spoke * (1.0 + share * growth) * np.exp(1j * sign * sweep * share)
+        x, y, z = start[0] + turned.real, start[1] + turned.imag, start[2] + share * (end[2] - start[2])
+        return list(zip(x.tolist(), y.tolist(), z.tolist(), strict=True))
 
     def _other(self, text: str, number: int) -> None:
         """Follow a line that is no move."""
@@ -177,17 +164,17 @@ class Moves:
         elif "WIDTH" in key or "HEIGHT" in key:
             if not LENGTH.fullmatch(value) or float(value) > LARGEST_BEAD_MM:
                 raise self._fault(number, f"{shown(value)!r} is no width or height of a bead")
-            # A slicer that writes 0 states none.
+            # Slicers write 0 where they state no size.
             self._size["HEIGHT" in key] = float(value) or math.nan
         elif "LAYER" in key:
             if not self.layers or len(self._rows) > self._laid:
                 self.layers, self._laid = self.layers + 1, len(self._rows)
-            if value.startswith("-"):  # Cura counts the layers of a raft so, and writes no type.
+            if value.startswith("-"):  # Cura gives layers of a raft negative numbers, and no type.
                 self._role = float(Role.SUPPORT)
             elif not self._typed:
                 self._role = float(Role.OTHER_PART)
         else:
-            # Cura ends a layer so, and writes the type of the first moves of the next.
+            # Cura ends each layer with TIME_ELAPSED, and states the type again in the next.
             self._role = float(Role.CUSTOM)
 
     def _command(self, name: str, rest: str, number: int) -> None:
@@ -215,7 +202,7 @@ class Moves:
             self.unknown.setdefault(name, number)
 
     def _set_position(self, home: bool, words: dict[str, str]) -> None:
-        """Home axes, or give the place where they are other coordinates."""
+        """Home axes (G28), or state new coordinates for the present place (G92)."""
         for axis in [axis for axis in "XYZE" if axis in words] or ("XYZ" if home else "XYZE"):
             value = 0.0 if home else self._unit * float(words.get(axis) or 0.0)
             if axis == "E":

@@ -14,11 +14,12 @@ Region = Literal["top", "slope", "side", "overhang", "bottom"]
 NEAR = np.sin(np.radians(10.0))
 """Sine of the angle from upward, downward and level within which an axis belongs to a top, bottom or side."""
 STEPS = 8
-"""Rounds of finding nearest points; each leaves a tenth of the shift of the one before, or less."""
+"""Iterations of closest points (ICP); each leaves a tenth of the shift of the one before, or less."""
 UPRIGHT, FACING = 0.8, 0.7
 """Largest z of the normals of sides that are matched, and least cosine between those that match."""
 TURN_MM = 3.0
-"""Distance, mm, that counts as much as an angle of 60 degrees between normals: near an edge lie two sides."""
+"""Distance, mm, that counts as much as an angle of 60 degrees between normals, so that points near an edge
+are matched with those of the same side."""
 FARTHEST_MM, SIZE_MM, RMS_MM = 2.0, 1.5, 0.25
 """Distance of points without a match, mm; greatest difference of sizes, and root mean square of the distances
 of sides in the end, mm: fuzzy skin of 0.5 mm leaves 0.07, a turn by 2 degrees 0.3 on 30 mm."""
@@ -34,17 +35,15 @@ def region_of(axis: Array) -> Region:
     return "slope" if up > 0.0 else "overhang"
 
 
-def offset_of(shape: Body, body: Body) -> tuple[Array, float]:
-    """The translation that takes an object onto the shape of its beads, and what the sides differ by then.
+def offset_of(shape: Body, body: Body, name: str = "the print") -> Array:
+    """The translation (3,), mm, that takes an object, or another print of it, onto the shape of its beads.
 
     Slicers put parts on the bed where they like, but neither turn nor scale them unasked.
 
     Args:
         shape: of the beads (`relief.solids.filament.sliced_shape`).
         body: the object.
-
-    Returns:
-        (3,) mm, and the root mean square distance of the object's sides, mm.
+        name: of what the shape belongs to, for errors.
 
     Raises:
         InputError: the object is another one, is turned or scaled, or the beads print more than it.
@@ -54,8 +53,8 @@ def offset_of(shape: Body, body: Body) -> tuple[Array, float]:
     if np.abs(sizes[0] - sizes[1]).max() > SIZE_MM:
         printed, own = (" x ".join(f"{side:.1f}" for side in size) for size in sizes)
         raise InputError(
-            f"measures {own} mm, the print {printed} mm; it must be the object that is printed, turned and "
-            "scaled as there, and printed once"
+            f"measures {own} mm, {name} {printed} mm; both must be the same object, turned and scaled alike, "
+            "and printed once"
         )
     offset = boxes[0].mean(axis=0) - boxes[1].mean(axis=0)
     offset[2] = boxes[0][0, 2] - boxes[1][0, 2]
@@ -73,7 +72,7 @@ def offset_of(shape: Body, body: Body) -> tuple[Array, float]:
     rms = float(np.sqrt(np.mean(np.where(alike, away, FARTHEST_MM) ** 2))) if len(at) else 0.0
     if rms > RMS_MM:
         raise InputError(
-            f"its sides lie {rms:.2f} mm (rms) from those of the print; it must be the object that is "
-            "printed, turned as there"
+            f"its sides lie {rms:.2f} mm (rms) from those of {name}; both must be the same object, turned "
+            "alike"
         )
-    return offset, rms
+    return offset

@@ -62,7 +62,7 @@ class Profile:
     Attributes:
         path: of the file.
         text: all of the file; bytes that are no UTF-8 are kept as surrogates.
-        values: texts by the slicer's key; the first of a list.
+        values: texts by the slicer's key; the first of a list; null states none.
         slicer: "PrusaSlicer", "SuperSlicer" or "OrcaSlicer", which stands for Bambu Studio too.
     """
 
@@ -179,10 +179,11 @@ def _values(text: str, of_json: bool) -> dict[str, str]:
             raise InputError(f"is no JSON: {str(error)[:100]}") from error
         if not isinstance(content, dict):
             raise InputError("is no profile: the JSON is no object")
-        lists = {
-            key: value if isinstance(value, list) and value else [value] for key, value in content.items()
+        firsts = {
+            key: next(iter(value), None) if isinstance(value, list) else value
+            for key, value in content.items()
         }
-        return {key: str(value[0]) for key, value in lists.items()}
+        return {key: str(value) for key, value in firsts.items() if value is not None}
     lines = [line.partition("=") for line in text.split("\n")]
     if any(key.lstrip().startswith("[") for key, _, _ in lines):
         raise InputError("holds several profiles; export one: File > Export > Export Config")

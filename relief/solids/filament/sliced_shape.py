@@ -13,8 +13,7 @@ from skimage import measure
 from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.solids.body import Body
-from relief.solids.filament.bead_rays import blocks, rows_near, runs
-from relief.solids.filament.bead_surface import of_part
+from relief.solids.filament.bead_surface import blocks, rows_near, runs
 from relief.solids.filament.beads import Beads, Role
 
 PITCH_MM, LAYER_MM = 0.4, 0.2
@@ -22,15 +21,15 @@ PITCH_MM, LAYER_MM = 0.4, 0.2
 MOST_SAMPLES = 20_000_000
 """Most samples of the grid: 80 MB. Larger parts have a coarser one."""
 SEAM_MM, LAP = 1.0, 0.15
-"""Largest gap of a loop, mm: slicers leave a fraction of a bead's width open at the seam. Or, in the loop's
-length: scarf seams run over their beginning."""
+"""Largest gap of a loop at its seam, mm, where slicers leave a fraction of a bead's width open; or, as a share
+of the loop's length, largest overlap of scarf seams."""
 WALLS = (Role.OUTER_WALL, Role.OVERHANG_WALL)
 SMOOTH = 0.7
 """Standard deviation of the weights that even out the stairs of slopes, in layers of the grid."""
 TOUCHING = 0.02
 """Distance between beads that follow one another, in samples of the grid."""
 BESIDE_MM = 1e-3
-"""Distance of the height at which a slice is looked at from its middle, mm."""
+"""Distance, mm, below the middle of a slice at which the slice is cut."""
 AT_ONCE = 1 << 20
 """Pairs of a bead and a sample that are computed together, about, which bounds the memory."""
 AROUND = 2
@@ -46,7 +45,7 @@ def shape_of(beads: Beads) -> Body:
     Raises:
         InputError: no bead belongs to the part, or all are too few or too thin.
     """
-    beads = beads.part(of_part(beads))
+    beads = beads.of_part
     if not len(beads):
         raise InputError("no wall, infill or top of a part is printed")
     grid = _Grid(beads)
@@ -110,7 +109,7 @@ class _Grid:
         field = np.ones((len(middles), *self._shape), np.float32)
         order = np.argsort(self._top)
         tops, highest = self._top[order], float((self._top - self._bottom).max())
-        # The middle of two layers is the end of one, or rounding makes it the beginning of the other, too.
+        # A cut exactly between two layers would, by rounding, hold both or none.
         for number, z in enumerate(middles - BESIDE_MM):
             some = order[slice(*np.searchsorted(tops, (z, z + highest)))]
             # In the order in which they are laid.

@@ -2,8 +2,8 @@
 
 PrusaSlicer, SuperSlicer, OrcaSlicer and Creality Print write `;TYPE:`, `;WIDTH:`, `;HEIGHT:` and
 `;LAYER_CHANGE`. Bambu Studio writes `; FEATURE:`, `; LINE_WIDTH:`, `; LAYER_HEIGHT:` and `; CHANGE_LAYER`.
-Cura writes `;TYPE:` and `;LAYER:`. ideaMaker writes `;TYPE:`, `;WIDTH:`, `;HEIGHT:` and `;LAYER:`. No comment
-means different things to two of them, so that one table serves all.
+Cura writes `;TYPE:` and `;LAYER:`. ideaMaker writes `;TYPE:`, `;WIDTH:`, `;HEIGHT:` and `;LAYER:`. A comment
+means the same to all of them, so that one table serves all.
 """
 
 import re
@@ -14,13 +14,13 @@ from relief.solids.filament.beads import Role
 STATE = re.compile(
     r"(TYPE|FEATURE|(?:LINE_)?WIDTH|(?:LAYER_)?HEIGHT|LAYER(?:_CHANGE)?|CHANGE_LAYER|TIME_ELAPSED)(?::\s*(.*)|$)"
 )
-"""A comment that says what the moves after it are."""
+"""A comment on the moves after it."""
 SETTING = re.compile(r"([A-Za-z][\w #.]{0,80}?) ?[=:]\s*(.*)")
 """A setting: `; key = value` of the Slic3r family, `;Key #1: value` of ideaMaker."""
 MOST_SETTINGS = 10_000
 """Most settings that are kept; slicers write 500."""
 CURA_SETTINGS = "SETTING_3 "
-"""Begin of a piece of the text in which Cura keeps settings; the pieces break anywhere."""
+"""First characters of a piece of Cura's settings, whose text is cut into pieces at any character."""
 USED = re.compile(
     r"(?i)(?:(?:total )?(?P<length>filament used|(?<=total )filament length|Material#\d+ Used)(?: \[mm\])?"
     r"|(?P<volume>MATERIAL\d?|EXTRUDER_TRAIN\.\d\.MATERIAL\.VOLUME_USED))\s*[=:]\s*(?P<amounts>\d.*)"
@@ -80,7 +80,7 @@ class Stated:
         slicer: name and version.
         settings: by the slicer's keys.
         used: amounts of filament and their units by the name in the comment, as some files state them twice.
-        ended: whether the line came that the slicer writes after the last move.
+        ended: whether the file has the line that the slicer writes after the last move.
         cura: pieces of Cura's settings.
     """
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -46,6 +47,13 @@ class SurfaceCrop:
     on_edge: bool
     side_mm: float = PATCH_SIDE_MM
     level_mm: float = 0.0
+
+    @classmethod
+    def of(cls, frame: Frame, heights: Array, side_mm: float) -> Self:
+        """The crop of heights (n, n) mm, counted from a place; -inf: no surface."""
+        top = float(in_the_middle(heights, side_mm).max())
+        level = top - HEIGHT_LIMIT_MM if np.isfinite(top) else 0.0
+        return cls(frame, *reachable(heights, side_mm), side_mm, level)
 
     @property
     def middle(self) -> Array:
@@ -103,10 +111,7 @@ class Cropper:
 
         Back faces are culled; of several surfaces above one another the highest counts.
         """
-        heights = self.heights(frame, self._side, self._samples)
-        top = float(in_the_middle(heights, self._side).max())
-        level = top - HEIGHT_LIMIT_MM if np.isfinite(top) else 0.0
-        return SurfaceCrop(frame, *reachable(heights, self._side), self._side, level)
+        return SurfaceCrop.of(frame, self.heights(frame, self._side, self._samples), self._side)
 
     def heights(self, frame: Frame, side_mm: float, samples: int, depth_mm: float = HEIGHT_LIMIT_MM) -> Array:
         """Heights (samples, samples) mm of a square around a place, counted from the place; -inf: none.

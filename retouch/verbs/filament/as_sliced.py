@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from optimize.run_directory.finished_run import FinishedRun, holds_run
+from optimize.run_directory.finished_run import FinishedRun, holds_run, result_file
 from relief.ground.errors import InputError
 from relief.ground.formatting import number
 from relief.ground.limits import BASE_MM, LARGEST_SIDE
@@ -40,7 +40,7 @@ class AsSliced:
     Attributes:
         slicer: its name and version.
         profile: file of the slicer's settings.
-        before: roughness of the relief before slicing.
+        roughness_before: of the relief before slicing.
         jnd: just-noticeable differences between original and result of a run; None for another relief, or
             where one is smooth.
         jnd_left: those between both as sliced.
@@ -48,7 +48,7 @@ class AsSliced:
 
     slicer: str
     profile: Path
-    before: float
+    roughness_before: float
     jnd: float | None = None
     jnd_left: float | None = None
 
@@ -56,7 +56,7 @@ class AsSliced:
         """A sentence for a person about a relief of this name and its roughness as sliced."""
         line = (
             f"{name} as sliced by {self.slicer} with {self.profile.name}: roughness {number(roughness)}, "
-            f"{number(self.before)} before"
+            f"{number(self.roughness_before)} before"
         )
         if self.jnd is None:
             return f"{line}."
@@ -65,13 +65,7 @@ class AsSliced:
 
     def as_json(self) -> dict[str, Any]:
         """What `retouch evaluate --json` prints."""
-        return {
-            "slicer": self.slicer,
-            "profile": str(self.profile),
-            "roughness_before": self.before,
-            "jnd": self.jnd,
-            "jnd_left": self.jnd_left,
-        }
+        return {**vars(self), "profile": str(self.profile)}
 
 
 def as_sliced(
@@ -95,12 +89,12 @@ def as_sliced(
     now, by = relief_of_beads(relief, slicer, profile)
     touch = measure_touch(now, skin, model)
     felt = AsSliced(by, profile, _roughness(relief, skin, model))
-    folder = Path(relief.name).parent
-    if not holds_run(folder):
+    file = Path(relief.name)
+    if not (file.is_file() and holds_run(file.parent) and file.samefile(result_file(file.parent))):
         return now, touch, felt
-    original = FinishedRun.read(folder).original
+    original = FinishedRun.read(file.parent).original
     first, _ = relief_of_beads(original, slicer, profile)
-    jnd = jnd_unless_smooth(felt.before, _roughness(original, skin, model))
+    jnd = jnd_unless_smooth(felt.roughness_before, _roughness(original, skin, model))
     left = jnd_unless_smooth(touch.means[ROUGHNESS.name], _roughness(first, skin, model))
     return now, touch, replace(felt, jnd=jnd, jnd_left=left)
 

@@ -1,20 +1,16 @@
 """Evaluation of sliced parts: how G-code is read and pressed, and what is said of it."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 from optimize.verification.solids.bead_feel import BeadFeel, feel_of_beads
-from optimize.verification.verification import SurfaceBand
-from relief.ground.errors import naming
 from relief.ground.formatting import number
-from relief.ground.progress import say, stage
+from relief.ground.progress import say
 from relief.solids.filament.beads import SlicedPart
 from relief.solids.filament.gcode_reader import read_gcode as parsed_gcode
-from relief.solids.filament.object_place import Region
-from relief.solids.files import Mesh
-from tactile.model import ModelName
-from tactile.skin import Skin
+
+__all__ = ["feel_of_beads", "part_lines", "read_gcode"]
 
 
 def read_gcode(path: str | os.PathLike[str]) -> SlicedPart:
@@ -32,19 +28,6 @@ def read_gcode(path: str | os.PathLike[str]) -> SlicedPart:
     return part
 
 
-def press_parts(
-    parts: Sequence[SlicedPart], without_texture: Mesh | None, model: ModelName, skin: Skin
-) -> list[BeadFeel]:
-    """How prints of one part feel at the same places; arguments as of `evaluate`.
-
-    Raises:
-        InputError: what is wrong with the parts, which the message names.
-        ContactError: a contact does not converge.
-    """
-    with naming(parts[0].path), stage(f"feeling {parts[0].path.name}"):
-        return feel_of_beads(parts, skin, model, without_texture=without_texture)
-
-
 def part_lines(part: SlicedPart, felt: BeadFeel) -> Iterator[str]:
     """A sentence for a person about a sliced part and its places."""
     sides = " x ".join(number(side) for side in felt.sides_mm)
@@ -56,13 +39,3 @@ def part_lines(part: SlicedPart, felt: BeadFeel) -> Iterator[str]:
     elif felt.edges:
         places += f"; {felt.edges} on edges are left out"
     yield f"{part.path} ({slicer}{sides} mm): {places}. The part's own curvature is {felt.curvature}."
-
-
-def regions_of(felt: BeadFeel) -> dict[Region, BeadFeel]:
-    """The feel of each region of a part."""
-    return felt.by_region()
-
-
-def bands_of(felt: BeadFeel) -> dict[Region, tuple[SurfaceBand, ...]]:
-    """Waves of the skin's surface by region, from top to bottom."""
-    return {name: felt.bands[name] for name in felt.by_region()}

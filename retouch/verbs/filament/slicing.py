@@ -3,7 +3,6 @@
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Mapping
 from pathlib import Path
 
 from relief.ground.errors import InputError, option_error
@@ -13,28 +12,30 @@ from relief.solids.filament.gcode_reader import read_gcode
 
 LONGEST_S = 900.0
 """Longest time that a slicer may take, s: large parts in fine layers take minutes."""
-OURS = {"post_process": "", "binary_gcode": "0"}
-"""Settings of every slice: no program of the profile is run on the G-code, and the G-code is a text."""
+OURS = "post_process =\nbinary_gcode = 0\n"
+"""Settings that replace those of a profile: no program is run on the G-code, and the G-code is a text."""
 
 
 def check_slicer(slicer: str, profile: Path) -> str:
     """The path of a program that slices by a profile's `.ini`, as PrusaSlicer and SuperSlicer do.
 
     Raises:
-        InputError: there is no such program, or the profile is one of OrcaSlicer or Bambu Studio, whose
-            command lines take profiles of printer and filament beside it.
+        InputError: there is no such program or profile, or the profile is one of OrcaSlicer or Bambu Studio,
+            whose command lines take profiles of printer and filament beside it.
     """
     if profile.suffix.lower() == ".json":
         fault = (
             f"{profile} is sliced with profiles of printer and filament only; evaluate the slicer's G-code"
         )
         raise option_error("slicer", fault)
+    if not profile.is_file():
+        raise InputError(f"{profile}: no such file")
     if (program := shutil.which(slicer)) is None:
         raise option_error("slicer", f"{slicer}: no such program")
     return program
 
 
-def sliced(slicer: str, mesh: Path, profile: Path, settings: Mapping[str, str] | None = None) -> SlicedPart:
+def sliced(slicer: str, mesh: Path, profile: Path) -> SlicedPart:
     """Slice a mesh with PrusaSlicer or SuperSlicer, and read what would be printed.
 
     Programs that the profile names for after the slicing are not run.
@@ -43,7 +44,6 @@ def sliced(slicer: str, mesh: Path, profile: Path, settings: Mapping[str, str] |
         slicer: name of the program, or its path.
         mesh: file that the slicer reads (STL, OBJ, 3MF); the slicer moves it to the middle of the bed.
         profile: configuration (.ini).
-        settings: values by the slicer's keys, in place of those of the profile.
 
     Raises:
         InputError: as of `check_slicer`; or the slicer fails or takes too long, or its G-code cannot be read.
@@ -51,16 +51,14 @@ def sliced(slicer: str, mesh: Path, profile: Path, settings: Mapping[str, str] |
     command = [check_slicer(slicer, profile), "--load", str(profile.absolute())]
     with tempfile.TemporaryDirectory() as folder, stage(f"{Path(slicer).name} slices {mesh.name}"):
         changes, out = Path(folder) / "changes.ini", Path(folder) / f"{mesh.stem}.gcode"
-        values = {**(settings or {}), **OURS}
-        changes.write_text("".join(f"{key} = {value}\n" for key, value in values.items()))
+        changes.write_text(OURS)
         command += ["--load", str(changes), "--export-gcode", "-o", str(out), str(mesh.absolute())]
         try:
             done = subprocess.run(command, capture_output=True, cwd=folder, timeout=LONGEST_S)
         except subprocess.TimeoutExpired as error:
             raise InputError(f"{mesh.name}: {slicer} takes more than {LONGEST_S:g} s") from error
         if done.returncode or not out.is_file():
-            last = [b"no word", *filter(bytes.strip, done.stderr.splitlines())][-1].decode(errors="replace")
-            raise InputError(
-                f"{mesh.name}: {slicer} fails: {last.strip().removeprefix('what():').strip()[:200]}"
-            )
+            lines = ["no word", *filter(str.strip, done.stderr.decode(errors="replace").splitlines())]
+            last = lines[-1].strip().removeprefix("what():").strip()[:200]
+            raise InputError(f"{mesh.name}: {slicer} fails: {last}")
         return read_gcode(out)

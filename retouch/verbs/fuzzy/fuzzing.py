@@ -15,7 +15,6 @@ from optimize.verification.solids.bead_feel import feel_of_beads
 from relief.ground.errors import InputError, option_error
 from relief.ground.files import check_file_to_write, write_atomically
 from relief.ground.formatting import number
-from relief.ground.lengths import Lengths
 from relief.ground.options import by_keywords, checked
 from relief.ground.progress import stage
 from relief.solids.body import Part
@@ -38,7 +37,8 @@ SLICES, PLACES = 5, 12
 mean over all is known to 0.7 %, as V differs by 5 % from place to place. (Where PrusaSlicer 2.5 has one
 thread, it draws the same noise again; the mean is then known to 1.4 %.)"""
 CLOSE_JND = 0.25
-"""Farthest from a target that counts as reached: 57 of 100 people name the rougher of two so near."""
+"""Largest just-noticeable differences from a target that counts as reached: 57 of 100 people name the rougher
+of two surfaces that differ so little."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class FuzzyProfile:
         profile: that was given.
         settings: that make the fuzzy skin, with their values.
         target: roughness that was asked for.
-        roughness: of a computed wall with these settings, mean over contact locations, no unit.
+        roughness: of a computed wall with these settings, mean over contact locations.
         slices: (n,) the same of the sides of the part, by slice; empty if the part was not sliced or has no
             upright side as large as a finger.
         slicer: program that sliced; None: none.
@@ -121,13 +121,13 @@ def fuzzy(
         check_slicer(slicer, stated.path)
     finger = options.skin if isinstance(options.skin, Skin) else load_skin(options.skin)
     wall = Wall(stated.wall_mm, stated.mm(profiles.LAYER), finger)
-    # Points farther out than half of wall and nozzle are overhangs to PrusaSlicer: bridges, round strands.
+    # PrusaSlicer lays points farther out than half of wall and nozzle as overhangs, that is, round strands.
     most, points = 0.5 * (wall.width_mm + stated.mm(profiles.NOZZLE)), stated.mm(profiles.POINTS)
     with followed(options.progress, options.quiet):
         mesh = read_solid(part)
         target = _target(options, goals[0], stated, wall)
         aim = target
-        # What a slicer adds to the law, as PrusaSlicer 2.5 at corners of fine facets, is corrected once.
+        # Slices rougher than computed walls, as PrusaSlicer 2.5 makes on fine facets, correct the aim once.
         for _ in range(2):
             found = nearest(wall, aim, points, most)
             settings, felt = stated.fuzzy_settings(*found), roughness(wall, *found)
@@ -144,7 +144,7 @@ def fuzzy(
 
 
 def judged(slicer: str, mesh: Mesh, profile: bytes, skin: Skin) -> tuple[float, ...]:
-    """Roughness of a part's upright sides in five slices, at places that no search has seen.
+    """Roughness of a part's upright sides in five slices, at held-out contact locations.
 
     Raises:
         InputError: the slicer fails, or its G-code cannot be read.
@@ -170,8 +170,7 @@ def _target(options: FuzzyOptions, goal: str, profile: Profile, wall: Wall) -> f
             raise option_error(goal, f"{line}; state --roughness or --feel-of")
         target = jnd_scaled(own, options.jnd)
     elif options.feel_of is not None:
-        lengths: Lengths = {} if options.relief_mm is None else {"relief_mm": options.relief_mm}
-        target = evaluate(options.feel_of, skin=wall.skin, **lengths).roughness
+        target = evaluate(options.feel_of, skin=wall.skin).roughness
     else:
         target = options.roughness or 0.0
     if not target >= SMOOTH_BELOW:

@@ -21,8 +21,8 @@ PATCHES = 16
 FINEST_MM = 1e-3
 """Step of thickness and point distance, mm: G-code has three decimals, and slicers' windows four."""
 SPARSEST_MM = 1.2
-"""Point distance from which V grows no more, mm: from 1.2 to 5 mm it stays within the 5 % among places, for
-thicknesses of 0.1 and 0.3 mm."""
+"""Point distance, mm, beyond which V does not grow: from 1.2 to 5 mm V changes by less than the 5 % among
+places, for thicknesses of 0.1 and 0.3 mm."""
 
 
 @dataclass(frozen=True)

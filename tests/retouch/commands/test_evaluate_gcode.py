@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 import retouch
+from optimize.run_directory.finished_run import MARK
+from optimize.run_directory.key import SETTINGS
 from relief.solids.filament.beads import Beads, Role
 from retouch.commands.main import main
+from retouch.verbs.filament import as_sliced
 from tests.optimize.verification.solids.test_bead_feel import box
 
 TYPES = {
@@ -89,6 +92,7 @@ def test_two_prints_at_the_same_places(
         ("part.gcode", "part.gcode: is no G-code of a filament printer, or extrudes nothing"),
         ("part.gcode --printer dlp-50", "--printer: is for height maps and print files"),
         ("part.gcode --units in", "--units: is for height maps and print files"),
+        ("part.gcode --units in --object ball", "part.gcode: is no G-code"),
         ("part.gcode --on-shape --object ball", "--on-shape: is for print files"),
         ("part.gcode --relief-mm 1", "--relief-mm: is for height maps"),
         ("part.gcode --reach", "--reach: is for height maps"),
@@ -115,6 +119,16 @@ def test_what_does_not_fit_is_refused_in_one_line(
     assert line in told.err and told.err.startswith("retouch: ") and told.err.count("\n") == 1
 
 
+def test_heights_are_no_result_of_the_run_in_the_working_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / SETTINGS).write_bytes(MARK)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(as_sliced, "relief_of_beads", lambda *_: (PLATE, "PrusaSlicer"))
+    felt = retouch.evaluate(PLATE, profile="p.ini", quiet=True).as_sliced
+    assert felt is not None and felt.jnd is None and felt.roughness_before > 0.0
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("prusa-slicer") is None, reason="without PrusaSlicer")
 def test_a_plate_as_prusaslicer_prints_it(tmp_path: Path) -> None:
@@ -127,5 +141,5 @@ def test_a_plate_as_prusaslicer_prints_it(tmp_path: Path) -> None:
     means = felt.relief.heights.reshape(64, finer, 64, finer).mean(axis=(1, 3))
     within = (slice(8, -8),) * 2
     assert np.corrcoef(means[within].ravel(), PLATE.heights[within].ravel())[0, 1] > 0.9
-    assert felt.roughness == pytest.approx(felt.as_sliced.before, rel=0.5)
+    assert felt.roughness == pytest.approx(felt.as_sliced.roughness_before, rel=0.5)
     assert felt.as_sliced.jnd is None and "PrusaSlicer" in felt.as_sliced.line("plate", felt.roughness)

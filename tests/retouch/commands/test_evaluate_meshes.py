@@ -135,7 +135,7 @@ def test_one_place_is_no_mean(on_edge: bool, count: int, line: str) -> None:
         ("cube.stl --reach", "--reach: is for height maps"),
         ("cube.stl --curved-x-mm 20", "--curved-x-mm: is for height maps"),
         ("cube.stl --on-shape", "--on-shape: needs --object"),
-        ("cube.stl --on-shape --object ball --model net", "--on-shape: the net is trained for flat objects"),
+        ("cube.stl --on-shape --object ball --model net", "--on-shape: the net is of flat objects"),
         ("gravel --on-shape --object ball", "--object: is for print files"),
         ("gravel --units mm", "--height-scale: is for files that hold mm, as --units is"),
         ("gravel -o out", "-o: is for print files"),

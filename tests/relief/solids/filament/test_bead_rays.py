@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from relief.ground.arrays import Array
-from relief.solids.filament.bead_rays import BeadRays
+from relief.solids.filament.bead_surface import BeadSurface
 from relief.solids.filament.beads import Beads
 from relief.solids.meshes.mesh_places import Frame, frame_along
 from tests.relief.solids.filament.sliced import HEIGHT, SPACING, WIDTH, beads_of
@@ -12,7 +12,7 @@ UP, AGAINST_Y = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
 
 
 def seen(beads: Beads, frame: Frame, side_mm: float = 4.0, samples: int = 40) -> Array:
-    return BeadRays(beads).heights(frame, side_mm, samples, 6.0)
+    return BeadSurface(beads).heights(frame, side_mm, samples, 6.0)
 
 
 def grid(side_mm: float = 4.0, samples: int = 40) -> tuple[Array, Array]:

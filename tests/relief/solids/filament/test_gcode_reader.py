@@ -147,7 +147,8 @@ FAULTS = {
     "arc": (b"G28\nG1 X10 Y10 Z1\nG3 X20 Y10 I4 J0 E3\n", "line 3: an arc does not reach its end"),
     "arc without centre": (b"G28\nG1 X10 Y10\nG2 X20 Y10 E3\n", "an arc does not reach its end"),
     "arc of small radius": (b"G28\nG1 X10 Y10\nG2 X20 Y10 R3 E3\n", "an arc does not reach its end"),
-    "arc of many turns": (b"G28\nG1 X10 Y10 Z1\nG2 X10 Y10 I5 J0 P999999999 E3\n", "arcs of more than"),
+    "arc of many turns": (b"G28\nG1 X10 Y10 Z1\nG2 X10 Y10 I5 J0 P999999999 E3\n", "an arc has more than"),
+    "arc around its start": (b"G28\nG1 X10 Y10 Z1\nG2 X10 Y10 R0.01 E3\n", "line 3: lays a bead wider"),
     "bgcode": (binary(PRUSA, 1, 2)[:-9], "is cut off, damaged, or too large, at byte"),
     "bgcode of another version": (b"GCDE\2\0\0\0\1\0", "version 2 of binary G-code is not read"),
 }
@@ -160,6 +161,11 @@ def test_faults_are_one_line(tmp_path: Path, fault: str) -> None:
         read(tmp_path, content)
     assert str(caught.value).startswith(f"{tmp_path / 'part.gcode'}: ") and line in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_an_arc_of_huge_radius_is_a_line(tmp_path: Path) -> None:
+    beads = read(tmp_path, b"G20\nG1 Z0.01\nG3 X1 J999999999999 E0.04\n").beads
+    assert len(beads) == 1 and beads.end[0] == pytest.approx((25.4, 0.0, 0.254), abs=1e-2)
 
 
 def test_a_changed_block_of_a_binary_file(tmp_path: Path) -> None:
@@ -178,11 +184,11 @@ def test_doubts_are_lines(tmp_path: Path) -> None:
     )
     assert len(lines(missing)) == 1 and lines(missing)[0].startswith("is cut off or altered: its moves take")
     assert lines(changed("^;TYPE:Internal infill", ";TYPE:Foam")) == (
-        "has commands or types that are not known, taken as parts or left out: type 'Foam' (line 44)",
+        "has unknown types, taken as parts, or unknown commands, left out: type 'Foam' (line 44)",
     )
     assert "G7 (line 7)" in lines(changed(r"^G21.*", "G7 X1"))[0]
     assert lines(b"G28\nG1 X10 Y10 Z0.2\nG1 X20 E0.4\n") == (
-        "states no length of filament, so that nobody knows whether moves are missing",
+        "states no length of filament, so that missing moves would not show",
         "states no diameter of filament: widths are those of 1.75 mm",
     )
 

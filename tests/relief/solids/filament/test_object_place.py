@@ -22,15 +22,14 @@ def test_a_shifted_object_is_found(jitter_mm: float) -> None:
     shape = shape_of(walls_of([[OUTLINE]] * 50, jitter_mm=jitter_mm))
     shift = np.array([103.0, 98.4, 2.5])
     body = extruded(OUTLINE)
-    offset, rms = offset_of(shape, Body(body.vertices + shift, body.faces))
+    offset = offset_of(shape, Body(body.vertices + shift, body.faces))
     assert offset == pytest.approx(-shift, abs=0.05)
-    assert rms < 0.15
 
 
 @pytest.mark.parametrize("degrees", [3.0, 90.0, 180.0])
 def test_a_turned_object_is_refused(degrees: float) -> None:
     shape = shape_of(walls_of([[OUTLINE]] * 50))
-    with pytest.raises(InputError, match="must be the object that is printed"):
+    with pytest.raises(InputError, match="must be the same object"):
         offset_of(shape, extruded(OUTLINE, degrees))
 
 

@@ -40,11 +40,11 @@ def files(tmp_path: Path) -> tuple[Path, Path]:
 
 
 def test_beads_of_the_g_code_come_back(tmp_path: Path, files: tuple[Path, Path]) -> None:
-    part = sliced(program(tmp_path), *files, {"fuzzy_skin": "all"})
+    part = sliced(program(tmp_path), *files)
     assert len(part.beads) == 1 and part.beads.width[0] == 0.45
     assert part.slicer.startswith("PrusaSlicer")
     # What is loaded last counts: our settings, and no program that is run on the G-code.
-    assert part.settings["fuzzy_skin"] == "all" and part.settings.get("post_process", "") == ""
+    assert part.settings["binary_gcode"] == "0" and part.settings["post_process"] == ""
 
 
 @pytest.mark.parametrize(
@@ -73,5 +73,7 @@ def test_a_program_that_is_not_there_and_a_process_alone_are_refused(
 ) -> None:
     with pytest.raises(InputError, match="slicer: absent-slicer: no such program"):
         sliced("absent-slicer", *files)
+    with pytest.raises(InputError, match=r"absent\.ini: no such file"):
+        sliced(program(tmp_path), files[0], tmp_path / "absent.ini")
     with pytest.raises(InputError, match="profiles of printer and filament"):
         sliced(program(tmp_path), files[0], tmp_path / "process.json")
