@@ -146,7 +146,7 @@ def feel_of_beads(
     ways = [np.zeros(3)]
     for part, shape in zip(parts[1:], printed[1:], strict=True):
         with naming(part.path):
-            ways.append(offset_of(shape, printed[0])[0])
+            ways.append(-offset_of(printed[0], shape)[0])
     points = surface_points(body, with_bed=True)
     candidates = spread(points.at, MOST_TRIED)
     places, tried = list[_Place](), list[_Place]()
@@ -232,8 +232,8 @@ def over_object(crop: SurfaceCrop, shapes: Cropper, way: Array) -> Array:
     """
     frame = Frame(crop.frame.at - way, crop.frame.axes)
     shape = shapes.heights(frame, crop.side_mm, len(crop.heights), 2.0 * HEIGHT_LIMIT_MM)
-    down, across = np.gradient(shape, crop.side_mm / len(shape))
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore"):  # The shape is infinitely low beyond its rim.
+        down, across = np.gradient(shape, crop.side_mm / len(shape))
         above = (crop.heights + crop.level_mm - shape) / np.sqrt(1.0 + down**2 + across**2)
     return _reached(above, crop)
 
