@@ -23,14 +23,14 @@ TURN_MM = 3.0
 """Distance, mm, that counts as much as an angle of 60 degrees between normals: near an edge lie two sides."""
 FARTHEST_MM, SIZE_MM, RMS_MM = 2.0, 1.5, 0.25
 """Distance of points without a match, mm; greatest difference of sizes, and root mean square of the distances
-of sides in the end, mm: fuzzy skin of 0.5 mm leaves 0.13, two of them 0.19, a turn by 2 degrees 0.3 on 30 mm."""
+of sides in the end, mm: fuzzy skin of 0.5 mm leaves 0.13, two such 0.19, a turn by 2 degrees 0.3 on 30 mm."""
 MOST_POINTS, EVENED, FEWER = 20_000, 32, 8
 """Most points on a body; the nearest ones that even out a normal, as fuzzy skin tilts faces by 45 degrees and
 more; and one of how many is taken for an object that is turned."""
 PLAIN_MM, BETTER = 0.03, 0.8
-"""Distance of sides, mm, up to which an object is the right one, as plain sides leave 0.02; and the share of a
-larger distance below which the object turned or mirrored fits better. A handle that is nearly the same after a
-quarter turn has 0.08 then, and V of 0.018 for 0.0015."""
+"""Distance of sides, mm, up to which an object is the right one, as plain sides leave 0.02; and the share of
+a larger distance below which the object turned or mirrored fits better. A handle that is nearly the same
+after a quarter turn has 0.08 then, and V of 0.018 for 0.0015."""
 
 
 def region_of(axis: Array) -> Region:
@@ -61,9 +61,9 @@ def offset_of(shape: Body, body: Body) -> tuple[Array, float]:
     boxes = [np.stack([each.vertices.min(axis=0), each.vertices.max(axis=0)]) for each in (shape, body)]
     sizes = [np.ptp(box, axis=0) for box in boxes]
     if np.abs(sizes[0] - sizes[1]).max() > SIZE_MM:
-        printed, own = (" x ".join(f"{side:.1f}" for side in size) for size in sizes)
+        printed, stated = (" x ".join(f"{side:.1f}" for side in size) for size in sizes)
         raise InputError(
-            f"measures {own} mm, the print {printed} mm; it must be the object that is printed, turned and "
+            f"measures {stated} mm, the print {printed} mm; it must be the object that is printed, turned and "
             "scaled as there, and printed once"
         )
     # Bottoms lie together: the highest layer leaves a part of the object out.
@@ -98,7 +98,7 @@ def _turned(points: Array) -> Iterator[Array]:
 
 
 def _fitted(there: Array, points: Array) -> tuple[Array, float]:
-    """The shift (3,) mm along x and y that takes points onto those of a shape, and the sides' distance, rms."""
+    """The shift (3,) mm along x and y that takes points onto a shape's, and the rms distance of sides, mm."""
     tree = cKDTree(np.hstack([there[0], TURN_MM * there[1]]))
     at, normals = points[:, np.abs(points[1, :, 2]) < UPRIGHT]
     offset = np.zeros(3)
