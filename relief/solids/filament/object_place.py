@@ -61,9 +61,9 @@ def offset_of(shape: Body, body: Body) -> tuple[Array, float]:
     boxes = [np.stack([each.vertices.min(axis=0), each.vertices.max(axis=0)]) for each in (shape, body)]
     sizes = [np.ptp(box, axis=0) for box in boxes]
     if np.abs(sizes[0] - sizes[1]).max() > SIZE_MM:
-        printed, stated = (" x ".join(f"{side:.1f}" for side in size) for size in sizes)
+        printed, mine = (" x ".join(f"{side:.1f}" for side in size) for size in sizes)
         raise InputError(
-            f"measures {stated} mm, the print {printed} mm; it must be the object that is printed, turned and "
+            f"measures {mine} mm, the print {printed} mm; it must be the object that is printed, turned and "
             "scaled as there, and printed once"
         )
     # Bottoms lie together: the highest layer leaves a part of the object out.

@@ -27,7 +27,9 @@ class FuzzyOptions(ProgressKeywords):
             exclusive="goal",
         ),
     ] = None
-    roughness: Annotated[float | None, Option("roughness V of the sides", "V", exclusive="goal")] = None
+    roughness: Annotated[
+        float | None, Option("roughness V of the sides", "V", (0.0, 1.0), exclusive="goal")
+    ] = None
     jnd: Annotated[
         float | None,
         Option(
