@@ -130,7 +130,7 @@ def measured(part: str, options: str) -> dict[str, Any]:
 def beside_dense(read: SlicedPart, feel: BeadFeel, body: Body) -> list[list[float]]:
     """V of Retouch and of the dense computation at some places of all regions, over an object."""
     beads = read.beads.of_part
-    shapes = Cropper(Body(body.vertices + offset_of(feel.body, body)[0], body.faces))
+    shapes = Cropper(Body(body.vertices + offset_of(feel.body, body), body.faces))
     order = sorted(range(len(feel.crops)), key=lambda n: feel.regions[:n].count(feel.regions[n]))
     pairs = []
     for number in order[:COMPARED]:

@@ -48,7 +48,8 @@ def measured(options: str) -> dict[str, float]:
     """Numbers of the table: V, relief of sides between 1 and 99 % of the heights, waves of the skin."""
     mesh, gcode = sliced(PART, options)
     (feel,) = feel_of_beads([read_gcode(gcode)], Skin(), most=PLACES, without_texture=read_mesh(mesh))
-    felt, sides = feel.by_region(), np.stack([crop.heights for crop in feel.within("side").crops])
+    felt = feel.by_region()
+    sides = np.stack([crop.heights for crop in felt["side"].crops])
     row = {f"V, {name}s": felt[name].means["roughness"] for name in ("side", "slope", "top")}
     row["relief of sides, mm"] = float(np.ptp(np.percentile(sides, (1, 99), axis=(1, 2)), axis=0).mean())
     for head, least in WAVES.items():

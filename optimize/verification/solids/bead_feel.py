@@ -193,7 +193,8 @@ def over_object(crop: SurfaceCrop, shapes: Cropper, way: Array) -> Array:
     """
     frame = Frame(crop.frame.at - way, crop.frame.axes)
     shape = shapes.heights(frame, crop.side_mm, len(crop.heights), 2.0 * HEIGHT_LIMIT_MM)
-    return _above(crop, shape, *np.gradient(shape, crop.side_mm / len(shape)))
+    with np.errstate(invalid="ignore"):  # The shape is infinitely low beyond its rim.
+        return _above(crop, shape, *np.gradient(shape, crop.side_mm / len(shape)))
 
 
 def nearest_torus(crop: SurfaceCrop, surface: BeadSurface) -> tuple[Array, float]:

@@ -109,6 +109,9 @@ def test_heights_over_a_torus_and_over_the_object() -> None:
     for heights in (over_torus(crop, nearest_torus(crop, surface)[0]), over_object(crop, shapes, way)):
         assert heights.shape == crop.heights.shape
         assert heights.std() < 0.12
+    lower = Cropper(cylinder(9.0, 9.0))
+    beyond = over_object(crop, lower, np.zeros(3))
+    assert np.isfinite(beyond).all() and beyond.min() == 0.0
     flat = BeadSurface(walls_of([[SQUARE]] * 70, inner=False))
     crop = flat.crop(frame_along(np.array([0.0, -12.0, 7.0]), np.array([0.0, -1.0, 0.0])))
     np.testing.assert_array_equal(over_torus(crop, nearest_torus(crop, flat)[0]), crop.heights)

@@ -39,6 +39,28 @@ def test_another_object_of_the_same_size_is_refused() -> None:
         offset_of(shape_of(walls_of([[OUTLINE]] * 50)), extruded(box))
 
 
+@pytest.mark.parametrize("jitter_mm", [0.0, 0.25])
+@pytest.mark.parametrize("turn", [(1.0, -1.0, -1.0), (-1.0, 1.0, 1.0)])
+def test_an_object_that_is_nearly_the_same_when_turned_or_mirrored_is_refused(
+    turn: tuple[float, float, float], jitter_mm: float
+) -> None:
+    # Corners lie 0.4 mm beside those of a box.
+    outline = np.array([[-15.0, -10.0], [15.4, -10.0], [15.0, 10.4], [-15.0, 10.0]])
+    shape, body = shape_of(walls_of([[outline]] * 50, jitter_mm=jitter_mm)), extruded(outline)
+    offset_of(shape, body)
+    faces = body.faces[:, :: int(np.prod(turn))]
+    with pytest.raises(InputError, match="fits the print better when it is turned"):
+        offset_of(shape, Body(body.vertices * turn, faces))
+
+
+def test_rough_prints_of_one_part_are_found_whichever_is_first() -> None:
+    rough, plain = (shape_of(walls_of([[OUTLINE]] * 50, jitter_mm=each)) for each in (0.5, 0.0))
+    shift = np.array([3.0, -4.0, 0.0])
+    for first, second in ((rough, plain), (plain, rough)):
+        offset = offset_of(first, Body(second.vertices + shift, second.faces))
+        assert offset == pytest.approx(-shift, abs=0.05)
+
+
 def test_an_object_printed_twice_is_refused() -> None:
     shape = shape_of(walls_of([[OUTLINE, OUTLINE + np.array([40.0, 0.0])]] * 50))
     with pytest.raises(InputError, match=r"the print 70\.0 x 20\.0 x 10\.0 mm"):

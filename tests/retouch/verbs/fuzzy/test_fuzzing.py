@@ -110,7 +110,7 @@ def test_the_feel_of_a_texture_is_a_goal(lawful: None) -> None:
         ("p.ini", [], "state one of --feel-of, --roughness and --jnd"),
         ("p.ini", ["--jnd", "2"], "--jnd: counts from the fuzzy skin of p.ini, which is none"),
         ("p.ini", ["--roughness", "0.003"], "--roughness: smooth: V 0.00300 is below"),
-        ("p.ini", ["--roughness", "nan"], "--roughness: nan is outside"),
+        ("p.ini", ["--roughness", "nan"], "--roughness: nan is outside [0, 1]"),
         ("p.ini", ["--roughness", "inf"], "--roughness: inf is outside"),
         (
             "p.ini",
