@@ -11,9 +11,9 @@ from retouch.verbs.fuzzy.fuzzy_options import FuzzyOptions
 HELP = "find the fuzzy skin by which the sides of a filament print feel as wanted"
 DESCRIPTION = """\
 Finds thickness and point distance of a slicer's classic fuzzy skin, by pressing on computed walls of beads.
-Prints the numbers to type in, and writes a copy of the profile with them. Where PrusaSlicer is installed, PART
-is sliced five times, because the noise is random, and fingers press on its sides. Tops are not steered: fuzzy
-skin changes sides only.
+Prints the numbers to type in, and writes a copy of the profile with them. Where PrusaSlicer is installed,
+PART is sliced five times, because the noise is random, and fingers press on its sides. Tops are not steered:
+fuzzy skin changes sides only.
 """
 EPILOG = """\
 examples:

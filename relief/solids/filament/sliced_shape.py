@@ -21,8 +21,8 @@ PITCH_MM, LAYER_MM = 0.4, 0.2
 MOST_SAMPLES = 20_000_000
 """Most samples of the grid: 80 MB. Larger parts have a coarser one."""
 SEAM_MM, LAP = 1.0, 0.15
-"""Largest gap of a loop at its seam, mm, where slicers leave a fraction of a bead's width open; or, as a share
-of the loop's length, largest overlap of scarf seams."""
+"""Largest gap of a loop at its seam, mm, where slicers leave a fraction of a bead's width open; or, as a
+share of the loop's length, largest overlap of scarf seams."""
 WALLS = (Role.OUTER_WALL, Role.OVERHANG_WALL)
 SMOOTH = 0.7
 """Standard deviation of the weights that even out the stairs of slopes, in layers of the grid."""
