@@ -118,7 +118,7 @@ def _sizes(column: dict[str, Array], role: Any, layer: Index, area: Array) -> tu
 
 
 def _doubts(stated: Stated, used: dict[str, float], header: float | None, path: Path) -> Iterator[str]:
-    """Lines about filament, mm, other than the file states. Raises InputError if the file's end is missing."""
+    """Lines about filament, mm, other than the file states. Raises InputError if the end is missing."""
     total = sum(used.values())
     sums = (total, total - used.get("custom", 0.0))
     # ideaMaker states E times its flow in percent; its version 4 applies the flow twice.
