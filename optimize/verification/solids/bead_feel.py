@@ -8,14 +8,7 @@ import numpy as np
 import torch
 
 import tactile
-from optimize.verification.solids.mesh_feel import (
-    ESTIMATED,
-    MOST_TRIED,
-    PART,
-    TAKEN_OUT,
-    MeshFeel,
-    pressed,
-)
+from optimize.verification.solids.mesh_feel import ESTIMATED, MOST_TRIED, PART, TAKEN_OUT, MeshFeel, pressed
 from optimize.verification.solids.own_shape import better
 from optimize.verification.surface_bands import surface_bands
 from optimize.verification.verification import SurfaceBand

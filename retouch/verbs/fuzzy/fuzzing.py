@@ -15,6 +15,7 @@ from optimize.verification.solids.bead_feel import feel_of_beads
 from relief.ground.errors import InputError, option_error
 from relief.ground.files import check_file_to_write, write_atomically
 from relief.ground.formatting import number
+from relief.ground.lengths import Lengths
 from relief.ground.options import by_keywords, checked
 from relief.ground.progress import stage
 from relief.solids.body import Part
@@ -170,7 +171,8 @@ def _target(options: FuzzyOptions, goal: str, profile: Profile, wall: Wall) -> f
             raise option_error(goal, f"{line}; state --roughness or --feel-of")
         target = jnd_scaled(own, options.jnd)
     elif options.feel_of is not None:
-        target = evaluate(options.feel_of, skin=wall.skin).roughness
+        lengths: Lengths = {} if options.relief_mm is None else {"relief_mm": options.relief_mm}
+        target = evaluate(options.feel_of, skin=wall.skin, **lengths).roughness
     else:
         target = options.roughness or 0.0
     if not target >= SMOOTH_BELOW:

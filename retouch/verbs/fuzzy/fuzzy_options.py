@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.run_options import skin_option
 from relief.ground.options import Option, ProgressKeywords
+from relief.plate_options import relief_option
 
 if TYPE_CHECKING:
     from retouch.verbs.reliefs import Source
@@ -38,6 +39,7 @@ class FuzzyOptions(ProgressKeywords):
             exclusive="goal",
         ),
     ] = None
+    relief_mm: Annotated[float | None, relief_option("the header of TEXTURE")] = None
     slicer: Annotated[
         str | None, Option("program that slices PART five times", "PROGRAM", default="prusa-slicer, if there")
     ] = None
