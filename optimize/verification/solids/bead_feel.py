@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Self, get_args
 
 import numpy as np
@@ -43,8 +44,9 @@ SQUARE_MM, UNEVEN_MM = 2.0, 0.1
 patch lies on an edge: fuzzy skin of 0.5 mm leaves 0.06, a rim of 45 degrees 1 mm within the patch 0.2."""
 _Place = tuple[list[SurfaceCrop], Array]
 """Crops of prints at a contact location, and the torus (6,) that is taken out there."""
-MOST_BAND_PLACES = 8
-"""Most places of a region whose waves of the skin are computed: every so many of all places."""
+FINE, MOST_BAND_PLACES = 512, 2
+"""Samples along 10 mm, and most places of a region, by which bands of wavelength are measured: on 256, layers
+of 0.12 mm alias into waves of 1.6 to 3.2 mm of 0.95 um, which are 0.03 um."""
 
 
 @dataclass(frozen=True)
@@ -145,16 +147,16 @@ def feel_of_beads(
     feels = []
     for number, way in enumerate(ways):
         crops = [prints[number] for prints, _ in places]
-        heights = np.stack(
-            [
-                over_torus(prints[number], shape)
-                if shapes is None
-                else over_object(prints[number], shapes, way)
-                for prints, shape in places
-            ]
-        )
+        alone = partial(_alone, shapes=shapes, way=way)
+        heights = np.stack([alone(prints[number], shape) for prints, shape in places])
         values, fractions = pressed(heights, skin, model, crops[0].side_mm, thinned=True)
-        bands = _bands_by_region(heights, crops[0].side_mm, regions, skin, model)
+        fine = BeadSurface(parts[number].beads, FINE, skin.patch_mm)
+        bands: dict[str, tuple[SurfaceBand, ...]] = {}
+        for name in filter(regions.__contains__, get_args(Region)):
+            there = [place for place, own in zip(places, regions, strict=True) if own == name]
+            some = there[:: -(-len(there) // MOST_BAND_PLACES)]
+            finer = [alone(fine.crop(prints[number].frame), shape) for prints, shape in some]
+            bands[name] = _bands(np.stack(finer), crops[0].side_mm, skin, model)
         # Triangles of the shape are small enough for a colour at each corner.
         of_mesh = printed[number], crops, values, fractions, edges, 0, points.area_mm2, curvature, values
         feels.append(BeadFeel(*of_mesh, regions, bands))
@@ -174,6 +176,11 @@ def _looked_at(frame: Frame, surfaces: Sequence[BeadSurface], ways: Sequence[Arr
         if uneven_mm <= UNEVEN_MM:
             return crops, shape
     return [replace(crop, on_edge=True) for crop in crops], np.zeros(6)
+
+
+def _alone(crop: SurfaceCrop, shape: Array, shapes: Cropper | None, way: Array) -> Array:
+    """Heights (n, n) mm of beads over the object, or without one over a torus (6,)."""
+    return over_torus(crop, shape) if shapes is None else over_object(crop, shapes, way)
 
 
 def over_object(crop: SurfaceCrop, shapes: Cropper, way: Array) -> Array:
@@ -237,16 +244,9 @@ def _above(crop: SurfaceCrop, base: Array, by_x: Array, by_y: Array) -> Array:
 
 
 @one_torch_thread()
-def _bands_by_region(
-    heights: Array, side_mm: float, regions: Sequence[str], skin: tactile.Skin, model: ModelName
-) -> dict[str, tuple[SurfaceBand, ...]]:
-    """Bands of the skin's surface by region from top to bottom, at some of its places (k, n, n)."""
-    bands = {}
+def _bands(heights: Array, side_mm: float, skin: tactile.Skin, model: ModelName) -> tuple[SurfaceBand, ...]:
+    """Bands of the skin's surface on patches (k, n, n) mm."""
+    touch = tactile.press(torch.as_tensor(heights), side_mm, skin, model)
     press = tactile.touch_model(skin, heights.shape[-1], side_mm, model=model)
-    for region in filter(regions.__contains__, get_args(Region)):
-        there = [number for number, name in enumerate(regions) if name == region]
-        some = np.linspace(0, len(there) - 1, min(len(there), MOST_BAND_PLACES)).round().astype(int)
-        touch = tactile.press(torch.as_tensor(heights[np.array(there)[some]]), side_mm, skin, model)
-        surface = np.asarray(press.operator.displacement(touch.pressure / skin.young_modulus_mpa))
-        bands[region] = surface_bands(surface, surface, side_mm)
-    return bands
+    surface = np.asarray(press.operator.displacement(touch.pressure / skin.young_modulus_mpa))
+    return surface_bands(surface, surface, side_mm)

@@ -30,6 +30,8 @@ FARTHEST_MM = 10_000.0
 SHARE, ROUNDING_MM = 0.001, 0.05
 """Largest difference of the filament of the moves from the length that the file states: a share of that
 length, and half of its last digit, mm."""
+LEAP_MM = 50.0
+"""Height above the bead before it, mm, that is a sign of damage: layers and rafts are lower."""
 THINNEST, THICKEST = 0.03, 10.0
 """Least and largest filament per length of a bead, in medians of its role, that are no sign of damage. In 110
 public files no flat bead longer than 5 mm takes less, and none longer than 1 mm takes more; Cura thins walls
@@ -96,6 +98,10 @@ def read_gcode(path: str | os.PathLike[str]) -> SlicedPart:
     if len(odd):
         place = f"line {int(column['line'][odd[0]])} ({len(odd)} such moves)"
         lines = *lines, f"is perhaps damaged: {place} takes far more or less filament per mm than its type"
+    leaps = np.flatnonzero(np.diff(start[:, 2], prepend=0.0) > LEAP_MM)
+    if len(leaps):
+        place = f"line {int(column['line'][leaps[0]])} lies {start[leaps[0], 2]:.0f} mm above the bed"
+        lines = *lines, f"is perhaps damaged: {place}, far above the bead before it"
     return SlicedPart(path, beads, stated.slicer, stated.settings, used, header, lines)
 
 

@@ -100,6 +100,8 @@ class _Grid:
         """Points (n, 3) mm by their places (n, 3) in slices, rows and columns."""
         middles = 0.5 * (self._levels[1:] + self._levels[:-1])
         z = np.interp(vertices[:, 0], np.arange(len(middles)), middles)
+        # Distances are no heights: under a round bottom the field goes on below the lowest bead.
+        z = z.clip(self._low[2], self._top.max())
         x, y = (self._low[:2] + vertices[:, :0:-1] * self._pitch).T
         return np.stack([x, y, z], axis=1)
 

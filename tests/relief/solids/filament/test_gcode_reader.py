@@ -230,6 +230,11 @@ def test_a_move_to_a_wrong_place_is_a_line(tmp_path: Path, by: str, said: bool) 
     assert (warnings != ()) == said and all(line.startswith("is perhaps damaged: line") for line in warnings)
 
 
+def test_a_layer_far_above_the_others_is_a_line(tmp_path: Path) -> None:
+    (line,) = read(tmp_path, PRUSA.replace(b"G1 Z0.500", b"G1 Z600")).warnings
+    assert re.search(r"is perhaps damaged: line \d+ lies 600 mm above the bed", line)
+
+
 def test_ultimaker_states_volumes(tmp_path: Path) -> None:
     section = np.pi / 4.0 * 2.85**2
     text = ";FLAVOR:UltiGCode\n;MATERIAL:9.6\n;Generated with Cura_SteamEngine 4.0\n;LAYER:0\n"
