@@ -117,6 +117,8 @@ def fuzzy(
         raise InputError(
             "state one of feel_of, roughness and jnd", "state one of --feel-of, --roughness and --jnd"
         )
+    if options.relief_mm is not None and options.feel_of is None:
+        raise option_error("relief_mm", "is for the height map of a feel")
     here = stated.slicer == "PrusaSlicer" and shutil.which("prusa-slicer")
     if slicer := options.slicer or ("prusa-slicer" if here else None):
         check_slicer(slicer, stated.path)

@@ -114,6 +114,11 @@ def test_the_feel_of_a_texture_is_a_goal(lawful: None) -> None:
         ("p.ini", ["--roughness", "inf"], "--roughness: inf is outside"),
         (
             "p.ini",
+            ["--roughness", "0.02", "--relief-mm", "1"],
+            "--relief-mm: is for the height map of a feel",
+        ),
+        (
+            "p.ini",
             ["--roughness", "1"],
             "V 1.00 is out of reach of fuzzy skin; the nearest is V 0.0430, Fuzzy",
         ),
