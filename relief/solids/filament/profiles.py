@@ -184,10 +184,13 @@ def _values(text: str, of_json: bool) -> dict[str, str]:
             for key, value in content.items()
         }
         return {key: str(value) for key, value in firsts.items() if value is not None}
-    lines = [line.partition("=") for line in text.split("\n")]
+    stated = [line for line in map(str.strip, text.split("\n")) if line and line[0] not in "#;"]
+    lines = [line.partition("=") for line in stated]
     if any(key.lstrip().startswith("[") for key, _, _ in lines):
         raise InputError("holds several profiles; export one: File > Export > Export Config")
-    return {key.strip(): value.strip() for key, equals, value in lines if equals and key[:1] not in "#;"}
+    if not lines or not all(equals for _, equals, _ in lines):
+        raise InputError("is no profile: its lines are not key = value")
+    return {key.strip(): value.strip() for key, _, value in lines}
 
 
 def _put_in_ini(text: str, key: str, value: str) -> str:

@@ -102,6 +102,8 @@ def lengths(read: Profile) -> tuple[float, float]:
     ("text", "suffix", "fault"),
     [
         ("[print:fine]\nlayer_height = 0.2", ".ini", "holds several profiles"),
+        ("layer_height = 0.2\nperim", ".ini", "is no profile: its lines are not key = value"),
+        ("# nothing\n\n", ".ini", "is no profile"),
         ("layer_height = nan", ".ini", "layer_height: 'nan' is no length"),
         ("layer_height = 1e999", ".ini", "layer_height: '1e999' is no length"),
         ("layer_height = -0.2", ".ini", "layer_height: '-0.2' is no length from 0.02"),
