@@ -69,9 +69,9 @@ class _Grid:
         self._low, high = ends.min(axis=0) - wide, ends.max(axis=0) + wide
         self._top = 0.5 * (beads.start[:, 2] + beads.end[:, 2])
         # A wall over nothing is laid round, and hangs into the layer below.
-        outer = beads.role == Role.OUTER_WALL
+        flat = ~np.isin(beads.role, (Role.OVERHANG_WALL, Role.BRIDGE))
         thickness = np.zeros(beads.layer.max() + 1)
-        np.maximum.at(thickness, beads.layer[outer], beads.height[outer])
+        np.maximum.at(thickness, beads.layer[flat], beads.height[flat])
         of_layer = np.where(thickness > 0.0, thickness, np.inf)[beads.layer]
         self._bottom = self._top - np.minimum(beads.height, of_layer)
         self._low[2] = self._bottom.min()

@@ -137,6 +137,7 @@ def test_sizes_of_another_print_are_its_own() -> None:
         feel_of_beads(prints, tactile.Skin())
 
 
+@pytest.mark.slow
 def test_curvature_is_a_part_of_what_edges_feel_like() -> None:
     """No torus is taken out of a rod thinner than a finger, all of whose places lie on edges."""
     (feel,) = feel_of_beads([part(walls_of([[circle(2.5)]] * 40))], tactile.Skin(), most=2)

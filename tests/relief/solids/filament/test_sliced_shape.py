@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -75,6 +77,19 @@ def test_a_round_wall_that_hangs_into_the_layer_below_opens_no_loop() -> None:
     hangs = (walls.layer == 10) & (walls.role == Role.OUTER_WALL) & (walls.start[:, 0] > 3.0)
     walls.role[hangs], walls.height[hangs] = Role.OVERHANG_WALL, 2.0 * HEIGHT
     assert volume(closed_shape(walls)) == pytest.approx(np.pi * 81.0 * 4.0, rel=0.02)
+
+
+def test_no_part_of_the_shape_lies_below_the_first_layer() -> None:
+    """As under a ball, whose second layer has no outer wall but one that is laid round over nothing."""
+    walls = walls_of([[BOX]] * 50)
+    second = walls.layer == 1
+    hanging = second & (walls.role == Role.OUTER_WALL)
+    beads = replace(
+        walls,
+        role=np.where(hanging, Role.OVERHANG_WALL, walls.role).astype(np.uint8),
+        height=np.where(hanging, 0.6, walls.height),
+    )
+    assert closed_shape(beads).vertices[:, 2].min() == pytest.approx(0.0, abs=0.02)
 
 
 def test_a_spiral_vase_is_hollow() -> None:
