@@ -9,7 +9,7 @@ import numpy as np
 import torch
 
 import tactile
-from optimize.verification.solids.mesh_feel import ESTIMATED, MOST_TRIED, PART, TAKEN_OUT, MeshFeel, pressed
+from optimize.verification.solids.mesh_feel import ESTIMATED, PART, TAKEN_OUT, MeshFeel, pressed
 from optimize.verification.solids.own_shape import better
 from optimize.verification.surface_bands import surface_bands
 from optimize.verification.verification import SurfaceBand
@@ -24,15 +24,15 @@ from relief.solids.filament.beads import SlicedPart
 from relief.solids.filament.object_place import Region, offset_of, region_of
 from relief.solids.filament.sliced_shape import shape_of
 from relief.solids.files.mesh import Mesh
-from relief.solids.meshes.crops import Cropper, SurfaceCrop, reachable
+from relief.solids.meshes.crops import EDGE_SHARE, Cropper, SurfaceCrop, reachable
 from relief.solids.meshes.mesh_places import Frame, frames, spread, surface_points
 from relief.solids.objects.torus import fitted, over, torus
 from tactile.model import ModelName
 
-MOST_PLACES = 80
+MOST_TRIED, MOST_PLACES = 300, 80
 """Most places on the beads of a part: a crop of beads has four times as many samples as that of a mesh."""
-WIDE_MM, COARSE = 9.0, 64
-"""Radius of the disc to which a torus is fitted, mm, and samples along its diameter."""
+WIDE_MM, COARSE, EVERY = 9.0, 64, 2
+"""Radius of the disc to which a torus is fitted, mm; samples along its diameter; stride of the fit."""
 FARTHER = 1.05
 """Factor by which points on the patch may vary more over the torus of the disc than over the torus of the
 patch."""
@@ -127,18 +127,26 @@ def feel_of_beads(
             ways.append(-offset_of(printed[0], shape, parts[0].path.name))
     points = surface_points(body, with_bed=True)
     candidates = spread(points.at, MOST_TRIED)
-    places, tried = list[_Place](), list[_Place]()
+    places, tried = list[_Place](), list[Frame]()
     with stage("looking at places", len(candidates), at_most=True) as advance:
         for frame in frames(points, candidates):
             advance()
             if region not in (None, region_of(frame.axes[2])):
                 continue
-            place = _looked_at(frame, surfaces, ways)
-            (tried if place[0][0].on_edge else places).append(place)
+            # On samples as few as a torus needs, since most places of a small part lie on edges.
+            nearest, uneven_mm = nearest_torus(surfaces[0], frame)
+            crops = _crops(frame, surfaces, ways) if uneven_mm <= UNEVEN_MM else []
+            if crops and not any(crop.on_edge for crop in crops):
+                places.append((crops, nearest))
+            else:
+                tried.append(frame)
             if len(places) == most:
                 break
     edges = len(tried) if places else 0
-    places = places or ([] if region else tried[:most])
+    if not places and region is None:
+        for frame in tried[:most]:
+            crops = [replace(crop, on_edge=True) for crop in _crops(frame, surfaces, ways)]
+            places.append((crops, np.zeros(6)))
     if not places:
         return []
     regions = tuple(region_of(crops[0].frame.axes[2]) for crops, _ in places)
@@ -163,19 +171,11 @@ def feel_of_beads(
     return feels
 
 
-def _looked_at(frame: Frame, surfaces: Sequence[BeadSurface], ways: Sequence[Array]) -> _Place:
-    """Crops of prints at a place, each a way (3,) mm from the first print, and the torus (6,) nearest to it.
-
-    All lie on an edge if one does, or if the first patch is no part of a torus; the torus is a plane then.
-    """
-    crops = [
+def _crops(frame: Frame, surfaces: Sequence[BeadSurface], ways: Sequence[Array]) -> list[SurfaceCrop]:
+    """Crops of prints at a place of the first, each a way (3,) mm from it."""
+    return [
         surface.crop(Frame(frame.at + way, frame.axes)) for surface, way in zip(surfaces, ways, strict=True)
     ]
-    if not any(crop.on_edge for crop in crops):
-        shape, uneven_mm = nearest_torus(crops[0], surfaces[0])
-        if uneven_mm <= UNEVEN_MM:
-            return crops, shape
-    return [replace(crop, on_edge=True) for crop in crops], np.zeros(6)
 
 
 def _alone(crop: SurfaceCrop, shape: Array, shapes: Cropper | None, way: Array) -> Array:
@@ -197,23 +197,24 @@ def over_object(crop: SurfaceCrop, shapes: Cropper, way: Array) -> Array:
         return _above(crop, shape, *np.gradient(shape, crop.side_mm / len(shape)))
 
 
-def nearest_torus(crop: SurfaceCrop, surface: BeadSurface) -> tuple[Array, float]:
+def nearest_torus(surface: BeadSurface, frame: Frame) -> tuple[Array, float]:
     """The torus (6,) nearest to beads around a place, and the distance between both on the patch, mm rms.
 
     The torus is fitted on a disc that is wider than the patch, so that waves of the beads average out, or to
     the patch where the disc holds another surface. Distances are means over squares of 2 mm, in which beads
-    average out, too.
+    average out, too. They are infinite where the patch reaches over an edge.
     """
     at = (np.arange(COARSE) + 0.5) * (2.0 * WIDE_MM / COARSE) - WIDE_MM
     x, y = np.meshgrid(at, at[::-1])
-    z = surface.heights(crop.frame, 2.0 * WIDE_MM, COARSE, 2.0 * HEIGHT_LIMIT_MM)
-    points = np.stack([x, y, z], axis=2)
-    points = points[np.abs(points[..., 2] - crop.level_mm - HEIGHT_LIMIT_MM) < HEIGHT_LIMIT_MM]
-    on_patch = points[np.abs(points[:, :2]).max(axis=1) < 0.5 * PATCH_SIDE_MM]
-    if len(on_patch) < 6:  # Fewer points than a torus has parameters, as on the rim of a spiral vase.
+    points = np.stack([x, y, surface.heights(frame, 2.0 * WIDE_MM, COARSE)], axis=2)
+    patch = points[np.abs(points[..., :2]).max(axis=2) < 0.5 * PATCH_SIDE_MM]
+    level = patch[:, 2].max() - HEIGHT_LIMIT_MM
+    on_patch = patch[patch[:, 2] > level]
+    if not np.isfinite(level) or len(on_patch) < (1.0 - EDGE_SHARE) * len(patch):
         return np.zeros(6), np.inf
-    disc, patch = fitted(points[np.hypot(*points.T[:2]) < WIDE_MM]), fitted(on_patch)
-    shape = better(disc, patch, on_patch, FARTHER)
+    around = points[np.abs(points[..., 2] - level - HEIGHT_LIMIT_MM) < HEIGHT_LIMIT_MM]
+    around = around[np.hypot(*around.T[:2]) < WIDE_MM]
+    shape = better(fitted(around[::EVERY]), fitted(on_patch[::EVERY]), on_patch, FARTHER)
     away = over(shape, *on_patch.T)
     col, row = np.floor(on_patch.T[:2] / SQUARE_MM).astype(np.int64)
     _, square, counts = np.unique(row * COARSE + col, return_inverse=True, return_counts=True)

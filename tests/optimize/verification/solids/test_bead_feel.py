@@ -106,7 +106,7 @@ def test_heights_over_a_torus_and_over_the_object() -> None:
     way = np.array([0.0, 0.0, 3.0])
     bare = cylinder(9.0, 14.0)
     shapes = Cropper(bare._replace(vertices=bare.vertices - way))
-    for heights in (over_torus(crop, nearest_torus(crop, surface)[0]), over_object(crop, shapes, way)):
+    for heights in (over_torus(crop, nearest_torus(surface, crop.frame)[0]), over_object(crop, shapes, way)):
         assert heights.shape == crop.heights.shape
         assert heights.std() < 0.12
     lower = Cropper(cylinder(9.0, 9.0))
@@ -114,13 +114,13 @@ def test_heights_over_a_torus_and_over_the_object() -> None:
     assert np.isfinite(beyond).all() and beyond.min() == 0.0
     flat = BeadSurface(walls_of([[SQUARE]] * 70, inner=False))
     crop = flat.crop(frame_along(np.array([0.0, -12.0, 7.0]), np.array([0.0, -1.0, 0.0])))
-    np.testing.assert_array_equal(over_torus(crop, nearest_torus(crop, flat)[0]), crop.heights)
+    np.testing.assert_array_equal(over_torus(crop, nearest_torus(flat, crop.frame)[0]), crop.heights)
 
 
 def test_no_torus_fits_a_few_points() -> None:
     surface = BeadSurface(beads_of([[0.0, 0.0, 0.2]], [[0.2, 0.0, 0.2]]))
     crop = surface.crop(frame_along(np.array([0.1, 0.0, 0.2]), np.array([0.0, 0.0, 1.0])))
-    assert nearest_torus(crop, surface)[1] == np.inf
+    assert nearest_torus(surface, crop.frame)[1] == np.inf
 
 
 def test_another_object_is_refused_by_name() -> None:
