@@ -97,7 +97,7 @@ class SlicedPart:
         """What `retouch evaluate --json` prints of the file."""
         return {
             "slicer": self.slicer,
-            "filament_mm": dict(self.filament_mm),
+            "filament_mm": {name: round(length, 3) for name, length in self.filament_mm.items()},
             "header_mm": self.header_mm,
             "warnings": list(self.warnings),
         }
