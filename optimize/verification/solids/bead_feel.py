@@ -30,7 +30,8 @@ from relief.solids.objects.torus import fitted, over, torus
 from tactile.model import ModelName
 
 MOST_TRIED, MOST_PLACES = 300, 80
-"""Most places on the beads of a part: a crop of beads has four times as many samples as that of a mesh."""
+"""Most places on the beads of a part that are tried for edges, and that are pressed: a crop of beads has four
+times as many samples as that of a mesh."""
 WIDE_MM, COARSE, EVERY = 9.0, 64, 2
 """Radius of the disc to which a torus is fitted, mm; samples along its diameter; stride of the fit."""
 FARTHER = 1.05
