@@ -158,8 +158,9 @@ class Evaluation:
     def lines(self) -> Iterator[str]:
         """Sentences for a person about a smooth surface, the reach of a relief, and a solid."""
         if self.roughness < SMOOTH_BELOW:
-            bands = "retouch compare shows waves of the skin's surface"
-            yield f"{self.name}: {smooth_clause(self.roughness)}; {bands}."
+            # Of a sliced part the waves are printed with the regions.
+            waves = "" if self.bands else "; retouch compare shows waves of the skin's surface"
+            yield f"{self.name}: {smooth_clause(self.roughness)}{waves}."
         if self.reach is not None and self.scene is not None:
             of_mean = f"{percent(self.reach.limit_percent_of_mean)} of the mean picture"
             limit = f"its pictures in {self.scene.stem} change by {of_mean} ({LIMIT_PERCENT:g} % of white)"

@@ -25,6 +25,7 @@ from relief.solids.filament.slicer_comments import VOLUMETRIC, WIDE_FLAVOURS, St
 DIAMETER_MM, WIDE_MM = 1.75, 2.85
 """Diameter of filament where a file states none, mm, and that of Ultimaker's printers."""
 DIAMETER = re.compile(r"\d\.\d{1,4}")
+"""A diameter of filament in the settings of a slicer, mm."""
 FARTHEST_MM = 10_000.0
 """Largest coordinate, mm: ten times the largest printers."""
 SHARE, ROUNDING_MM = 0.001, 0.05

@@ -29,6 +29,8 @@ from tactile.skin import Skin
 
 FINE_MM = 0.04
 """Largest distance of samples of a sliced relief, mm: a tenth of the width of a usual bead."""
+AROUND_MM = 5.0
+"""Most of a tile that is printed beyond each of its rims, mm: walls of slicers are a few millimetres wide."""
 DEPTH_MM = 3.0
 """Depth below the top of the base, mm, to which beads are looked for."""
 
@@ -76,7 +78,7 @@ def as_sliced(
     For the result of a run, original and result are sliced alike, and compared.
 
     Args:
-        relief: a plate, or a tile, which is printed with half a period of itself around it.
+        relief: a plate, or a tile, which is printed with up to 5 mm of itself beyond its rims.
         slicer: program, as of `sliced`.
         profile: file of its settings.
         skin, model: of touch.
@@ -102,10 +104,9 @@ def as_sliced(
 def relief_of_beads(relief: Relief, slicer: str, profile: Path) -> tuple[Relief, str]:
     """A relief as the beads of a slicer make it, and the slicer's name. Raises InputError."""
     rows, cols = relief.heights.shape
-    around = [
-        (count // 2,) * 2 if repeats else (0, 0)
-        for count, repeats in zip((rows, cols), relief.repeats, strict=True)
-    ]
+    # Walls along the rim of the plate shall not be felt on a tile, which has none.
+    beside = [min(count // 2, math.ceil(AROUND_MM / relief.pitch_mm)) for count in (rows, cols)]
+    around = [(n * repeats,) * 2 for n, repeats in zip(beside, relief.repeats, strict=True)]
     heights = np.pad(relief.heights, around, mode="wrap")
     plate = plate_mesh(heights, heights.shape[1] * relief.pitch_mm)
     with tempfile.TemporaryDirectory() as folder:

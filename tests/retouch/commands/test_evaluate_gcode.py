@@ -2,18 +2,23 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import retouch
-from optimize.run_directory.finished_run import MARK
+from optimize.run_directory.finished_run import MARK, FinishedRun
 from optimize.run_directory.key import SETTINGS
+from relief.ground.errors import InputError
+from relief.ground.formats import RUN_HEIGHTS
 from relief.solids.filament.beads import Beads, Role
 from retouch.commands.main import main
 from retouch.verbs.filament import as_sliced
+from tactile.jnd import jnd_apart
 from tests.optimize.verification.solids.test_bead_feel import box
 
 TYPES = {
@@ -129,10 +134,50 @@ def test_heights_are_no_result_of_the_run_in_the_working_folder(
     assert felt is not None and felt.jnd is None and felt.roughness_before > 0.0
 
 
+def test_of_a_run_the_change_that_a_slicer_leaves_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By a slicer that leaves the result as it is, and a twentieth more of the original."""
+    (tmp_path / SETTINGS).write_bytes(MARK)
+    retouch.save_heights_exr(tmp_path / RUN_HEIGHTS, PLATE.heights)
+    original = retouch.Relief.of(0.8 * PLATE.heights, 12.0)
+    monkeypatch.setattr(FinishedRun, "read", lambda _: SimpleNamespace(original=original))
+
+    def beads(relief: retouch.Relief, *_: Any) -> tuple[retouch.Relief, str]:
+        return (
+            replace(relief, heights=1.05 * relief.heights) if relief is original else relief
+        ), "PrusaSlicer"
+
+    monkeypatch.setattr(as_sliced, "relief_of_beads", beads)
+    felt = retouch.evaluate(tmp_path, size_mm=12.0, profile="p.ini", quiet=True)
+    left = felt.as_sliced
+    assert left is not None and left.jnd is not None and left.jnd_left is not None
+    assert left.jnd == pytest.approx(
+        jnd_apart(felt.roughness, retouch.evaluate(original).roughness), rel=1e-3
+    )
+    assert 0.0 < left.jnd_left < left.jnd
+    assert f"{left.jnd_left:+.2f} JND is left" in left.line("run", felt.roughness)
+
+
+def test_a_tile_is_printed_with_a_part_of_itself_around_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes = []
+
+    def plate(heights: Any, size_mm: float) -> None:
+        sizes.append((heights.shape, size_mm))
+        raise InputError("enough")
+
+    monkeypatch.setattr(as_sliced, "plate_mesh", plate)
+    for width_mm in (8.0, 64.0):
+        tile = retouch.Relief(PLATE.heights, width_mm, (False, True))
+        with pytest.raises(InputError, match="enough"):
+            as_sliced.relief_of_beads(tile, "prusa-slicer", Path("p.ini"))
+    assert sizes == [((64, 128), 16.0), ((64, 74), 74.0)]
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("prusa-slicer") is None, reason="without PrusaSlicer")
 def test_a_plate_as_prusaslicer_prints_it(tmp_path: Path) -> None:
-    """Grooves wider than beads stay, at their places; a run's change is told as sliced."""
+    """Grooves wider than beads stay, at their places."""
     profile = tmp_path / "p.ini"
     profile.write_text("layer_height = 0.1\nfirst_layer_height = 0.2\nnozzle_diameter = 0.4\n")
     felt = retouch.evaluate(PLATE, profile=profile, quiet=True)
