@@ -8,8 +8,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from benchmarks.learned.unseen_textures import spread
-from benchmarks.shared.common import load
+from benchmarks.shared.common import load, table
 from benchmarks.sight import gradients
+from retouch.pages.meanings import NOT_VERIFIED, OTHER_FINGERS, VERIFIED
 from tactile.layer.truncated import STEPS
 
 LINE = 128
@@ -18,6 +19,13 @@ LINE = 128
 
 def _wrapped(sentence: str) -> str:
     return textwrap.fill(sentence, LINE, break_long_words=False, break_on_hyphens=False) + "\n"
+
+
+def status_table() -> str:
+    """What was verified by what, as pages of sets and `retouch doctor` have it."""
+    rows = [[what, by] for what, by in VERIFIED.items()]
+    closing = _wrapped(f"**{NOT_VERIFIED}** {OTHER_FINGERS} ([more](docs/evidence/finger.md))")
+    return f"{table(['what', 'verified by'], rows)}\n\n{closing}"
 
 
 def fast_sentence() -> str:

@@ -50,6 +50,7 @@ def main() -> None:
         "runs": tile_tables.headline(),
         "gradients": headlines.gradients_sentence(),
         "fast": headlines.fast_sentence(),
+        "status": headlines.status_table(),
     }
     for name, text in headlines_of_readme.items():
         _write(README, name, text)

@@ -5,12 +5,16 @@ from typing import TYPE_CHECKING
 
 import retouch
 from retouch.commands.options import Cell, add_talk, console, print_json, table
+from retouch.pages.meanings import status_lines
 
 if TYPE_CHECKING:
     from retouch.verbs.machine import Finding
 
 HELP = "check this machine, and say what to install"
-DESCRIPTION = "Checks everything an optimisation uses: packages, libLLVM, Mitsuba's variants, cache, memory."
+DESCRIPTION = """\
+Checks everything an optimisation uses: packages, libLLVM, Mitsuba's variants, cache, memory. Then says what
+was verified by what.
+"""
 EPILOG = """\
 example:
   retouch doctor
@@ -32,6 +36,8 @@ def run(arguments: argparse.Namespace) -> int:
         columns = (("", "name"), ("", "name"), ("", "text"))
         layout = {"show_header": False, "pad_edge": True}
         screen.print(table(columns, map(_row, diagnosis.findings), gap=2, **layout))
+        for line in status_lines():
+            screen.print(line)
         screen.print("Ready." if diagnosis.ready else "Not ready: the lines marked MISSING say what to do.")
     return 0 if diagnosis.ready else 1
 

@@ -1,4 +1,4 @@
-"""What each headline number of a page means, in a sentence or two for a person who has not read the paper."""
+"""What the numbers of pages mean for a person who has not read the paper, and what was verified by what."""
 
 from tactile.jnd import SMOOTH_BELOW
 from tactile.quantities import QUANTITIES
@@ -24,3 +24,25 @@ MEANINGS = {
     "time": "From the start of the command to its last file, on the machine of the run.",
 }
 """Sentences by the name of the number."""
+
+VERIFIED = {
+    "feel": "a second model (finite elements) at held-out contact locations; both models by exact solutions "
+    "of contact and by tetrahedra on another mesh",
+    "look": "Mitsuba's path tracer, less its noise; gradients by finite differences of converged renders",
+    "files": "PrusaSlicer and Blender, which open and slice them",
+    "analysis of answers": "simulated people, whose differences are known",
+}
+"""What was verified, by what."""
+NOT_VERIFIED = (
+    "No person has felt a print of Retouch and no print has been measured; what people feel is predicted."
+)
+OTHER_FINGERS = (
+    "A change of 2 JND that was made for the default finger is 1.5 to 1.9 JND to fingers fitted to "
+    "measurements on people (means over ten tiles, by finite elements; single tiles 0.4 to 2.5 JND)."
+)
+"""What fingers feel for which a tile was not optimised (docs/evidence/finger.md, crossed fingers)."""
+
+
+def status_lines() -> list[str]:
+    """What was verified by what, and what was not, a line each."""
+    return [*(f"{what}: verified by {by}" for what, by in VERIFIED.items()), NOT_VERIFIED, OTHER_FINGERS]

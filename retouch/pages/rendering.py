@@ -9,7 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from relief.ground.formatting import between, duration, number, percent, plain, plus_minus, rounded
-from retouch.pages.meanings import MEANINGS
+from retouch.pages import meanings
 from retouch.pages.plate_viewer import figure as plate_viewer
 from retouch.pages.viewer.figure import asset
 
@@ -43,7 +43,12 @@ def render_page(
         lstrip_blocks=True,
     )
     environment.filters |= {"number": number, "percent": percent, "duration": duration, "rounded": rounded}
-    environment.globals |= {"between": between, "plus_minus": plus_minus, "meanings": MEANINGS}
+    environment.globals |= {
+        "between": between,
+        "plus_minus": plus_minus,
+        "meanings": meanings.MEANINGS,
+        "status": meanings,
+    }
     code = [environment.get_template(name).render() for name in scripts]
     style = environment.get_template("page.css").render()
     if viewer:

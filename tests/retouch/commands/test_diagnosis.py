@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from retouch.commands.main import main
+from retouch.pages.meanings import NOT_VERIFIED, OTHER_FINGERS
 from retouch.verbs import machine
 from visual.backend import llvm
 
@@ -41,6 +42,7 @@ def test_this_machine_can_optimise(capsys: pytest.CaptureFixture[str]) -> None:
     assert "MISSING" not in printed
     words = " ".join(printed.split())
     assert "run on the processor only" in words and "CUDA" in words
+    assert NOT_VERIFIED in words and OTHER_FINGERS in words
 
 
 def test_json_holds_every_finding(capsys: pytest.CaptureFixture[str]) -> None:
