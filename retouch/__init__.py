@@ -65,7 +65,6 @@ if TYPE_CHECKING:
     from retouch.verbs.studying import list_studies as list_studies
     from retouch.verbs.studying import study as study
     from surrogate.data.field_set import open_fieldset as open_fieldset
-    from tactile.area import contact_area as contact_area
     from tactile.contact import ContactError as ContactError
     from tactile.jnd import discrimination_probability as discrimination_probability
     from tactile.jnd import jnd_apart as jnd_apart
@@ -74,6 +73,7 @@ if TYPE_CHECKING:
     from tactile.pair_variation import roughness as roughness
     from tactile.skin import Skin as Skin
     from tactile.touch import Touch as Touch
+    from tactile.touch import contact_area as contact_area
     from visual.scene import Scene as Scene
     from visual.scene import load_scene as load_scene
     from visual.scene_file.plate_fitting import scene_relief as scene_relief

@@ -7,7 +7,6 @@ from relief.ground.lazy import lazy_names
 
 if TYPE_CHECKING:
     from relief.ground.errors import InputError as InputError
-    from tactile.area import contact_area as contact_area
     from tactile.contact import ContactError as ContactError
     from tactile.jnd import discrimination_probability as discrimination_probability
     from tactile.jnd import jnd_apart as jnd_apart
@@ -18,5 +17,6 @@ if TYPE_CHECKING:
     from tactile.pair_variation import roughness as roughness
     from tactile.skin import Skin as Skin
     from tactile.touch import Touch as Touch
+    from tactile.touch import contact_area as contact_area
 
 __getattr__, __dir__, __all__ = lazy_names(sys.modules[__name__])

@@ -3,10 +3,7 @@
 Strain at the depth of the receptors has lost short waves: of one of 0.4 mm it keeps 1e-4, of one of 0.2 mm
 1e-9. A finger that slides meets such waves as vibration of its *surface*, which follows the relief where it
 touches and spans the hollows between. The displacement of that surface, and its change, are given by octaves
-of wavelength, as root mean squares. With fields f on patches, a Hann window w and the discrete Fourier
-transform F of w (f - mean),
-
-    rms² of a band = sum of |F|² over the frequencies of the band / (samples² sum of w²).
+of wavelength, as root mean squares (`tactile.readouts.band_squares`), under a Hann window.
 
 A wave as long as the patch has no place in such a window, so that bands end at 6.4 mm. Of a wave of a few
 millimetres a few percent of the power count in the neighbouring band.
@@ -15,9 +12,11 @@ millimetres a few percent of the power count in the neighbouring band.
 import math
 
 import numpy as np
+import torch
 
 from optimize.verification.verification import SurfaceBand
 from relief.ground.arrays import Array
+from tactile.readouts import band_squares
 
 BANDS_MM = ((0.1, 0.2), (0.2, 0.4), (0.4, 0.8), (0.8, 1.6), (1.6, 3.2), (3.2, 6.4))
 """Least and greatest wavelength of each band, mm: octaves, the longest of which a patch of 10 mm holds."""
@@ -86,15 +85,5 @@ def held_share(band: tuple[float, float], pitch_mm: float) -> float:
 
 def _rms_um(fields: Array, size_mm: float, bands: list[tuple[float, float]]) -> list[float]:
     """Rms of each band over all patches (k, n, n), um."""
-    n = fields.shape[-1]
-    line = 0.5 - 0.5 * np.cos(2.0 * np.pi * (np.arange(n) + 0.5) / n)
-    window = np.outer(line, line)
-    middle = (fields * window).sum((-2, -1), keepdims=True) / window.sum()
-    power = np.square(np.abs(np.fft.fft2((fields - middle) * window))).mean(axis=0)
-    frequency = np.abs(np.fft.fftfreq(n, size_mm / n))
-    radius = np.hypot(frequency[:, None], frequency)
-    total = n**2 * np.square(window).sum()
-    return [
-        1e3 * math.sqrt(power[(radius * least <= 1.0) & (radius * most > 1.0)].sum() / total)
-        for least, most in bands
-    ]
+    squares = band_squares(torch.as_tensor(fields), size_mm, bands).mean(0)
+    return [1e3 * math.sqrt(square) for square in squares.tolist()]
