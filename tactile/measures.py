@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +24,7 @@ from relief.relief import Relief
 from tactile.model import FEM_MESH, ModelName, check_model
 from tactile.pair_variation import check_patch
 from tactile.quantities import QUANTITIES, ROUGHNESS, Quantity, means
+from tactile.readouts import ReadOut
 
 _log = logging.getLogger(__name__)
 
@@ -74,6 +75,7 @@ class TouchMeasures:
             there are several locations; rows of one target follow one another. No rows if not asked for.
         error_bound: largest bound of the error of a contact's energy, over the elastic energy.
         subsample: locations that alone were pressed with all samples of the relief; None: all were.
+        readouts: those that were asked for, by name, (k,), or of the locations of the subsample alone.
     """
 
     model: ModelName
@@ -85,6 +87,7 @@ class TouchMeasures:
     gradients: Array | sp.csr_matrix
     error_bound: float
     subsample: Subsample | None = None
+    readouts: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def contact_fraction(self) -> float:
@@ -123,6 +126,7 @@ def measure_touch(
     mesh: int = FEM_MESH,
     quantities: Iterable[Quantity] = QUANTITIES.values(),
     at: Index | None = None,
+    readouts: Sequence[ReadOut] = (),
 ) -> TouchMeasures:
     """Press on a relief from a cold start, in double precision, with roughness by the full sum.
 
@@ -137,6 +141,7 @@ def measure_touch(
         mesh: nodes along a side of the finite elements.
         quantities: to be measured.
         at: (k, 2) contact locations; None: the locations of `relief.places.places`.
+        readouts: to be taken of the same presses.
 
     Raises:
         InputError: heights, size or skin are out of range, or a finger reaches more than 2.9 mm below the top
@@ -153,12 +158,12 @@ def measure_touch(
 
     def press(fields: Array) -> tuple[tactile.Touch, dict[str, Array]]:
         # A plate that is its own patch is pressed as it is, without a dimension for locations.
-        field = torch.as_tensor(fields if len(fields) > 1 else fields[0])
-        touch = tactile.press(field, patches.size_mm, skin, model, mesh=mesh)
+        pressed_on = torch.as_tensor(fields if len(fields) > 1 else fields[0])
+        touch = tactile.press(pressed_on, patches.size_mm, skin, model, mesh=mesh)
         if deep:
             check_reach(fields, touch.gap.detach().numpy().reshape(fields.shape))
         values = {one.name: each(one.value(touch)) for one in quantities}
-        return touch, values
+        return touch, values | {one.name: each(one.value(touch, pressed_on)) for one in readouts}
 
     chosen = full_sampling(patches)
     parts = [patches]
@@ -168,7 +173,10 @@ def measure_touch(
     with stage("pressing on places", sum(part.samples_in_all for part in parts)) as advance:
         nodes = mesh if model == "fem" else None
         pressed = [collected(part, heights, press, advance, model, nodes) for part in parts]
+    # Not by ratios: a mean strain may be of either sign.
+    read = [{one.name: part.values.pop(one.name) for one in readouts} for part in pressed]
     measures = pressed[0] if chosen is None else ratio_estimate(pressed[0], pressed[1], chosen)
+    measures = replace(measures, readouts=read[-1])
     _log.info("pressed: %r", measures)
     return measures
 

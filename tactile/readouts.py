@@ -73,9 +73,13 @@ def band_squares(
     return torch.stack([(power * band).sum((-2, -1)) / total for band in inside], -1)
 
 
-def contact_spectrum(touch: Touch, heights: Tensor, band: Band) -> Tensor:
-    """(...) rms of the contact image's waves in a band; the image is 1 where skin bears pressure, else 0."""
-    return _rms((touch.pressure.detach() > 0.0).to(heights.dtype), touch, band)
+def contact_spectrum(touch: Touch, heights: Tensor) -> Tensor:
+    """(...) rms of the waves of 0.1 to 1 mm of the contact image, 1 where skin bears pressure and else 0.
+
+    The source weighs parts of this band by fitted weights, at 1 to 3 N. Those could not be read, so that all
+    of the band weighs the same here, at the finger's own force.
+    """
+    return _rms((touch.pressure.detach() > 0.0).to(heights.dtype), touch, (0.1, 1.0))
 
 
 def surface_waves(touch: Touch, heights: Tensor, band: Band) -> Tensor:
@@ -123,58 +127,20 @@ def _weights(receptors: Tensor | None) -> Tensor | None:
     return torch.cos(0.5 * math.pi * radius).square() * receptors
 
 
-CONTACT_MM, FINE_MM, COARSE_MM = (0.1, 1.0), (0.2, 0.8), (0.8, 3.2)
-"""Bands of the read-outs: that of the source; what strain at the receptors' depth has mostly lost, from where
-128 samples over 10 mm hold a whole band; what it keeps."""
+WEIGHED = "rms; after Yanwari and Okamoto 2025, doi 10.3390/s25082598 (abstract), without their weights"
+OWN = "rms; as touch.surface_bands of a run, by no published model of roughness"
+RATE = "SA1 rates follow compressive strain: Phillips and Johnson 1981, doi 10.1152/jn.1981.46.6.1204"
+VARIANCE = "of SA1 rates: Connor et al. 1990, doi 10.1523/JNEUROSCI.10-12-03823.1990 (abstract)"
+FINE, COARSE = partial(surface_waves, band=(0.2, 0.8)), partial(surface_waves, band=(0.8, 3.2))
+"""Waves that the strain at the receptors' depth has mostly lost, from where 128 samples over 10 mm hold a
+whole band; and waves that it keeps."""
 
-_OWN = "rms, as touch.surface_bands of a run; no published model of roughness"
-
-READ_OUTS = {
-    one.name: one
-    for one in (
-        ReadOut(
-            "contact_spectrum",
-            "contact image, 0.1 to 1 mm",
-            "",
-            3,
-            "rms, after the abstract of Yanwari and Okamoto 2025, doi 10.3390/s25082598; their weights of parts "
-            "of the band are fitted and were not read: all weigh the same",
-            partial(contact_spectrum, band=CONTACT_MM),
-        ),
-        ReadOut(
-            "surface_fine_um",
-            "waves of the skin, 0.2 to 0.8 mm",
-            "µm",
-            1,
-            _OWN,
-            partial(surface_waves, band=FINE_MM),
-        ),
-        ReadOut(
-            "surface_coarse_um",
-            "waves of the skin, 0.8 to 3.2 mm",
-            "µm",
-            1,
-            _OWN,
-            partial(surface_waves, band=COARSE_MM),
-        ),
-        ReadOut(
-            "strain_mean",
-            "mean compressive strain",
-            "",
-            4,
-            "mean rate of SA1 afferents that follows compressive strain: Phillips and Johnson 1981, "
-            "doi 10.1152/jn.1981.46.6.1204, second-hand",
-            strain_mean,
-        ),
-        ReadOut(
-            "strain_deviation",
-            "standard deviation of strain",
-            "",
-            4,
-            "variance of rates across SA1 afferents: abstract of Connor et al. 1990, "
-            "doi 10.1523/JNEUROSCI.10-12-03823.1990",
-            strain_deviation,
-        ),
-    )
-}
+_ROWS = (
+    ReadOut("contact_spectrum", "contact image, 0.1 to 1 mm", "", 3, WEIGHED, contact_spectrum),
+    ReadOut("surface_fine_um", "waves of the skin, 0.2 to 0.8 mm", "µm", 1, OWN, FINE),
+    ReadOut("surface_coarse_um", "waves of the skin, 0.8 to 3.2 mm", "µm", 1, OWN, COARSE),
+    ReadOut("strain_mean", "mean compressive strain", "", 4, RATE, strain_mean),
+    ReadOut("strain_deviation", "standard deviation of strain", "", 4, VARIANCE, strain_deviation),
+)
+READ_OUTS = {one.name: one for one in _ROWS}
 """Read-outs by name. Roughness V is none of them."""

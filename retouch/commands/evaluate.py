@@ -34,7 +34,7 @@ from retouch.commands.options import (
     print_json,
 )
 from retouch.commands.solid_entries import add_filament, add_meshes, check_solid_options
-from retouch.commands.touch_entries import bands_table, table
+from retouch.commands.touch_entries import bands_table, readouts_table, table
 from tactile.quantities import GAPS_COUNT
 from tactile.touch_limits import MODEL_NAMES, model_name
 
@@ -120,6 +120,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"Mitsuba scene (.xml) for --reach; a bundled one by its name (default: {DEFAULT_SCENE})",
     )
     add_mitsuba(far)
+    parser.add_argument(
+        "--readouts", action="store_true", help="also print what other measures make of the same presses"
+    )
     add_talk(parser, "a list with an entry for each texture", quiet=False)
 
 
@@ -146,7 +149,9 @@ def run(arguments: argparse.Namespace) -> int:
     evaluations: list[Evaluation] = []
     with stage("evaluating", len(arguments.textures)) as advance:
         for texture in arguments.textures:
-            more: dict[str, Any] = {"slicer": arguments.slicer, "profile": arguments.profile}
+            more: dict[str, Any] = {
+                name: getattr(arguments, name) for name in ("slicer", "profile", "readouts")
+            }
             if is_solid(texture):
                 more = {"without_texture": bare, "colours": arguments.out}
             if is_mesh(texture):
@@ -174,6 +179,8 @@ def _print(evaluations: "list[Evaluation]", arguments: argparse.Namespace) -> No
     """Print what is felt for a person."""
     screen = console()
     screen.print(table(evaluations))
+    if (others := readouts_table(evaluations)) is not None:
+        screen.print(others)
     # Of height maps first, as their sizes differ.
     pressed = [one.patch_mm for one in sorted(evaluations, key=lambda one: is_solid(Path(one.name)))]
     patches = " and ".join(f"{side:.4g} x {side:.4g}" for side in dict.fromkeys(pressed))

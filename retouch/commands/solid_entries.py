@@ -64,7 +64,7 @@ def check_solid_options(arguments: argparse.Namespace, textures: Sequence[Path])
     print_files = f"print files ({', '.join(MESHES)})"
     names = [name for name in (*LENGTHS, *CORRECTIONS) if name != "height_scale" or not arguments.units]
     repeats = "--no-repeats" if arguments.repeats is False else "--repeats"
-    of_reliefs = "--reach", repeats, *map(_flag, CURVED)
+    of_reliefs = "--reach", "--readouts", repeats, *map(_flag, CURVED)
     rules = (
         (("--object", "-o"), solids, f"is for {print_files} and G-code; none is given"),
         (("--on-shape",), meshes, f"is for {print_files}; none is given"),
@@ -77,8 +77,8 @@ def check_solid_options(arguments: argparse.Namespace, textures: Sequence[Path])
         (("--slicer",), arguments.profile is not None, "needs --profile, the slicer's settings"),
         (
             ("--slicer", "--profile"),
-            not solids and not arguments.reach,
-            "is for height maps, without --reach",
+            not solids and not arguments.reach and not arguments.readouts,
+            "is for height maps, without --reach and --readouts",
         ),
         (map(_flag, names), textures, "is for height maps; --units states the unit of a print file"),
         (of_reliefs, not solids, "is for height maps; print files and G-code are felt as they are"),

@@ -1,6 +1,7 @@
 """Evaluations of `retouch evaluate` as a table for a person."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from relief.ground.formatting import number
@@ -45,6 +46,25 @@ def bands_table(evaluation: "Evaluation") -> "Table | None":
     rows = [[name, *(number(band.initial_um, 2) for band in each)] for name, each in by_region.items()]
     rows.append(["detected on a smooth plate from", *(number(band.threshold_um, 2) for band in bands)])
     return options.table(columns, rows)
+
+
+def readouts_table(evaluations: "Sequence[Evaluation]") -> "Table | None":
+    """Read-outs with their sources, a column a texture; None if they were not asked for."""
+    if not evaluations[0].readouts:
+        return None
+    # Here, because torch comes with it, which help does not need.
+    from tactile.readouts import READ_OUTS
+
+    columns = [("read-out", "text"), *((Path(one.name).stem, "number") for one in evaluations)]
+    rows = [
+        [
+            f"{out.label}, {out.unit}".rstrip(", "),
+            *(f"{one.readouts[name]:.{out.decimals}f}" for one in evaluations),
+            out.source,
+        ]
+        for name, out in READ_OUTS.items()
+    ]
+    return options.table([*columns, ("source", "text")], rows)
 
 
 def _apart(one: "Evaluation", first: "Evaluation | None") -> str:

@@ -33,7 +33,8 @@ from retouch.verbs.reliefs import Source, refuse, relief_of
 from tactile.jnd import SMOOTH_BELOW, jnd_unless_smooth, smooth_clause
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
-from tactile.quantities import CONTACT_AREA, LARGEST_JND, LIMIT_PERCENT, ROUGHNESS
+from tactile.quantities import CONTACT_AREA, LARGEST_JND, LIMIT_PERCENT, ROUGHNESS, means
+from tactile.readouts import READ_OUTS
 from tactile.skin import Skin
 
 if TYPE_CHECKING:
@@ -144,6 +145,11 @@ class Evaluation:
         bands: Mapping[str, tuple[SurfaceBand, ...]] = getattr(self.touch, "bands", {})
         return bands
 
+    @property
+    def readouts(self) -> dict[str, float]:
+        """Means of the read-outs over the places, by name; none if not asked for."""
+        return means(self.touch.readouts) if isinstance(self.touch, TouchMeasures) else {}
+
     def jnd_from(self, first: Self) -> float | None:
         """Just-noticeable differences by which this is rougher (+) or smoother (-); None if one is smooth."""
         return jnd_unless_smooth(self.roughness, first.roughness)
@@ -193,6 +199,11 @@ class Evaluation:
             entry |= solid.details(None if isinstance(other, TouchMeasures) else other)
         if first is not None:
             entry |= {"jnd_from_first": self.jnd_from(first)}
+        if self.readouts:
+            entry["readouts"] = {
+                name: {"value": value, "unit": READ_OUTS[name].unit, "source": READ_OUTS[name].source}
+                for name, value in self.readouts.items()
+            }
         if self.reach is not None:
             entry |= {"reach": {"scene": str(self.scene), **self.reach.as_json()}}
         if isinstance(self.relief, Relief):
@@ -261,6 +272,7 @@ def evaluate(
     model: ModelName = "layer",
     skin: Skin | str | os.PathLike[str] = DEFAULT_SKIN,
     reach: "Scene | str | os.PathLike[str] | None" = None,
+    readouts: bool = False,
     colours: str | os.PathLike[str] | None = None,
     quiet: bool | None = None,
     progress: Callable[[Progress], None] | None = None,
@@ -290,6 +302,7 @@ def evaluate(
         reach: estimate how much rougher and smoother the relief can be made before its pictures in this scene
             change by 2 % of white. The name or the file of a scene, where the relief is put; or a scene, of
             whose own relief the reach then is.
+        readouts: take the read-outs beside roughness of a relief, too (`tactile.readouts`).
         colours: folder for the files that show the roughness of a solid in colours.
         quiet, progress: as in `optimize`.
 
@@ -303,6 +316,8 @@ def evaluate(
     if isinstance(relief, str | os.PathLike) and is_gcode(Path(relief)):
         relief = _beads().read_gcode(relief)
     of_reliefs = {**lengths, "repeats": repeats, "reach": reach, "slicer": slicer, "profile": profile}
+    if isinstance(relief, Mesh | SlicedPart):
+        refuse("height maps", {"readouts": readouts})
     if isinstance(relief, Mesh | SlicedPart) and isinstance(without_texture, str | os.PathLike):
         without_texture = _solids().read_solid(without_texture, units=units)
     if isinstance(relief, SlicedPart):
@@ -346,12 +361,12 @@ def evaluate(
                 raise InputError(
                     "slicer: needs the file of its settings; state profile", "--slicer: needs --profile"
                 )
-            refuse("textures that are not sliced", {"reach": reach, "printer": printer})
+            refuse("textures that are not sliced", {"reach": reach, "printer": printer, "readouts": readouts})
             from retouch.verbs.filament.as_sliced import as_sliced
 
             now, touch, left = as_sliced(felt, slicer or "prusa-slicer", profile, finger, model)
             return Evaluation(now, touch, model, finger, name, as_sliced=left)
-        touch = measure_touch(felt, finger, model)
+        touch = measure_touch(felt, finger, model, readouts=tuple(READ_OUTS.values()) if readouts else ())
         if not holds_run(Path(felt.name).parent):
             warn_of_tilt(felt, finger, touch.means[ROUGHNESS.name])
         if reach is None:

@@ -236,9 +236,9 @@ def test_size_and_relief_come_along_with_the_heights_of_a_run(
     pressed: list[tuple[float, float]] = []
     measure = measure_touch
 
-    def measured(relief: Relief, *others: Any) -> Any:
+    def measured(relief: Relief, *others: Any, **more: Any) -> Any:
         pressed.append((relief.heights.max(), relief.width_mm))
-        return measure(replace(relief, width_mm=10.0), *others)
+        return measure(replace(relief, width_mm=10.0), *others, **more)
 
     monkeypatch.setattr("retouch.verbs.evaluation.measure_touch", measured)
     heights = load_heights(waves)
