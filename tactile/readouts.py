@@ -74,12 +74,13 @@ def band_squares(
 
 
 def contact_spectrum(touch: Touch, heights: Tensor) -> Tensor:
-    """(...) rms of the waves of 0.1 to 1 mm of the contact image, 1 where skin bears pressure and else 0.
+    """(...) rms of the waves of 1 to 10 mm of the contact image, 1 where skin bears pressure and else 0.
 
-    The source weighs parts of this band by fitted weights, at 1 to 3 N. Those could not be read, so that all
-    of the band weighs the same here, at the finger's own force.
+    The source weighs spatial frequencies of 0.1 to 1 per mm (its abstract prints "mm", of plates whose waves
+    are 2 to 5 mm long) by fitted weights, at 1 to 3 N. The weights could not be read, so that all of the band
+    weighs the same here, at the finger's own force.
     """
-    return _rms((touch.pressure.detach() > 0.0).to(heights.dtype), touch, (0.1, 1.0))
+    return _rms((touch.pressure.detach() > 0.0).to(heights.dtype), touch, (1.0, 10.0))
 
 
 def surface_waves(touch: Touch, heights: Tensor, band: Band) -> Tensor:
@@ -136,7 +137,7 @@ FINE, COARSE = partial(surface_waves, band=(0.2, 0.8)), partial(surface_waves, b
 whole band; and waves that it keeps."""
 
 _ROWS = (
-    ReadOut("contact_spectrum", "contact image, 0.1 to 1 mm", "", 3, WEIGHED, contact_spectrum),
+    ReadOut("contact_spectrum", "contact image, 1 to 10 mm", "", 3, WEIGHED, contact_spectrum),
     ReadOut("surface_fine_um", "waves of the skin, 0.2 to 0.8 mm", "µm", 1, OWN, FINE),
     ReadOut("surface_coarse_um", "waves of the skin, 0.8 to 3.2 mm", "µm", 1, OWN, COARSE),
     ReadOut("strain_mean", "mean compressive strain", "", 4, RATE, strain_mean),
