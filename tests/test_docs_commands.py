@@ -18,7 +18,7 @@ import pytest
 from PIL import Image
 
 from mitsuba_scenes import bundled
-from mitsuba_scenes.studies import STUDIES
+from mitsuba_scenes.studies import PUBLISHED, STUDIES
 from relief.ground.formats import HEIGHT_MAPS
 from relief.solids.objects.table import OBJECTS
 from retouch.commands.main import main, parse
@@ -116,7 +116,7 @@ def comes_with_retouch(name: str) -> bool:
     return (
         bundled(name, ".xml", ".toml", *HEIGHT_MAPS) is not None
         or (STUDIES / f"{name}.toml").is_file()
-        or name in OBJECTS
+        or name in (*OBJECTS, PUBLISHED.name)
     )
 
 

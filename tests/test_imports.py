@@ -123,6 +123,10 @@ _ALLOWED = {
         "mitsuba_scenes optimize.settings optimize.verification relief relief.ground "
         "retouch.laboratory.people retouch.laboratory.stimulus_sets tactile"
     ),
+    "retouch.laboratory.published": (
+        "mitsuba_scenes optimize.settings relief relief.ground retouch.laboratory.studies retouch.pages "
+        "tactile"
+    ),
     "retouch.laboratory.stimulus_sets": (
         "optimize.run_directory optimize.settings optimize.verification relief relief.ground "
         "relief.preparing relief.reading relief.solids relief.solids.export retouch.laboratory.studies "
@@ -160,7 +164,8 @@ _ALLOWED = {
         "relief.solids.export relief.solids.filament relief.solids.files relief.solids.mending "
         "relief.solids.meshes relief.solids.objects retouch.verbs.filament "
         "retouch.laboratory.people retouch.laboratory.people.serving retouch.laboratory.people.skin_fit "
-        "retouch.laboratory.stimulus_sets retouch.laboratory.studies retouch.laboratory.training "
+        "retouch.laboratory.published retouch.laboratory.stimulus_sets retouch.laboratory.studies "
+        "retouch.laboratory.training "
         "retouch.laboratory.workers retouch.pages retouch.pages.objects surrogate.corpus surrogate.data "
         "surrogate.nets tactile visual visual.backend visual.scene_file"
     ),

@@ -32,11 +32,13 @@ examples:
   retouch study --list
   retouch study demo --quick
   retouch study --all --quick
+  retouch study published
   retouch study my-study.toml -o runs/my-study --textures ~/materials
   retouch study my-study.toml --redraw
 
 DIR then holds index.html (the page), rows.csv, study.json with every number, and rows/, the run directories.
-docs/studies.md describes study files and columns.
+docs/studies.md describes study files and columns. `published` is no table of runs: it presses the stimuli of
+published experiments, and says which finger predicts what was found.
 
 exit status: 0 if every row is done; 1 if some have failed or cannot be computed; 2 for bad input; 130 if
 interrupted. After 1 and 130 the same command goes on.
@@ -57,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--all",
         action="store_true",
-        help="compute these one after another, each into the folder of its name in DIR (default: runs)",
+        help="compute those of runs one after another, each into DIR/its name (default: runs/its name)",
     )
     parser.add_argument(
         "-o",

@@ -7,14 +7,18 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from mitsuba_scenes.studies import bundled_studies, find_study
+from mitsuba_scenes.studies import PUBLISHED, bundled_studies, find_study
+from relief.ground.errors import InputError
 from relief.ground.progress import Progress
+from retouch.laboratory.published import scoreboard
+from retouch.laboratory.published.findings import load_findings
+from retouch.laboratory.published.page import scoreboard_page
 from retouch.laboratory.studies import engine
 from retouch.laboratory.studies.document import StudyDocument, flat_rows, read_document
 from retouch.laboratory.studies.rough_time import RoughTime, about
 from retouch.laboratory.studies.rows import expand
 from retouch.laboratory.studies.study_file import load_study
-from retouch.laboratory.studies.writing import write_study
+from retouch.laboratory.studies.writing import write_files, write_study
 from retouch.laboratory.workers.choice import runner
 from retouch.verbs.progress_display import followed
 
@@ -99,6 +103,14 @@ def study(
     """
     path = find_study(Path(study))
     out = Path("runs") / path.stem if out is None else Path(out)
+    if path == PUBLISHED:
+        if any(each is not None for each in (textures, given, workers, dask)):
+            raise InputError("published: takes no textures, rows of others, workers or dask")
+        with followed(progress, quiet):
+            board = scoreboard.compute(load_findings(), out, quick, again, redraw)
+            write_files(out, board, scoreboard_page(board))
+        done = len(board.records)
+        return StudyTables(out, board, (), (), done, len(board.tables[0].rows) - done)
     described = load_study(path)
     expanded = expand(described, quick, None if textures is None else Path(textures))
     records = None if given is None else read_document(Path(given)).records
@@ -144,7 +156,10 @@ class ListedStudy:
 def listed_studies() -> list[ListedStudy]:
     """The bundled studies."""
     studies = [load_study(path) for path in bundled_studies()]
-    return [ListedStudy(one.name, one.title, about(one, False), about(one, True)) for one in studies]
+    listed = [ListedStudy(one.name, one.title, about(one, False), about(one, True)) for one in studies]
+    rows = len(load_findings().finding)
+    times = [RoughTime(rows * len(fingers), minutes) for _, fingers, minutes in scoreboard.FORMS.values()]
+    return [*listed, ListedStudy(PUBLISHED.name, scoreboard.TITLE, *times)]
 
 
 def list_studies() -> list[dict[str, Any]]:

@@ -1,1 +1,1 @@
-"""Published findings of touch, as rows that a model of a finger can be asked for (`findings.toml`)."""
+"""Published findings of touch, and which fingers and read-outs predict them."""

@@ -105,14 +105,12 @@ def document_bytes(content: StudyDocument) -> bytes:
     return f'{text[:-2]},\n "records": {{\n{lines}\n }}\n}}\n'.encode()
 
 
-def read_document(path: Path) -> StudyDocument:
-    """Read a document back. Raises InputError."""
+def read_document(path: Path, kind: type[StudyDocument] = StudyDocument) -> StudyDocument:
+    """Read a document of a kind back. Raises InputError."""
     try:
-        return StudyDocument.model_validate_json(read_limited(path, LARGEST))
+        return kind.model_validate_json(read_limited(path, LARGEST))
     except ValidationError as error:
-        raise InputError(
-            f"{path}: not the document of a study: {first_fault(error, StudyDocument)}"
-        ) from error
+        raise InputError(f"{path}: not the document of a study: {first_fault(error, kind)}") from error
 
 
 def flat_rows(content: StudyDocument) -> list[dict[str, Cell]]:

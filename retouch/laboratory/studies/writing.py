@@ -22,7 +22,12 @@ def write_study(out: Path, study: Study, expanded: Expanded, rows: Rows, quick: 
         The document.
     """
     content = document(study, expanded, rows, quick)
+    write_files(out, content, page(content, out))
+    return content
+
+
+def write_files(out: Path, content: StudyDocument, shown: bytes) -> None:
+    """Write a document, its spreadsheet, and the page that shows it; each file appears whole."""
     write_atomically(out / DOCUMENT, document_bytes(content))
     write_atomically(out / SPREADSHEET, spreadsheet(content))
-    write_atomically(out / PAGE, page(content, out))
-    return content
+    write_atomically(out / PAGE, shown)
