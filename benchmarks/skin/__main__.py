@@ -13,10 +13,11 @@ from benchmarks.shared.common import again_given, load, machine, save, table
 from benchmarks.skin import finger_study
 from benchmarks.skin.chart import draw
 from benchmarks.skin.experiment_plates import natural, series
-from benchmarks.skin.facts import FACTS, VALUES, Outcome, in_range, peak
+from benchmarks.skin.facts import FACTS, VALUES, Outcome, in_range
 from benchmarks.skin.plate_pressing import pressed
 from benchmarks.skin.study_skins import layered, plain
 from relief.ground.progress import say
+from retouch.laboratory.published.rules import top
 
 SHOWN = ("F/E 20", "F/E 10", "F/E 4", "F/E 2", "0.7 mm of 2 over 0.4 MPa")
 """Skins of the table, before the layered one that the fit chose; the last is halfway to it."""
@@ -62,7 +63,7 @@ def ranking(felt: dict[str, Any]) -> list[str]:
         return (
             -right,
             -in_range(felt[name]),
-            abs(math.log(peak(VALUES["spacing"], felt[name]["spacing"]) / 2.5)),
+            abs(math.log(top(VALUES["spacing"], felt[name]["spacing"]) / 2.5)),
         )
 
     return sorted((name for name in layered() if name in felt), key=worse)

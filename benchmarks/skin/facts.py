@@ -16,6 +16,7 @@ from typing import Any
 from benchmarks.skin.experiment_plates import series
 from benchmarks.skin.round_stimuli import FAR_MM, JUDGED
 from benchmarks.skin.sources import HUMAN_SA1, MACAQUE_SA1, Recorded
+from retouch.laboratory.published.rules import RULES, STEP, off_range, top
 
 PEAK_MM = (2.0, 3.0)
 """Range of the spacing at which dots are roughest."""
@@ -25,10 +26,6 @@ READINGS = (1.0, math.pi)
 """Factors of V by the two readings of equation 2: the mean over pairs, and as printed, with lengths in cm."""
 ORDER_MM2 = math.sqrt(10.0)
 """Factor within which a contact area is "on the order of" another."""
-FALLEN = 0.9
-"""Share of the peak below which an end of a curve counts as lower."""
-STEP = 1.01
-"""Ratio from which a value counts as larger than the one before."""
 
 CURVE = 0.15
 """Greatest rms by which a curve over its top may miss a recorded one over its own."""
@@ -71,49 +68,11 @@ class Fact:
     fit: bool = False
 
 
-def peak(values: Sequence[float], felt: Sequence[float]) -> float:
-    """Length at which a curve is highest, by a parabola in the logarithm; an end if it is highest there."""
-    at = max(range(len(felt)), key=felt.__getitem__)
-    if at in (0, len(felt) - 1):
-        return values[at]
-    x = [math.log(value) for value in values[at - 1 : at + 2]]
-    y = felt[at - 1 : at + 2]
-    left, right = (y[1] - y[0]) / (x[1] - x[0]), (y[2] - y[1]) / (x[2] - x[1])
-    middle, slope = 0.5 * (x[0] + x[1]), (right - left) / (0.5 * (x[2] - x[0]))
-    return math.exp(middle - left / slope) if slope < 0.0 else values[at]
+def _by(rule: str, name: str, at: Sequence[float] = (), **values: Any) -> Callable[[Measured], Outcome]:
+    """The outcome by a rule on a series whose plates differ by these lengths."""
 
-
-def _peak(name: str) -> Callable[[Measured], Outcome]:
     def outcome(felt: Measured) -> Outcome:
-        at = peak(VALUES["spacing"], felt[name])
-        return Outcome(f"{at:.2f} mm", PEAK_MM[0] <= at <= PEAK_MM[1])
-
-    return outcome
-
-
-def _inverted_u(name: str) -> Callable[[Measured], Outcome]:
-    def outcome(felt: Measured) -> Outcome:
-        curve = felt[name]
-        ends = [end / max(curve) for end in (curve[0], curve[-1])]
-        numbers = f"{ends[0]:.2f}, 1, {ends[1]:.2f}; top {peak(VALUES[name], curve):.1f} mm"
-        return Outcome(numbers, max(ends) <= FALLEN)
-
-    return outcome
-
-
-def _falls(name: str) -> Callable[[Measured], Outcome]:
-    def outcome(felt: Measured) -> Outcome:
-        ratio = felt[name][0] / felt[name][-1]
-        return Outcome(f"{ratio:.2f}", ratio >= STEP)
-
-    return outcome
-
-
-def _rises(name: str) -> Callable[[Measured], Outcome]:
-    def outcome(felt: Measured) -> Outcome:
-        curve = felt[name]
-        steps = [after / before for before, after in pairwise(curve)]
-        return Outcome(f"{curve[-1] / curve[0]:.2f}", min(steps) >= STEP)
+        return Outcome(*RULES[rule](felt[name], at, **values))
 
     return outcome
 
@@ -147,14 +106,14 @@ FACTS = (
         "peak of spacing",
         "dots are roughest 2 to 3 mm apart",
         "Hollins and Bensmaïa 2007, as the paper cites them",
-        _peak("spacing"),
+        _by("peak", "spacing", VALUES["spacing"], between=PEAK_MM),
         fit=True,
     ),
     Fact(
         "small dots",
         "at one spacing, small dots are rougher than large ones (0.35 mm high)",
         "Blake 1997, Tymms 2017",
-        _falls("diameter"),
+        _by("ratio", "diameter", of=(0, -1), least=STEP),
         fit=True,
     ),
     Fact(
@@ -169,35 +128,43 @@ FACTS = (
         "small dots, high",
         "the same with dots 0.62 mm high",
         "Blake 1997, Tymms 2017",
-        _falls("diameter, high"),
+        _by("ratio", "diameter, high", of=(0, -1), least=STEP),
     ),
     Fact(
         "spacing both ways",
         "dots 1.3 and 6.2 mm apart are both smoother than those between",
         "Hollins and Bensmaïa 2007; spacings of Blake 1997",
-        _inverted_u("spacing"),
+        _by("inverted U", "spacing", VALUES["spacing"]),
     ),
     Fact(
         "waves",
         "gratings 0.3 mm high are roughest between half periods of 0.25 and 5.2 mm, here as waves",
         "Drewing 2016",
-        _inverted_u("waves"),
+        _by("inverted U", "waves", VALUES["waves"]),
     ),
-    Fact("ridges", "the same, here as ridges with steep sides", "Drewing 2016", _inverted_u("ridges")),
     Fact(
-        "height", "roughness grows with the height of dots, 0.28 to 0.62 mm", "Blake 1997", _rises("height")
+        "ridges",
+        "the same, here as ridges with steep sides",
+        "Drewing 2016",
+        _by("inverted U", "ridges", VALUES["ridges"]),
+    ),
+    Fact(
+        "height",
+        "roughness grows with the height of dots, 0.28 to 0.62 mm",
+        "Blake 1997",
+        _by("rises", "height"),
     ),
     Fact(
         "force",
         "roughness grows with force, here half to twice the skin's",
         "Lederman and Taylor 1972",
-        _rises("force"),
+        _by("rises", "force"),
     ),
     Fact(
         "peak, exploring",
         "dots are roughest 2 to 3 mm apart, at a force of 0.6 N",
         "as the first; force of Smith 2002",
-        _peak("spacing, exploring"),
+        _by("peak", "spacing, exploring", VALUES["spacing"], between=PEAK_MM),
     ),
     Fact(
         "contact area",
@@ -214,12 +181,7 @@ def off_recorded(
 ) -> tuple[float, float]:
     """Rms by which a curve over its top lies outside a recorded range, and the spacing of its top, mm."""
     chosen = [curve[spacings.index(spacing)] for spacing in recorded.spacings_mm]
-    shares = [value / max(chosen) for value in chosen]
-    outside = [
-        max(low - share, share - high, 0.0)
-        for share, low, high in zip(shares, recorded.low, recorded.high, strict=True)
-    ]
-    return math.sqrt(sum(one**2 for one in outside) / len(outside)), peak(spacings, curve)
+    return off_range(chosen, recorded.low, recorded.high), top(spacings, curve)
 
 
 def _recorded(recorded: Recorded, name: str, spacings: Sequence[float]) -> Callable[[Measured], Outcome]:
@@ -230,14 +192,9 @@ def _recorded(recorded: Recorded, name: str, spacings: Sequence[float]) -> Calla
     return outcome
 
 
-def _judged(felt: Measured) -> Outcome:
-    found = correlation(felt["grooves, exploring"], JUDGED)
-    return Outcome(f"r {found:.2f}", found >= CORRELATED)
-
-
 def _never_falls(felt: Measured) -> Outcome:
     curve = felt["spacing, high, exploring"]
-    numbers = f"top {peak(FAR_MM, curve):.1f} mm, then {curve[-1] / max(curve):.2f}"
+    numbers = f"top {top(FAR_MM, curve):.1f} mm, then {curve[-1] / max(curve):.2f}"
     return Outcome(numbers, min(after / before for before, after in pairwise(curve)) >= STEP)
 
 
@@ -260,7 +217,7 @@ ADDED = (
         "judged roughness is 0.2 + 1.6 G - 0.5 R - 0.25 G² of grooves G and ridges R: V correlates by 0.9 at "
         "least, at 0.6 N on gratings 1 mm deep",
         "Yoshioka 2001",
-        _judged,
+        _by("correlates", "grooves, exploring", values=JUDGED, least=CORRELATED),
     ),
 )
 """Facts that the sources of `benchmarks.skin.sources` add."""
@@ -273,11 +230,3 @@ AGAINST = Fact(
 """A fact that others contradict: told, and not counted."""
 FINGER_FACTS = (*(fact for fact in FACTS if fact.name != "contact area"), *ADDED)
 """Facts of a finger whose force is far from the 8.8 N of the contact area."""
-
-
-def correlation(one: Sequence[float], other: Sequence[float]) -> float:
-    """Pearson's correlation."""
-    means = sum(one) / len(one), sum(other) / len(other)
-    x, y = [a - means[0] for a in one], [b - means[1] for b in other]
-    size = math.sqrt(sum(a * a for a in x) * sum(b * b for b in y))
-    return sum(a * b for a, b in zip(x, y, strict=True)) / size

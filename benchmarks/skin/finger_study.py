@@ -12,7 +12,7 @@ from benchmarks.shared.common import load, machine, save, table
 from benchmarks.skin.calibration import DRAWS, SHARES, SPHERE_MM, calibration, solved_fingers
 from benchmarks.skin.carried import ALL, FEW, felt_by, tiles
 from benchmarks.skin.experiment_plates import APART_MM, DOT_MM, HIGH_MM
-from benchmarks.skin.facts import AGAINST, FINGER_FACTS, VALUES, Fact, peak
+from benchmarks.skin.facts import AGAINST, FINGER_FACTS, VALUES, Fact
 from benchmarks.skin.finger_chart import draw
 from benchmarks.skin.plate_pressing import EXPLORING_N
 from benchmarks.skin.posterior import direct, finger, residuals
@@ -30,6 +30,7 @@ from benchmarks.skin.round_stimuli import dot_plates
 from benchmarks.skin.sources import GROOVE_FORCE_N, GROOVES, MECHANICAL
 from optimize.settings.skins import load_skin
 from relief.ground.progress import say
+from retouch.laboratory.published.rules import top
 from tactile.skin import Skin
 
 NAME = "finger"
@@ -156,7 +157,7 @@ def peaks_alone(results: dict[str, Any], keep: Callable[[], object]) -> None:
             say(f"dots by {name} alone")
             skins = [replace(finger(values), force_n=EXPLORING_N) for values in sample]
             found[name] = [
-                peak(VALUES["spacing"], pressed_round(skin, ("spacing",))["spacing"]) for skin in skins
+                top(VALUES["spacing"], pressed_round(skin, ("spacing",))["spacing"]) for skin in skins
             ]
             keep()
 

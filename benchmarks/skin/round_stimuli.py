@@ -23,10 +23,10 @@ from benchmarks.skin.experiment_plates import (
 )
 from benchmarks.skin.sources import HUMAN_SA1, MACAQUE_SA1, judged_roughness
 from relief.ground.arrays import Array
+from retouch.laboratory.published.stimuli import midpoints, weighed
 
-NARROW_MM, WIDE_MM = 2.6, 3.3
-"""Periods up to which one and two midpoints along half a period suffice; of longer ones three are taken. V of
-dots 2.5 mm apart is the same to seven digits at three phases."""
+MOST_MM = 6.0
+"""Period of which longer ones are pressed at as few phases, three midpoints along half a period."""
 FAR_MM = (1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.25, 8.5)
 """Spacings of the series "spacing, high": those of `MACAQUE_SA1` and those to the end of Dépeault 2009."""
 GROOVES_MM = (0.25, 0.5, 1.0, 1.5, 2.0)
@@ -44,17 +44,11 @@ Plates = tuple[Array, Array]
 
 def phases(apart: float) -> list[tuple[float, tuple[float, float]]]:
     """Weight and phase (rows, columns) of plates that repeat every `apart` mm along both axes."""
-    count = _midpoints(apart)
-    middles = [(2 * number + 1) / (4 * count) for number in range(count)]
-    return [
-        ((1.0 if one == other else 2.0) / count**2, (middles[one], middles[other]))
-        for one in range(count)
-        for other in range(one, count)
-    ]
+    return weighed(_middles(apart), _middles(apart))
 
 
-def _midpoints(period: float) -> int:
-    return 1 + (period > NARROW_MM) + (period > WIDE_MM)
+def _middles(period: float) -> list[float]:
+    return midpoints(min(period, MOST_MM))
 
 
 def dot_plates(dot: float, high: float, apart: float) -> Plates:
@@ -65,9 +59,8 @@ def dot_plates(dot: float, high: float, apart: float) -> Plates:
 
 
 def _lines(draw: Callable[[float], Array], period: float) -> Plates:
-    count = _midpoints(period)
-    middles = [(2 * number + 1) / (4 * count) for number in range(count)]
-    return np.full(count, 1.0 / count), np.array([draw(phase) for phase in middles])
+    middles = _middles(period)
+    return np.full(len(middles), 1.0 / len(middles)), np.array([draw(phase) for phase in middles])
 
 
 def grating_plates(half: float, square: bool) -> Plates:

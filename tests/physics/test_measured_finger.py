@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.shared.common import load
 from benchmarks.skin.calibration import MEASURED
-from benchmarks.skin.facts import correlation, off_recorded
+from benchmarks.skin.facts import off_recorded
 from benchmarks.skin.posterior import Axis, finger, log_likelihood, quantile
 from benchmarks.skin.quarter import flat_contact, groove_depths, sphere_depths, sphere_forces
 from benchmarks.skin.round_pressing import RoundFinger
@@ -127,4 +127,3 @@ def test_a_mirrored_plate_has_its_heights_in_the_middle() -> None:
 def test_a_curve_inside_the_recorded_range_is_not_off() -> None:
     off, top = off_recorded(HUMAN_SA1, HUMAN_SA1.spacings_mm, [2.0 * rate for rate in HUMAN_SA1.low])
     assert off == pytest.approx(0.0) and 2.5 <= top <= 3.5
-    assert correlation([1.0, 2.0, 3.0], [5.0, 3.0, 1.0]) == pytest.approx(-1.0)

@@ -5,8 +5,9 @@ import pytest
 
 import tactile
 from benchmarks.skin.experiment_plates import dots, grating, series
-from benchmarks.skin.facts import FACTS, peak
+from benchmarks.skin.facts import FACTS
 from optimize.settings.skins import load_skin
+from retouch.laboratory.published.rules import top
 
 FELT = {one.name: one for one in series()}
 RIGHT = {
@@ -54,5 +55,5 @@ def test_gratings_rise_as_much_as_they_fall(square: bool) -> None:
 
 def test_the_peak_of_a_parabola_is_found_between_samples() -> None:
     values = (1.0, 2.0, 4.0, 8.0)
-    assert peak(values, [-(np.log(value / 2.7) ** 2) for value in values]) == pytest.approx(2.7)
-    assert peak(values, [4.0, 3.0, 2.0, 1.0]) == 1.0
+    assert top(values, [-(np.log(value / 2.7) ** 2) for value in values]) == pytest.approx(2.7)
+    assert top(values, [4.0, 3.0, 2.0, 1.0]) == 1.0
