@@ -77,6 +77,7 @@ PARTS: Mapping[str, Part] = {
     ),
     "shipped": Part("operators of the named round fingers", ("-m benchmarks.touch.shipped",)),
     "skin": Part("facts of touch, calibration of the measured finger", ("-m benchmarks.skin --again",)),
+    "published": Part("the scoreboard of published findings", ("-m benchmarks.skin.published --again",)),
     "round": Part("elements of a round pad", ("-m benchmarks.skin.round_truth --again",)),
     "contact": Part(
         "models of touch: time against error",
