@@ -46,6 +46,8 @@ if TYPE_CHECKING:
     from retouch.verbs.objects.wrap_preview import preview_wrap as preview_wrap
     from retouch.verbs.objects.wrapping import WrappedObject as WrappedObject
     from retouch.verbs.objects.wrapping import wrap as wrap
+    from retouch.verbs.palettes.palette_fills import PaletteFills as PaletteFills
+    from retouch.verbs.palettes.palette_fills import palette as palette
     from retouch.verbs.previews import save_preview as save_preview
     from retouch.verbs.rendering import Rendering as Rendering
     from retouch.verbs.rendering import explain as explain

@@ -55,6 +55,7 @@ VERB_NAMES = (
     "fuzzy",
     "study",
     "stimuli",
+    "palette",
     "answers",
     "scan",
     "dataset",

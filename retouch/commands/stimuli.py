@@ -52,6 +52,8 @@ and docs/people.md how an experiment is run.
 exit status: 0 if every plate is done; 1 if some have failed; 2 for bad input; 130 if interrupted. After 1
 and 130 the same command goes on.
 """
+PRINT = ("plate_mm", "base_mm", "bed_mm", "label")
+"""Options of `add_print`, by the names of arguments."""
 AFTER_INTERRUPT = "; plates that are done stay, and the same command goes on"
 """End of the line that an interrupt prints."""
 
@@ -130,6 +132,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_printer(what, "each level is felt and seen between prints of this printer, whose pixels plates have")
     add_plate(what, side="width of the tile")
     add_skin(what)
+    add_print(parser)
+    trials = parser.add_argument_group("the experiment")
+    trials.add_argument(
+        "--people", type=whole_number(1, MOST_PEOPLE), metavar="N", help="people of the plan (default: 8)"
+    )
+    trials.add_argument(
+        "--pairs",
+        type=whole_number(2, MOST_PAIRS),
+        metavar="N",
+        help="most pairs of each question that a person compares (default: 120, about 20 minutes)",
+    )
+    trials.add_argument("--seed", type=seed, metavar="N", help="of the random order of trials (default: 0)")
+    add_work(parser)
+    add_talk(parser, "the content of stimuli.json, with the folder and the files written,")
+
+
+def add_print(parser: argparse.ArgumentParser) -> None:
+    """Add `--plate-mm`, `--base-mm`, `--bed-mm` and `--label` (`PRINT`), None where not given."""
     printing = parser.add_argument_group("the print")
     printing.add_argument("--plate-mm", type=float, metavar="MM", help="side of a plate, mm (default: 25)")
     printing.add_argument(
@@ -146,17 +166,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=("raised", "engraved", "none"),
         help="names on the backs, 0.4 mm high or deep (default: raised)",
     )
-    trials = parser.add_argument_group("the experiment")
-    trials.add_argument(
-        "--people", type=whole_number(1, MOST_PEOPLE), metavar="N", help="people of the plan (default: 8)"
-    )
-    trials.add_argument(
-        "--pairs",
-        type=whole_number(2, MOST_PAIRS),
-        metavar="N",
-        help="most pairs of each question that a person compares (default: 120, about 20 minutes)",
-    )
-    trials.add_argument("--seed", type=seed, metavar="N", help="of the random order of trials (default: 0)")
+
+
+def add_work(parser: argparse.ArgumentParser) -> None:
+    """Add `--fast`, `--set`, `--workers` and `--dask`."""
     work = parser.add_argument_group("the work")
     work.add_argument("--fast", action="store_true", help="compute each step with the fast models")
     work.add_argument(
@@ -168,26 +181,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="any key of a run file, for every plate; may be given several times",
     )
     add_workers(work)
-    add_talk(parser, "the content of stimuli.json, with the folder and the files written,")
 
 
 def run(arguments: argparse.Namespace) -> int:
     began = time.monotonic()
-    plates = given(arguments, "plate_mm", "base_mm", "bed_mm", "label")
+    plates = given(arguments, *PRINT)
     experiment = given(arguments, "people", "pairs", "seed")
     if arguments.redraw:
         _refuse_levels(arguments)
         stimuli = retouch.redraw_stimuli(arguments.out, plates=plates, experiment=experiment)
     else:
-        settings: dict[str, Any] = {}
-        for setting in arguments.settings:
-            settings |= _setting(setting)
         stimuli = retouch.stimuli(
             arguments.textures,
             arguments.out,
             plates=plates,
             experiment=experiment,
-            settings=settings,
+            settings=settings_of(arguments),
             **given(arguments, "jnd", "contact_area_scale", "same_roughness", "whole", "with_scaled"),
             **given(arguments, "sources", "source_mm", "controls", "printer", "skin", "fast"),
             **given(arguments, "workers", "dask", *LENGTHS),
@@ -206,6 +215,11 @@ def _refuse_levels(arguments: argparse.Namespace) -> None:
     switches = (arguments.same_roughness, arguments.whole, arguments.with_scaled, arguments.fast)
     if any(levels) or any(switches) or arguments.settings or arguments.printer:
         raise InputError("--redraw: draws the set in the folder; give -o and options of the print alone")
+
+
+def settings_of(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The settings of `--set` by key. Raises InputError."""
+    return {key: value for text in arguments.settings for key, value in _setting(text).items()}
 
 
 def _setting(text: str) -> dict[str, Any]:

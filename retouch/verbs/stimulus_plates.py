@@ -19,6 +19,7 @@ from relief.heightmap import check_scales
 from retouch.laboratory.people.plan import write_plan
 from retouch.laboratory.people.serving.experiment_page import write_experiment_page
 from retouch.laboratory.stimulus_sets.making import MakeRunner, StimulusPlates, make
+from retouch.laboratory.stimulus_sets.plate_set import Request
 from retouch.laboratory.stimulus_sets.stimulus_set import FILE, StimulusSet, read_set
 from retouch.laboratory.workers.choice import runner
 from retouch.verbs.progress_display import followed
@@ -74,35 +75,24 @@ def stimuli(
         InputError: what is wrong with the textures or the levels, or the folder holds something else.
         KeyboardInterrupt: plates that are done stay; the same call goes on.
     """
-    if not textures:
-        example = "retouch stimuli gravel-tile --jnd -1,0,1 -o DIR"
-        raise InputError("stimuli: name a texture", f"stimuli: name a texture, as in {example}")
-    files = [find_texture(texture).absolute() for texture in textures]
-    check_scales(files, lengths)
     if not sources and (source_mm is not None or controls is not None):
         raise InputError(
             "source_mm, controls: are for sources, which are missing",
             "--source-mm, --controls: are for a --source, which is missing",
         )
-    if skin is not None:
-        skin = str(Path(skin).absolute()) if Path(skin).is_file() else str(skin)
-    own = {**lengths, "touch.skin": skin, "print.printer": printer}
-    optional = {"source_mm": source_mm, "controls": controls}
-    request = _checked(
-        {
-            "textures": files,
-            "jnd": jnd,
-            "contact_area_scale": contact_area_scale,
-            "same_roughness": same_roughness,
-            "whole": whole,
-            "with_scaled": with_scaled,
-            "sources": [Path(source).absolute() for source in sources],
-            "settings": (FAST_MODELS if fast else {}) | _given(own) | dict(settings or {}),
-            "print": dict(plates or {}),
-            "experiment": dict(experiment or {}),
-            **_given(optional),
-        }
-    )
+    own = {
+        "jnd": jnd,
+        "contact_area_scale": contact_area_scale,
+        "same_roughness": same_roughness,
+        "whole": whole,
+        "with_scaled": with_scaled,
+        "sources": [Path(source).absolute() for source in sources],
+        "experiment": dict(experiment or {}),
+        "source_mm": source_mm,
+        "controls": controls,
+    }
+    settings = _given({"print.printer": printer}) | dict(settings or {})
+    request = request_of(StimulusSet, textures, lengths, own, skin, plates, fast, settings)
     with followed(progress, quiet):
         return _made(request, Path(out), lambda work, observer: runner(work, workers, dask, observer))
 
@@ -128,7 +118,7 @@ def redraw_stimuli(
     there = read_set(Path(out) / FILE)
     print_settings = {**there.print.model_dump(), **(plates or {})}
     trials = {**there.experiment.model_dump(), **(experiment or {})}
-    request = _checked({**there.model_dump(), "print": print_settings, "experiment": trials})
+    request = _checked(StimulusSet, {**there.model_dump(), "print": print_settings, "experiment": trials})
     with followed(progress, quiet):
         return _made(request, Path(out), None)
 
@@ -155,9 +145,42 @@ def _given(values: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
 
 
-def _checked(values: Mapping[str, Any]) -> StimulusSet:
+def request_of(
+    kind: type[Request],
+    textures: Sequence[str | os.PathLike[str]],
+    lengths: Lengths,
+    own: Mapping[str, Any],
+    skin: str | os.PathLike[str] | None = None,
+    plates: Mapping[str, Any] | None = None,
+    fast: bool = False,
+    settings: Mapping[str, Any] | None = None,
+) -> Request:
+    """A request for plates, checked.
+
+    Args:
+        kind: of request.
+        own: what requests of this kind alone have; None where not given.
+        textures, lengths, skin, plates, fast, settings: as in `stimuli`.
+
+    Raises:
+        InputError: what is wrong.
+    """
+    if not textures:
+        fault = f"{kind.VERB}: name a texture"
+        raise InputError(fault, f"{fault}, as in retouch {kind.EXAMPLE}")
+    files = [find_texture(texture).absolute() for texture in textures]
+    check_scales(files, lengths)
+    if skin is not None:
+        skin = str(Path(skin).absolute()) if Path(skin).is_file() else str(skin)
+    of_runs = (FAST_MODELS if fast else {}) | _given({**lengths, "touch.skin": skin}) | dict(settings or {})
+    return _checked(
+        kind, {"textures": files, "settings": of_runs, "print": dict(plates or {}), **_given(own)}
+    )
+
+
+def _checked(kind: type[Request], values: Mapping[str, Any]) -> Request:
     """A request, checked. Raises InputError."""
     try:
-        return StimulusSet.model_validate(values)
+        return kind.model_validate(values)
     except ValidationError as error:
-        raise InputError(f"stimuli: {first_fault(error, StimulusSet)}") from error
+        raise InputError(f"{kind.VERB}: {first_fault(error, kind)}") from error

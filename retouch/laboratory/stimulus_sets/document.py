@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import fmean
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from retouch.laboratory.studies.engine import ROWS, Rows
 from retouch.laboratory.studies.records import Cell
 from retouch.laboratory.studies.row_key import SHORT
 from tactile.jnd import jnd_unless_smooth
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 DOCUMENT, PLATES, PAIRS = "stimuli.json", "plates.csv", "pairs.csv"
 """Files of a set: everything, its plates, and its pairs of plates for a spreadsheet."""
@@ -382,8 +385,8 @@ def _mean(values: Sequence[float]) -> float | None:
     return fmean(values) if values else None
 
 
-def document_bytes(numbers: SetNumbers) -> bytes:
-    """The document as JSON."""
+def document_bytes(numbers: "DataclassInstance") -> bytes:
+    """A document, a dataclass, as JSON."""
     return (json.dumps(_short(asdict(numbers)), indent=1) + "\n").encode()
 
 

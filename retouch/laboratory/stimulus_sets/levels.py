@@ -1,6 +1,6 @@
 """The plates of a set as rows of a study, and the study file that computes them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,8 @@ import tomli_w
 from optimize.verification.jod import jod_obstacle
 from relief.ground.files import write_atomically
 from retouch.laboratory.stimulus_sets.controls import Control
-from retouch.laboratory.stimulus_sets.stimulus_set import TILE, StimulusSet
+from retouch.laboratory.stimulus_sets.plate_set import TILE, PlateSet
+from retouch.laboratory.stimulus_sets.stimulus_set import StimulusSet
 from retouch.laboratory.studies.rows import Expanded, StudyRow
 from retouch.laboratory.studies.study_file import Study, load_study
 
@@ -90,15 +91,33 @@ def write_study_file(stimuli: StimulusSet, controls: Sequence[Control], out: Pat
             for one in controls
         ]
         tables.append({"name": CONTROLS, "set": {JND: 0.0, "repeats": True}, "axes": {CONTROL: values}})
+    return study_of(stimuli, f"Stimuli: {', '.join(stimuli.names)}", tables, out, not stimuli.whole)
+
+
+def study_of(
+    plates: PlateSet, title: str, tables: Sequence[Mapping[str, Any]], out: Path, repeats: bool = True
+) -> Study:
+    """Write the study that computes tables of plates into a folder and load it.
+
+    Args:
+        plates: with the settings of the runs.
+        title: of the study.
+        tables: as a study file has them.
+        out: the folder.
+        repeats: whether the textures are tiles.
+
+    Raises:
+        InputError: a setting of the runs is none.
+    """
     study = {
-        "title": f"Stimuli: {', '.join(stimuli.names)}",
-        "description": "The rows of a stimulus set, whose page is index.html.",
+        "title": title,
+        "description": f"The rows of a {plates.KIND}, whose page is index.html.",
         "base": BASE,
         "measures": [] if jod_obstacle() else ["jod"],
-        "set": {"verify.baseline": False, **stimuli.settings},
+        "set": {"verify.baseline": False, **plates.settings},
         "tables": tables,
     }
-    base = {"scene": "studio.xml", "texture": textures[0], "repeats": not stimuli.whole}
+    base = {"scene": "studio.xml", "texture": str(plates.textures[0]), "repeats": repeats}
     write_atomically(out / BASE, tomli_w.dumps(base).encode())
     write_atomically(out / STUDY, tomli_w.dumps(study).encode())
     return load_study(out / STUDY)

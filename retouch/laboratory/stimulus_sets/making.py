@@ -15,8 +15,9 @@ from retouch.laboratory.stimulus_sets import document as documents
 from retouch.laboratory.stimulus_sets.controls import check_sources, make_controls
 from retouch.laboratory.stimulus_sets.levels import plate_rows, write_study_file
 from retouch.laboratory.stimulus_sets.page import page
+from retouch.laboratory.stimulus_sets.plate_set import claim
 from retouch.laboratory.stimulus_sets.plates import FOLDER, check_labels, write_plates
-from retouch.laboratory.stimulus_sets.stimulus_set import StimulusSet, claim
+from retouch.laboratory.stimulus_sets.stimulus_set import StimulusSet
 from retouch.laboratory.studies import engine
 from retouch.laboratory.studies.document import document, document_bytes, spreadsheet
 from retouch.laboratory.studies.page import page as study_page

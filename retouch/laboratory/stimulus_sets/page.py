@@ -60,7 +60,7 @@ def page(numbers: SetNumbers, stimuli: StimulusSet, out: Path) -> bytes:
         summary=numbers.summary,
         settings=stimuli.print,
         printer=stimuli.printer,
-        shade=_shade,
+        shade=shade,
         spot_samples=SPOT_SAMPLES,
     )
 
@@ -68,10 +68,10 @@ def page(numbers: SetNumbers, stimuli: StimulusSet, out: Path) -> bytes:
 def _shown(plate: PlateNumbers, stimuli: StimulusSet, out: Path) -> dict[str, object]:
     folder = out / plate.folder
     report = f"{plate.folder}/{REPORT}" if (folder / REPORT).is_file() else None
-    return {**vars(plate), "spot": _spot(folder, plate.label, stimuli.print.plate_mm), "report": report}
+    return {**vars(plate), "spot": spot(folder, plate.label, stimuli.print.plate_mm), "report": report}
 
 
-def _spot(folder: Path, label: str, plate_mm: float) -> Markup | None:
+def spot(folder: Path, label: str, plate_mm: float) -> Markup | None:
     """The plate under the first light, which a lamp lights that moves; None without a picture.
 
     Under parallel light from a camera straight above, the picture of a plate is that of its tile, repeated.
@@ -98,6 +98,6 @@ def _part(tile: Relief, plate_mm: float) -> Relief:
     return replace(tile, heights=heights, width_mm=side_mm)
 
 
-def _shade(probability: float) -> str:
-    """Share of the page's blue in a cell of the matrix."""
-    return f"{100.0 * probability:.0f}%"
+def shade(share: float) -> str:
+    """Share of the page's blue in a cell of a matrix; all of it at 1 and above."""
+    return f"{100.0 * min(share, 1.0):.0f}%"

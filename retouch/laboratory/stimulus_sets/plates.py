@@ -16,7 +16,7 @@ from relief.solids.export.back_labels import labelled, pixel_mm
 from relief.solids.export.bed import places_on_beds
 from relief.solids.export.parts import write_parts
 from relief.solids.export.plate_export import plate_mesh
-from retouch.laboratory.stimulus_sets.stimulus_set import PrintSettings
+from retouch.laboratory.stimulus_sets.plate_set import PrintSettings
 
 FOLDER = "print"
 """Folder of the files to print in that of a set."""

@@ -84,3 +84,15 @@ def far_discrepancy(jnds: Sequence[float]) -> float:
     for one in range(len(jnds)):
         wrong |= (felt[:, one, None] > felt[:, one + 2 :]).any(axis=1)
     return float(wrong.mean())
+
+
+def named(jnds: Sequence[float]) -> Array:
+    """Probabilities (n, n) that a plate that is felt alone, of the row, is taken for that of the column.
+
+    What is felt is taken for the nearest plate, from a perfect memory of all of them: people do worse.
+
+    Args:
+        jnds: where the n plates are felt, JND, ascending.
+    """
+    criteria = [-math.inf, *((lower + upper) / 2.0 for lower, upper in pairwise(jnds)), math.inf]
+    return np.diff([[probability((end - jnd) / NOISE_JND) for end in criteria] for jnd in jnds])

@@ -18,9 +18,10 @@ from relief.relief import Relief
 from relief.solids.export.plate_export import RAISED_MM
 from retouch.laboratory.stimulus_sets.levels import write_study_file
 from retouch.laboratory.stimulus_sets.making import make
+from retouch.laboratory.stimulus_sets.plate_set import LABEL_MM, PrintSettings
 from retouch.laboratory.stimulus_sets.plates import cut_square, plate_bodies
 from retouch.laboratory.stimulus_sets.prediction import probability
-from retouch.laboratory.stimulus_sets.stimulus_set import LABEL_MM, PrintSettings, StimulusSet
+from retouch.laboratory.stimulus_sets.stimulus_set import StimulusSet
 from retouch.laboratory.studies import row_job
 from retouch.laboratory.studies.rows import expand
 from retouch.pages.sentences import TextTable

@@ -1,0 +1,1 @@
+"""Palettes: fills that every finger of a range tells apart by roughness."""

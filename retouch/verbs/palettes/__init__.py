@@ -1,0 +1,1 @@
+"""Palettes: fills for tactile maps, braille graphics and controls."""

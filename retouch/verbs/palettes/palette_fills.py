@@ -1,0 +1,128 @@
+"""Palettes: fills that are told apart by touch, as tiles, as plates to print, and on a page."""
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Unpack
+
+from relief.ground.files import only_writer, write_atomically
+from relief.ground.lengths import Lengths
+from relief.ground.progress import Progress
+from retouch.laboratory.palettes.document import PaletteNumbers, labels, numbers_of, page
+from retouch.laboratory.palettes.making import make
+from retouch.laboratory.palettes.palette import MOST_FILLS, Palette
+from retouch.laboratory.stimulus_sets.document import document_bytes
+from retouch.laboratory.stimulus_sets.plate_set import claim
+from retouch.laboratory.stimulus_sets.plates import check_labels, write_plates
+from retouch.laboratory.studies.engine import PAGE, ROWS
+from retouch.laboratory.workers.choice import runner
+from retouch.pages.sentences import TextTable
+from retouch.verbs.exporting import export
+from retouch.verbs.progress_display import followed
+from retouch.verbs.stimulus_plates import request_of
+
+DOCUMENT, TILES = "palette.json", "tiles"
+"""Files of a palette: its numbers, and the folder of its tiles."""
+
+
+@dataclass(frozen=True)
+class PaletteFills:
+    """What became of a palette.
+
+    Attributes:
+        folder: of the palette.
+        numbers: of its fills; None of a dry run.
+    """
+
+    folder: Path
+    numbers: PaletteNumbers | None
+
+    def as_json(self) -> dict[str, Any]:
+        """What `retouch palette --json` prints."""
+        content = {} if self.numbers is None else {**asdict(self.numbers), "short": self.numbers.short}
+        return {"folder": str(self.folder), **content}
+
+    def lines(self) -> Iterator[str | TextTable]:
+        """Lines and the table of the fills for a person."""
+        if (numbers := self.numbers) is None:
+            return
+        headings = (
+            "fill",
+            "level, JND",
+            "V",
+            "from the first, JND",
+            "pictures, % of white",
+            "named rightly, %",
+        )
+        rows = [
+            [
+                *(fill.label, f"{fill.level:+.2f}", f"{fill.roughness[0]:.4f}", f"{fill.jnd[0]:.2f}"),
+                *(f"{fill.picture_change_percent_of_white:.2f}", f"{fill.named_percent:.0f}"),
+            ]
+            for fill in numbers.fills
+        ]
+        yield TextTable([(heading, "") for heading in headings], rows, gap=1)
+        whose = "every finger" if len(numbers.fingers) > 1 else "this finger"
+        yield f"any two fills are at least {numbers.least:.2f} JND apart for {whose}, by roughness alone"
+        if numbers.short is not None:
+            yield numbers.short
+        yield f"{self.folder / PAGE}: {len(numbers.fills)} fills; to print: {', '.join(numbers.print)}"
+
+
+def palette(
+    textures: Sequence[str | os.PathLike[str]],
+    out: str | os.PathLike[str],
+    *,
+    apart: float | None = None,
+    fills: int | None = None,
+    one_finger: bool = False,
+    skin: str | os.PathLike[str] | None = None,
+    plates: Mapping[str, Any] | None = None,
+    fast: bool = False,
+    settings: Mapping[str, Any] | None = None,
+    dry_run: bool = False,
+    workers: int | None = None,
+    dask: str | None = None,
+    quiet: bool | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    **lengths: Unpack[Lengths],
+) -> PaletteFills:
+    """Make fills that every finger of a range tells apart by roughness, from one texture or several.
+
+    Args:
+        textures: height maps or names of bundled ones: tiles.
+        out: folder to write to, or to go on in.
+        apart: least just-noticeable differences between any two fills; None: 2.
+        fills: number of fills; None: one of each texture, or of one texture as many as there is room for.
+        one_finger: whether only the given finger is to tell them apart, not a range of fingers about it.
+        skin, plates, fast, settings, lengths: as in `stimuli`.
+        dry_run: whether textures are tried and levels chosen, and no fill is optimised.
+        workers, dask, quiet, progress: as in `study`.
+
+    Raises:
+        InputError: what is wrong with the textures, there is no room for so many fills, or the folder holds
+            something else.
+        KeyboardInterrupt: fills that are done stay; the same call goes on.
+    """
+    own = {"apart": apart, "fills": fills, "one_finger": one_finger}
+    request = request_of(Palette, textures, lengths, own, skin, plates, fast, settings)
+    out = Path(out)
+    request.check_textures()
+    check_labels([f"{name} {MOST_FILLS}" for name in request.names], request.print)
+    with followed(progress, quiet), only_writer(out):
+        claim(out, request)
+        (out / ROWS).mkdir(exist_ok=True)
+        made = make(request, out, lambda work, observer: runner(work, workers, dask, observer), dry_run)
+        if not made:
+            return PaletteFills(out, None)
+        tiles = {label: fill.tile for label, fill in zip(labels(made), made, strict=True)}
+        numbers = numbers_of(
+            request, made, out, write_plates(out, "palette", tiles, request.print, request.printer)
+        )
+        (out / TILES).mkdir(exist_ok=True)
+        for one in numbers.fills:
+            export(out / one.folder, out / one.tile, tile=True)
+        write_atomically(out / DOCUMENT, document_bytes(numbers))
+        write_atomically(out / PAGE, page(numbers, request, out))
+    return PaletteFills(out, numbers)
