@@ -161,6 +161,9 @@ PARTS: Mapping[str, Part] = {
             "-m benchmarks.surfaces.stimuli {runs}/stimuli",
         ),
     ),
+    "palettes": Part(
+        "fills that are told apart by touch", ("-m benchmarks.surfaces.palettes {runs}/palettes",)
+    ),
     "objects": Part(
         "objects: their feel, the paper's, the pictures",
         (

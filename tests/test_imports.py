@@ -84,8 +84,8 @@ _ALLOWED = {
     "retouch": (
         "optimize.estimates optimize.runs optimize.settings relief relief.ground relief.preparing "
         "relief.solids.export retouch.laboratory.stimulus_sets retouch.verbs retouch.verbs.filament "
-        "retouch.verbs.fuzzy retouch.verbs.objects retouch.verbs.scans surrogate.data tactile visual "
-        "visual.backend visual.scene_file"
+        "retouch.verbs.fuzzy retouch.verbs.objects retouch.verbs.palettes retouch.verbs.scans "
+        "surrogate.data tactile visual visual.backend visual.scene_file"
     ),
     "retouch.__main__": "optimize.runs retouch.commands",
     "retouch.app": (
@@ -115,6 +115,11 @@ _ALLOWED = {
         "surrogate.nets tactile"
     ),
     "retouch.laboratory": "",
+    "retouch.laboratory.palettes": (
+        "optimize.estimates optimize.run_directory optimize.verification relief relief.ground "
+        "retouch.laboratory.stimulus_sets retouch.laboratory.studies retouch.pages "
+        "retouch.pages.plate_viewer tactile"
+    ),
     "retouch.laboratory.people": (
         "optimize.run_directory relief.ground retouch.laboratory.stimulus_sets retouch.pages tactile"
     ),
@@ -184,6 +189,10 @@ _ALLOWED = {
         "relief.solids.files relief.solids.mending relief.solids.meshes relief.solids.objects "
         "relief.solids.remeshing relief.solids.wrapping "
         "retouch.pages retouch.pages.objects retouch.verbs"
+    ),
+    "retouch.verbs.palettes": (
+        "relief.ground retouch.laboratory.palettes retouch.laboratory.stimulus_sets "
+        "retouch.laboratory.studies retouch.laboratory.workers retouch.pages retouch.verbs"
     ),
     "retouch.verbs.scans": "relief relief.ground relief.scans retouch.pages retouch.verbs tactile",
 }

@@ -16,6 +16,7 @@ from retouch.laboratory.stimulus_sets.page import shade, spot
 from retouch.pages.plate_viewer.figure import SPOT_SAMPLES
 from retouch.pages.rendering import render_page
 from tactile.jnd import ROUGHNESS_JND, tries_of_100
+from tactile.quantities import LIMIT_PERCENT
 
 DIRECTED = 0.3
 """Least share of a direction (0: all alike, 1: parallel ridges) at which a fill has one."""
@@ -33,7 +34,7 @@ class FillNumbers:
         picture_change_percent_of_white: from the texture as found.
         spacing_mm: wavelength that holds most of the heights' variance.
         direction_degrees: of its ridges, from the x axis towards the y axis; None if they have none.
-        named_percent: how often the fill is named rightly at most, when felt alone, by the first finger.
+        named_percent: how often the fill is named rightly at most, when felt alone by the first finger.
         folder, tile: run directory and tile, within the folder of the palette.
     """
 
@@ -59,8 +60,9 @@ class PaletteNumbers:
         fills: from the smoothest to the roughest.
         jnd, least_jnd: (fills, fills) JND between two fills to the first finger, and to the finger that feels
             least of it; None on the diagonal.
-        named: (fills, fills) probability that the fill of the row is taken for that of the column.
-        named_percent: mean over the fills.
+        named: (fills, fills) probability that the fill of the row is taken for that of the column, by the first
+            finger.
+        named_percent: how often each finger names fills rightly at most, mean over the fills.
         print: files to print, within the folder of the palette.
     """
 
@@ -70,7 +72,7 @@ class PaletteNumbers:
     jnd: Sequence[Sequence[float | None]]
     least_jnd: Sequence[Sequence[float | None]]
     named: Sequence[Sequence[float]]
-    named_percent: float
+    named_percent: Sequence[float]
     print: Sequence[str]
 
     @property
@@ -98,11 +100,12 @@ def numbers_of(request: Palette, fills: Sequence[Fill], out: Path, files: Sequen
         files: to print.
     """
     felt = np.array([fill.after for fill in fills])
-    named = prediction.named(felt[:, 0].tolist())
-    each = []
+    by_finger = [prediction.named(finger.tolist()) for finger in felt.T]
+    named = by_finger[0]
+    numbers = []
     for number, fill in enumerate(fills):
         spacing_mm, direction = spacing(fill.tile)
-        each.append(
+        numbers.append(
             FillNumbers(
                 label=labels(fills)[number],
                 level=fill.level,
@@ -121,11 +124,11 @@ def numbers_of(request: Palette, fills: Sequence[Fill], out: Path, files: Sequen
     return PaletteNumbers(
         apart=request.apart,
         fingers=[finger.name for finger in fingers.each[: felt.shape[1]]],
-        fills=each,
+        fills=numbers,
         jnd=_pairs(abs(felt[:, None, 0] - felt[None, :, 0])),
         least_jnd=_pairs(least_apart(fills)),
         named=named.tolist(),
-        named_percent=float(100.0 * np.diagonal(named).mean()),
+        named_percent=[100.0 * float(np.diagonal(each).mean()) for each in by_finger],
         print=[file.relative_to(out).as_posix() for file in files],
     )
 
@@ -160,17 +163,12 @@ def page(numbers: PaletteNumbers, request: Palette, out: Path) -> bytes:
         plates=True,
         pair={"title": f"Palette: {', '.join(request.names)}"},
         content=numbers,
-        fills=[
-            {
-                **vars(fill),
-                "spot": spot(out / fill.folder, fill.label, side),
-                "report": f"{fill.folder}/{REPORT}",
-            }
-            for fill in numbers.fills
-        ],
+        fills=[{**vars(fill), "spot": spot(out / fill.folder, fill.label, side)} for fill in numbers.fills],
+        report=REPORT,
         printer=request.printer,
         share=shade,
         far=lambda jnd: shade(0.2 * jnd),
-        told=tries_of_100(numbers.least),
+        told=tries_of_100(max(numbers.least, 0.0)),
+        limit=LIMIT_PERCENT,
         spot_samples=SPOT_SAMPLES,
     )

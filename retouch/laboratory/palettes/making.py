@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -23,8 +24,13 @@ from retouch.laboratory.studies.rows import expand
 from tactile.quantities import ROUGHNESS
 
 TRIED_JND = 4.0
-"""Level at which each texture is tried, rougher and smoother. What fingers feel and how much the pictures
-change is taken as proportional to the level from there."""
+"""Level at which each texture is tried, rougher and smoother. What fingers feel is taken as proportional to
+the level, and so is the change of the pictures toward smoother."""
+TRIED_STEPS = 16
+"""Most steps of such a descent; those of the bundled tiles that arrive take four to nine."""
+BEND = 0.01
+"""Share by which the rate of that change grows toward rougher, for each squared JND. Gravel has 0.006 up to
++9.8 JND, and eleven of the twelve bundled tiles 0 to 0.011 up to +4."""
 LEAST_SHARE, LEAST_JND = 0.9, 0.5
 """Share of that level that counts as reached, and least change that says how a texture changes."""
 MARGIN_JND = 0.06
@@ -82,7 +88,8 @@ def make(request: Palette, out: Path, make_runner: MakeRunner, dry_run: bool = F
     """
     names = request.names
     tried = [(texture, sign * TRIED_JND) for texture in range(len(names)) for sign in (-1.0, 1.0)]
-    fills, failures = _optimised(request, tried, out, make_runner)
+    brief = {"descent.steps": TRIED_STEPS} | request.settings
+    fills, failures = _optimised(request, tried, out, make_runner, brief)
     count = request.fills or (len(names) if len(names) > 1 else None)
     each = math.ceil((count or MOST_BY_DEFAULT) / len(names))
     ways = [way for wanted in tried for way in [_way(wanted, fills, failures)] * each]
@@ -98,7 +105,9 @@ def make(request: Palette, out: Path, make_runner: MakeRunner, dry_run: bool = F
             break
         used = [(way, round(x, 2)) for way, x in zip(ways, levels, strict=True) if math.isfinite(x)]
         ways, now = [way for way, _ in used], [x for _, x in used]
-        wanted = [(way.texture, math.copysign(x, way.slope[0])) for way, x in zip(ways, now, strict=True)]
+        wanted = [
+            (way.texture, math.copysign(x, way.slope[0]) or 0.0) for way, x in zip(ways, now, strict=True)
+        ]
         say(f"levels, JND: {', '.join(f'{names[texture]} {x:+.2f}' for texture, x in wanted)}")
         if dry_run:
             return []
@@ -125,15 +134,19 @@ def least_apart(fills: Sequence[Fill]) -> Array:
 
 
 def _optimised(
-    request: Palette, wanted: Sequence[Wanted], out: Path, make_runner: MakeRunner
+    request: Palette,
+    wanted: Sequence[Wanted],
+    out: Path,
+    make_runner: MakeRunner,
+    settings: Mapping[str, Any] | None = None,
 ) -> tuple[dict[Wanted, Fill], dict[Wanted, str]]:
-    """The fills that could be optimised, and why others could not."""
+    """The fills that could be optimised, with further settings of runs, and why others could not."""
     labels = {f"{request.names[texture]} {level:+g}": (texture, level) for texture, level in wanted}
     values = [
         {"label": label, TEXTURE: str(request.textures[texture]), JND: level}
         for label, (texture, level) in labels.items()
     ]
-    tables = [{"name": "fills", "axes": {"fill": values}}]
+    tables = [{"name": "fills", "set": settings or {}, "axes": {"fill": values}}]
     study = study_of(request, f"Palette: {', '.join(request.names)}", tables, out)
     expanded = expand(study)
     rows = engine.compute(expanded, out, make_runner, study.measures)
@@ -180,7 +193,8 @@ def _way(wanted: Wanted, fills: Mapping[Wanted, Fill], failures: Mapping[Wanted,
     reached, picture = sign * float(change[0]), fill.result.look.change_percent_of_white
     if reached < LEAST_JND:
         return Way(texture, fill.before, np.full_like(change, sign), 0.0)
-    most = crossing([(reached, picture)], bends=False)
+    half = 0.5 * picture * (1.0 + BEND * (0.5 * reached) ** 2) / (1.0 + BEND * reached**2)
+    most = crossing([(0.5 * reached, half), (reached, picture)], bends=level > 0.0)
     if reached < LEAST_SHARE * TRIED_JND:
         return Way(texture, fill.before, change / reached, min(most, reached))
     return Way(texture, fill.before, change / TRIED_JND, most)

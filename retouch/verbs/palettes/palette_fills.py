@@ -121,8 +121,8 @@ def palette(
             request, made, out, write_plates(out, "palette", tiles, request.print, request.printer)
         )
         (out / TILES).mkdir(exist_ok=True)
-        for one in numbers.fills:
-            export(out / one.folder, out / one.tile, tile=True)
+        for fill, one in zip(made, numbers.fills, strict=True):
+            export(fill.tile, out / one.tile, tile=True)
         write_atomically(out / DOCUMENT, document_bytes(numbers))
         write_atomically(out / PAGE, page(numbers, request, out))
     return PaletteFills(out, numbers)

@@ -72,7 +72,7 @@ def test_an_unknown_option_is_answered_with_the_nearest_and_the_verbs_own_help(
     required = {"dataset": "-o data --count 1", "train": "touch --data d -o n"}
     required |= {"export": "a.exr -o a.stl", "prepare": "a.jpg -o a.png"}
     required |= {"stimuli": "wave.exr -o set", "wrap": "wave.exr ball -o a.stl"}
-    required |= {"fuzzy": "part.stl --profile a.ini"}
+    required |= {"palette": "wave.exr -o set", "fuzzy": "part.stl --profile a.ini"}
     arguments = required.get(verb, "" if verb == "doctor" else "wave.exr").split()
     assert main([verb, *arguments, "--verbse"]) == 2
     (line,) = capsys.readouterr().err.splitlines()

@@ -1,0 +1,146 @@
+"""Palettes of the twelve bundled tiles and of one look, at 1, 2 and 3 JND, for one finger and for all.
+
+python -m benchmarks.surfaces.palettes DIR             # everything: about 110 CPU minutes
+python -m benchmarks.surfaces.palettes DIR --quick     # one look at 3 JND for one finger: about 8
+python -m benchmarks.surfaces.palettes                 # the table again
+
+Each palette has as many fills as there is room for, up to eight of one look. Every finger presses on them by
+finite elements, at contact locations between those that were optimised. A palette that is done is kept in
+results/palettes.json, and DIR keeps the rows, so that the same command goes on.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import retouch
+from benchmarks.shared.common import load, machine, parser_of, save, table
+from mitsuba_scenes import find_texture
+from optimize.run_directory.finished_run import read_verification
+from relief.places import between
+from relief.relief import Relief
+from retouch.laboratory.palettes.choice import felt_jnd
+from retouch.laboratory.palettes.palette import Palette
+from retouch.laboratory.stimulus_sets.plate_set import claim
+from retouch.laboratory.studies.engine import ROWS
+from retouch.verbs.stimulus_plates import request_of
+from tactile.fingers import fingers
+from tactile.measures import measure_touch
+from tactile.quantities import ROUGHNESS
+from tactile.skin import Skin
+
+APART = (1.0, 2.0, 3.0)
+TILES = sorted(path.stem for path in find_texture("gravel-tile").parent.glob("*-tile.png"))
+LOOKS = {"gravel": ("gravel-tile",), "twelve looks": tuple(TILES)}
+MESH = 64
+"""Nodes along a side of the finite elements, as runs are verified with."""
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("folder", type=Path, nargs="?", metavar="DIR", help="of the palettes")
+    parser.add_argument("--quick", action="store_true", help="the smallest palette alone")
+    arguments = parser.parse_args()
+    done = load("palettes").get("palettes", {})
+    if arguments.folder is not None:
+        cases = list(itertools.product(LOOKS, APART, (True, False)))
+        for look, apart, one_finger in [("gravel", 3.0, True)] if arguments.quick else cases:
+            name = f"{look}, {apart:g} JND, {'one finger' if one_finger else 'all fingers'}"
+            if name not in done:
+                done[name] = measured(arguments.folder, name, LOOKS[look], apart, one_finger)
+                save("palettes", {"machine": machine(), "palettes": done})
+    print(as_table(done))
+
+
+def measured(
+    folder: Path, name: str, textures: tuple[str, ...], apart: float, one_finger: bool
+) -> dict[str, Any]:
+    """Make a palette of as many fills as there is room for, and measure it."""
+    out = folder / name.replace(", ", "-").replace(" ", "_")
+    settings: dict[str, Any] = {"apart": apart, "one_finger": one_finger}
+    if not out.exists():
+        # Rows of palettes that are done serve again: each texture is tried once.
+        out.mkdir(parents=True)
+        claim(out, request_of(Palette, textures, {}, settings | {"fills": None}))
+        for rows in folder.glob(f"*/{ROWS}"):
+            shutil.copytree(rows, out / ROWS, copy_function=os.link, dirs_exist_ok=True)
+    try:
+        made = retouch.palette(textures, out, **settings)
+    except retouch.InputError as error:
+        # Room for fewer than one of each texture: so many are asked for.
+        (most,) = re.findall(r": (\d+) is the most", str(error)) or [None]
+        if most is None:
+            raise
+        fewer = out.with_name(f"{out.name}-{most}")
+        if not fewer.exists():
+            fewer.mkdir()
+            claim(fewer, request_of(Palette, textures, {}, settings | {"fills": int(most)}))
+            shutil.copytree(out / ROWS, fewer / ROWS, copy_function=os.link, dirs_exist_ok=True)
+        made = retouch.palette(textures, fewer, fills=int(most), **settings)
+    assert made.numbers is not None
+    numbers = made.numbers
+    runs = [read_verification(made.folder / fill.folder) for fill in numbers.fills]
+    return {
+        "fills": {fill.label: fill.level for fill in numbers.fills},
+        "least_jnd": numbers.least,
+        "least_jnd_by_elements": by_elements(made.folder, numbers.fills, len(numbers.fingers)),
+        "short": numbers.short,
+        "picture_change_percent_of_white": [fill.picture_change_percent_of_white for fill in numbers.fills],
+        "named_percent": numbers.named_percent,
+        "cpu_s_of_fills": sum(run.cpu_s["total"] for run in runs if run is not None),
+        "cpu_s_of_tries": sum(_cpu_s(made.folder / ROWS, name) for name in textures),
+    }
+
+
+def by_elements(folder: Path, fills: Any, count: int) -> list[float]:
+    """JND of the two fills that are least apart to each finger, by finite elements at held-out locations."""
+    least = []
+    reliefs = [Relief.read(folder / fill.folder / "heights.exr", repeats=True) for fill in fills]
+    for finger in fingers(Skin())[:count]:
+        felt = [
+            measure_touch(one, finger.skin, "fem", MESH, at=between(one.surface)).means[ROUGHNESS.name]
+            for one in reliefs
+        ]
+        least.append(float(np.diff(felt_jnd(np.array(felt))).min()))
+    return least
+
+
+def _cpu_s(rows: Path, texture: str) -> float:
+    """CPU seconds of the two runs that tried a texture."""
+    runs = [json.loads(path.read_bytes()) for path in rows.glob("*/result.json")]
+    return sum(
+        run["cpu_s"]["total"]
+        for run in runs
+        if texture in str(run["settings"]["texture"]) and abs(run["settings"]["touch"]["jnd"]) == 4.0
+    )
+
+
+def as_table(palettes: dict[str, Any]) -> str:
+    """Every palette: its fills, their worst pair, and what they cost."""
+    rows = [
+        (
+            name,
+            len(one["fills"]),
+            f"{one['least_jnd']:.2f}",
+            f"{min(one['least_jnd_by_elements']):.2f}",
+            f"{max(one['picture_change_percent_of_white']):.2f}",
+            f"{one['named_percent'][0]:.0f}",
+            f"{min(one['named_percent']):.0f}",
+            f"{one['cpu_s_of_tries'] + one['cpu_s_of_fills']:.0f}",
+        )
+        for name, one in palettes.items()
+    ]
+    heads = ("palette", "fills", "worst pair, JND", "all by elements", "pictures, % of white at most")
+    return table((*heads, "named rightly, %", "by the worst finger, %", "CPU seconds"), rows)
+
+
+if __name__ == "__main__":
+    main()
