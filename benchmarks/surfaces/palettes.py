@@ -85,16 +85,17 @@ def measured(
             claim(fewer, request_of(Palette, textures, {}, settings | {"fills": int(most)}))
             shutil.copytree(out / ROWS, fewer / ROWS, copy_function=os.link, dirs_exist_ok=True)
         made = retouch.palette(textures, fewer, fills=int(most), **settings)
-    assert made.numbers is not None
-    numbers = made.numbers
-    runs = [read_verification(made.folder / fill.folder) for fill in numbers.fills]
+    content = made.content
+    runs = [read_verification(made.folder / fill["folder"]) for fill in content["fills"]]
     return {
-        "fills": {fill.label: fill.level for fill in numbers.fills},
-        "least_jnd": numbers.least,
-        "least_jnd_by_elements": by_elements(made.folder, numbers.fills, len(numbers.fingers)),
-        "short": numbers.short,
-        "picture_change_percent_of_white": [fill.picture_change_percent_of_white for fill in numbers.fills],
-        "named_percent": numbers.named_percent,
+        "fills": {fill["label"]: fill["level"] for fill in content["fills"]},
+        "least_jnd": content["least"],
+        "least_jnd_by_elements": by_elements(made.folder, content["fills"], len(content["fingers"])),
+        "short": content["short"],
+        "picture_change_percent_of_white": [
+            fill["picture_change_percent_of_white"] for fill in content["fills"]
+        ],
+        "named_percent": content["named_percent"],
         "cpu_s_of_fills": sum(run.cpu_s["total"] for run in runs if run is not None),
         "cpu_s_of_tries": sum(_cpu_s(made.folder / ROWS, name) for name in textures),
     }
@@ -103,7 +104,7 @@ def measured(
 def by_elements(folder: Path, fills: Any, count: int) -> list[float]:
     """JND of the two fills that are least apart to each finger, by finite elements at held-out locations."""
     least = []
-    reliefs = [Relief.read(folder / fill.folder / "heights.exr", repeats=True) for fill in fills]
+    reliefs = [Relief.read(folder / fill["folder"] / "heights.exr", repeats=True) for fill in fills]
     for finger in fingers(Skin())[:count]:
         felt = [
             measure_touch(one, finger.skin, "fem", MESH, at=between(one.surface)).means[ROUGHNESS.name]

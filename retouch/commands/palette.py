@@ -23,12 +23,10 @@ examples:
   retouch palette gravel-tile -o runs/gravel-fills
   retouch palette brick-tile grass-tile leather-tile --apart 3 -o runs/map
 
-DIR then holds index.html (pictures, how far apart any two fills are, how often each is named rightly), tiles/
-(16-bit pictures, with pages of numbers to type into other programs), print/palette.3mf, palette.json, and
-rows/, the run directories. docs/maps.md says what is known of fills.
+DIR then holds index.html, tiles/, print/palette.3mf, palette.json and rows/: docs/maps.md.
 
-exit status: 0 if the fills are as far apart as asked for; 1 if some are not; 2 for bad input, or more fills
-than there is room for; 130 if interrupted. After 1 and 130 the same command goes on.
+exit status: 0 if fills are as far apart as asked for; 1 if not; 2 for bad input, or more fills than there is
+room for; 130 if interrupted, after which the same command goes on.
 """
 
 
@@ -42,8 +40,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--fills", type=whole_number(2, MOST_FILLS), metavar="N", help=text)
     text = "the given finger alone tells them apart (default: a range of fingers about it)"
     parser.add_argument("--one-finger", action="store_true", help=text)
-    text = "try the textures, print the levels, and optimise no fill"
-    parser.add_argument("--dry-run", action="store_true", help=text)
     add_plate(parser, side="width of the tile")
     add_skin(parser)
     add_print(parser)
@@ -57,12 +53,10 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.out,
         plates=given(arguments, *PRINT),
         settings=settings_of(arguments),
-        **given(
-            arguments, "apart", "fills", "one_finger", "dry_run", "skin", "fast", "workers", "dask", *LENGTHS
-        ),
+        **given(arguments, "apart", "fills", "one_finger", "skin", "fast", "workers", "dask", *LENGTHS),
     )
     if arguments.json:
         print_json(made.as_json())
     elif not arguments.quiet:
         print_lines(made.lines())
-    return WITH_FAILURES if made.numbers is not None and made.numbers.short else COMPLETE
+    return WITH_FAILURES if made.content["short"] else COMPLETE

@@ -69,7 +69,9 @@ def chosen(
     Returns:
         None if so many fills do not fit.
     """
-    size, rows = len(ways), _Rows()
+    size = len(ways)
+    # Each row is a sum of columns, and what it is at least.
+    rows = list[tuple[dict[int, float], float]]()
     pairs = list(itertools.combinations(range(size), 2))
     # Columns: levels, how far these are from now, which ways are used, which pairs have the second above.
     level, change, used = (range(at * size, (at + 1) * size) for at in range(3))
@@ -77,13 +79,13 @@ def chosen(
     most[: 2 * size] = [*(way.most for way in ways), *(way.most for way in ways)]
     smooth = float(felt_jnd(np.zeros(1))[0])
     for at, (way, start) in enumerate(zip(ways, now or [0.0] * size, strict=True)):
-        rows.add({level[at]: -1.0, used[at]: way.most})
-        rows.add({change[at]: 1.0, level[at]: -1.0}, -start)
-        rows.add({change[at]: 1.0, level[at]: 1.0}, start)
+        rows.append(({level[at]: -1.0, used[at]: way.most}, 0.0))
+        rows.append(({change[at]: 1.0, level[at]: -1.0}, -start))
+        rows.append(({change[at]: 1.0, level[at]: 1.0}, start))
         for felt, slope, end in zip(way.felt, way.slope, way.ends[0], strict=True):
-            rows.add({level[at]: slope, used[at]: min(end, smooth) - smooth}, min(end, smooth) - felt)
+            rows.append(({level[at]: slope, used[at]: min(end, smooth) - smooth}, min(end, smooth) - felt))
     for texture in {way.texture for way in ways}:
-        rows.add({used[at]: -1.0 for at in range(size) if ways[at].texture == texture}, -each)
+        rows.append(({used[at]: -1.0 for at in range(size) if ways[at].texture == texture}, -each))
     for order, pair in enumerate(pairs, start=3 * size):
         alike = ways[pair[0]].texture == ways[pair[1]].texture
         least[order] = float(alike)
@@ -94,38 +96,22 @@ def chosen(
             for down, up, spare, gap in zip(ways[low].slope, ways[high].slope, room, gaps, strict=True):
                 in_order = {order: -spare if above else spare, used[low]: -spare, used[high]: -spare}
                 bound = apart - gap - spare * (3.0 if above else 2.0)
-                rows.add({level[high]: up, level[low]: -down} | in_order, bound)
+                rows.append(({level[high]: up, level[low]: -down} | in_order, bound))
     if count is not None:
-        rows.add(dict.fromkeys(used, 1.0), count)
+        rows.append((dict.fromkeys(used, 1.0), count))
+    places = [(at, column) for at, (row, _) in enumerate(rows) for column in row]
+    matrix = coo_array(
+        ([x for row, _ in rows for x in row.values()], np.transpose(places)), (len(rows), len(most))
+    )
     cost = np.zeros(len(most))
     cost[used if count is None else change] = -1.0 if count is None else 1.0
     found = milp(
         cost,
         integrality=np.arange(len(most)) >= 2 * size,
         bounds=Bounds(least, most),
-        constraints=rows.constraint(len(most)),
+        constraints=LinearConstraint(matrix, [bound for _, bound in rows], np.inf),
         options={"node_limit": NODES, "mip_rel_gap": GAP},
     )
     if found.x is None:
         return None
     return [found.x[level[at]] if found.x[used[at]] > 0.5 else math.nan for at in range(size)]
-
-
-class _Rows:
-    """Rows of a linear constraint, each a sum of columns that is at least a number."""
-
-    def __init__(self) -> None:
-        self._places: list[tuple[int, int]] = []
-        self._values: list[float] = []
-        self._least: list[float] = []
-
-    def add(self, values: dict[int, float], least: float = 0.0) -> None:
-        self._places += [(len(self._least), column) for column in values]
-        self._values += values.values()
-        self._least.append(least)
-
-    def constraint(self, width: int) -> LinearConstraint:
-        shape = (len(self._least), width)
-        return LinearConstraint(
-            coo_array((self._values, np.transpose(self._places)), shape), self._least, np.inf
-        )

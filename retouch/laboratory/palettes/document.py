@@ -1,13 +1,12 @@
 """Numbers and page of a palette: fills as verified, how far apart they are, and how often they are named."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from optimize.run_directory.key import REPORT
-from relief.ground.arrays import Array
 from relief.relief import Relief
 from retouch.laboratory.palettes.making import Fill, least_apart
 from retouch.laboratory.palettes.palette import Palette
@@ -15,6 +14,7 @@ from retouch.laboratory.stimulus_sets import prediction
 from retouch.laboratory.stimulus_sets.page import shade, spot
 from retouch.pages.plate_viewer.figure import SPOT_SAMPLES
 from retouch.pages.rendering import render_page
+from tactile.fingers import VARIATIONS
 from tactile.jnd import ROUGHNESS_JND, tries_of_100
 from tactile.quantities import LIMIT_PERCENT
 
@@ -22,153 +22,99 @@ DIRECTED = 0.3
 """Least share of a direction (0: all alike, 1: parallel ridges) at which a fill has one."""
 
 
-@dataclass(frozen=True)
-class FillNumbers:
-    """A fill in numbers.
-
-    Attributes:
-        label: name of the texture, and number of the fill from the smoothest on.
-        level: JND from the texture as found, as optimised for.
-        roughness: V to each finger; what is smooth counts as the least that people have judged.
-        jnd: from the smoothest fill, to each finger.
-        picture_change_percent_of_white: from the texture as found.
-        spacing_mm: wavelength that holds most of the heights' variance.
-        direction_degrees: of its ridges, from the x axis towards the y axis; None if they have none.
-        named_percent: how often the fill is named rightly at most, when felt alone by the first finger.
-        folder, tile: run directory and tile, within the folder of the palette.
-    """
-
-    label: str
-    level: float
-    roughness: Sequence[float]
-    jnd: Sequence[float]
-    picture_change_percent_of_white: float
-    spacing_mm: float
-    direction_degrees: float | None
-    named_percent: float
-    folder: str
-    tile: str
-
-
-@dataclass(frozen=True)
-class PaletteNumbers:
+def content_of(request: Palette, fills: Sequence[Fill], out: Path, files: Sequence[Path]) -> dict[str, Any]:
     """The content of `palette.json`.
-
-    Attributes:
-        apart: JND that were asked for between any two fills.
-        fingers: their names; the first is the one that was given.
-        fills: from the smoothest to the roughest.
-        jnd, least_jnd: (fills, fills) JND between two fills to the first finger, and to the finger that feels
-            least of it; None on the diagonal.
-        named: (fills, fills) probability that the fill of the row is taken for that of the column, by the first
-            finger.
-        named_percent: how often each finger names fills rightly at most, mean over the fills.
-        print: files to print, within the folder of the palette.
-    """
-
-    apart: float
-    fingers: Sequence[str]
-    fills: Sequence[FillNumbers]
-    jnd: Sequence[Sequence[float | None]]
-    least_jnd: Sequence[Sequence[float | None]]
-    named: Sequence[Sequence[float]]
-    named_percent: Sequence[float]
-    print: Sequence[str]
-
-    @property
-    def least(self) -> float:
-        """JND between the two fills that are least apart, to the finger that feels least of it."""
-        return min(jnd for row in self.least_jnd for jnd in row if jnd is not None)
-
-    @property
-    def short(self) -> str | None:
-        """In one line, which two fills are less apart than asked for; None if none are."""
-        if self.least >= self.apart:
-            return None
-        row, column = np.argwhere(np.array(self.least_jnd) == self.least)[0]
-        pair = f"{self.fills[row].label} and {self.fills[column].label}"
-        return f"{pair} are {self.least:.2f} JND apart to one finger, not {self.apart:g}: ask for fewer fills"
-
-
-def numbers_of(request: Palette, fills: Sequence[Fill], out: Path, files: Sequence[Path]) -> PaletteNumbers:
-    """A palette in numbers.
 
     Args:
         request: the palette.
         fills: from the smoothest to the roughest.
         out: folder of the palette.
         files: to print.
+
+    Returns:
+        `apart` as asked for and `least`, JND; `fingers`, of whom the first is the given one; `fills` with V
+        and JND from the first fill to each finger, and how often the first finger `named` each rightly;
+        `jnd` and `least_jnd` (fills, fills) between two fills to the first finger and to that which feels
+        least of it, 0 on the diagonal; `named` (fills, fills), how often the fill of the row is taken for
+        that of the column, and `named_percent`, how often each finger names fills rightly; `short`, None
+        or a line about the pair that is less apart than asked for; and the files to `print`.
     """
-    felt = np.array([fill.after for fill in fills])
-    by_finger = [prediction.named(finger.tolist()) for finger in felt.T]
-    named = by_finger[0]
-    numbers = []
-    for number, fill in enumerate(fills):
-        spacing_mm, direction = spacing(fill.tile)
-        numbers.append(
-            FillNumbers(
-                label=labels(fills)[number],
-                level=fill.level,
-                roughness=(ROUGHNESS_JND ** felt[number]).tolist(),
-                jnd=(felt[number] - felt[0]).tolist(),
-                picture_change_percent_of_white=fill.result.look.change_percent_of_white,
-                spacing_mm=spacing_mm,
-                direction_degrees=direction,
-                named_percent=100.0 * named[number, number],
-                folder=fill.folder.relative_to(out).as_posix(),
-                tile=f"tiles/{labels(fills)[number].replace(' ', '-')}.png",
-            )
-        )
-    fingers = fills[0].result.touch.fingers
-    assert fingers is not None
-    return PaletteNumbers(
-        apart=request.apart,
-        fingers=[finger.name for finger in fingers.each[: felt.shape[1]]],
-        fills=numbers,
-        jnd=_pairs(abs(felt[:, None, 0] - felt[None, :, 0])),
-        least_jnd=_pairs(least_apart(fills)),
-        named=named.tolist(),
-        named_percent=[100.0 * float(np.diagonal(each).mean()) for each in by_finger],
-        print=[file.relative_to(out).as_posix() for file in files],
+    felt, labels, apart = (
+        np.array([fill.after for fill in fills]),
+        labels_of(request, fills),
+        least_apart(fills),
     )
+    named = [prediction.named(finger.tolist()) for finger in felt.T]
+    least, short = float(apart.min()), None
+    if least < request.apart:
+        pair = " and ".join(labels[at] for at in np.unravel_index(apart.argmin(), apart.shape))
+        short = f"{pair} are {least:.2f} JND apart to one finger, not {request.apart:g}: ask for fewer fills"
+    each = [
+        {
+            "label": label,
+            "level": fill.level,
+            "roughness": (ROUGHNESS_JND**fill.after).tolist(),
+            "jnd": (fill.after - felt[0]).tolist(),
+            "picture_change_percent_of_white": fill.run.verification.look.change_percent_of_white,
+            **spacing(fill.run.result),
+            "named_percent": 100.0 * float(rightly),
+            "folder": fill.run.folder.relative_to(out).as_posix(),
+            "tile": f"tiles/{label.replace(' ', '-')}.png",
+        }
+        for label, fill, rightly in zip(labels, fills, np.diagonal(named[0]), strict=True)
+    ]
+    return {
+        "apart": request.apart,
+        "least": least,
+        "short": short,
+        "fingers": [name for name, *_ in VARIATIONS[: felt.shape[1]]],
+        "fills": each,
+        "jnd": abs(felt[:, None, 0] - felt[None, :, 0]).tolist(),
+        "least_jnd": np.where(np.isinf(apart), 0.0, apart).tolist(),
+        "named": named[0].tolist(),
+        "named_percent": [100.0 * float(np.diagonal(each).mean()) for each in named],
+        "print": [file.relative_to(out).as_posix() for file in files],
+    }
 
 
-def labels(fills: Sequence[Fill]) -> list[str]:
+def labels_of(request: Palette, fills: Sequence[Fill]) -> list[str]:
     """Names of fills from the smoothest to the roughest."""
-    return [f"{fill.name} {number}" for number, fill in enumerate(fills, start=1)]
+    return [f"{request.names[fill.texture]} {number}" for number, fill in enumerate(fills, start=1)]
 
 
-def _pairs(matrix: Array) -> list[list[float | None]]:
-    return [[None if i == j else float(jnd) for j, jnd in enumerate(row)] for i, row in enumerate(matrix)]
+def spacing(tile: Relief) -> dict[str, float | None]:
+    """Spacing and direction of a tile, which are shown and not counted.
 
-
-def spacing(tile: Relief) -> tuple[float, float | None]:
-    """Wavelength with most of the variance of a tile, mm, and direction of its ridges, degrees, or None."""
+    Returns:
+        `spacing_mm`, the wavelength that holds most of the heights' variance, and `direction_degrees` of the
+        ridges, from the x axis towards the y axis, None if they have none.
+    """
     power = np.abs(np.fft.fft2(tile.heights - tile.heights.mean())) ** 2
     rows, columns = (np.fft.fftfreq(samples, tile.surface.pitch_mm) for samples in power.shape)
     waves = columns - 1j * rows[:, None]
     rings = np.bincount(np.rint(abs(waves) * tile.width_mm).astype(int).ravel(), power.ravel())
     # Twice the angle, because waves have no sense.
     mean = (power * np.exp(2j * np.angle(waves))).sum() / power.sum()
-    direction = (np.degrees(np.angle(mean)) / 2.0 + 90.0) % 180.0
-    return tile.width_mm / float(rings.argmax()), float(direction) if abs(mean) > DIRECTED else None
+    degrees = float((np.degrees(np.angle(mean)) / 2.0 + 90.0) % 180.0)
+    direction = degrees if abs(mean) > DIRECTED else None
+    return {"spacing_mm": tile.width_mm / float(rings.argmax()), "direction_degrees": direction}
 
 
-def page(numbers: PaletteNumbers, request: Palette, out: Path) -> bytes:
-    """The page."""
+def page(content: dict[str, Any], request: Palette, out: Path) -> bytes:
+    """The page of the content of `palette.json`."""
     side = request.print.plate_mm
     return render_page(
         "palette.html.j2",
         scripts=("pairs.js",),
         plates=True,
         pair={"title": f"Palette: {', '.join(request.names)}"},
-        content=numbers,
-        fills=[{**vars(fill), "spot": spot(out / fill.folder, fill.label, side)} for fill in numbers.fills],
+        content=content,
+        spots=[spot(out / fill["folder"], fill["label"], side) for fill in content["fills"]],
         report=REPORT,
         printer=request.printer,
         share=shade,
         far=lambda jnd: shade(0.2 * jnd),
-        told=tries_of_100(max(numbers.least, 0.0)),
+        told=tries_of_100(max(content["least"], 0.0)),
         limit=LIMIT_PERCENT,
         spot_samples=SPOT_SAMPLES,
     )

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import fmean
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,9 +21,6 @@ from retouch.laboratory.studies.engine import ROWS, Rows
 from retouch.laboratory.studies.records import Cell
 from retouch.laboratory.studies.row_key import SHORT
 from tactile.jnd import jnd_unless_smooth
-
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
 
 DOCUMENT, PLATES, PAIRS = "stimuli.json", "plates.csv", "pairs.csv"
 """Files of a set: everything, its plates, and its pairs of plates for a spreadsheet."""
@@ -385,9 +382,9 @@ def _mean(values: Sequence[float]) -> float | None:
     return fmean(values) if values else None
 
 
-def document_bytes(numbers: "DataclassInstance") -> bytes:
-    """A document, a dataclass, as JSON."""
-    return (json.dumps(_short(asdict(numbers)), indent=1) + "\n").encode()
+def document_bytes(content: Mapping[str, Any]) -> bytes:
+    """A document as JSON."""
+    return (json.dumps(_short(content), indent=1) + "\n").encode()
 
 
 def spreadsheets(numbers: SetNumbers) -> dict[str, bytes]:

@@ -159,7 +159,7 @@ def _make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None, began
         failures=[*expanded.faults, *(f"{key[:12]}: {why}" for key, why in rows.failures.items())],
         wall_s=_wall_s(out, time.monotonic() - began, bool(before), make_runner is None),
     )
-    write_atomically(out / documents.DOCUMENT, documents.document_bytes(numbers))
+    write_atomically(out / documents.DOCUMENT, documents.document_bytes(asdict(numbers)))
     for file, spread in documents.spreadsheets(numbers).items():
         write_atomically(out / file, spread)
     write_atomically(out / PAGE, page(numbers, stimuli, out))

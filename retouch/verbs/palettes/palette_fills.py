@@ -2,14 +2,14 @@
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Unpack
 
 from relief.ground.files import only_writer, write_atomically
 from relief.ground.lengths import Lengths
 from relief.ground.progress import Progress
-from retouch.laboratory.palettes.document import PaletteNumbers, labels, numbers_of, page
+from retouch.laboratory.palettes.document import content_of, labels_of, page
 from retouch.laboratory.palettes.making import make
 from retouch.laboratory.palettes.palette import MOST_FILLS, Palette
 from retouch.laboratory.stimulus_sets.document import document_bytes
@@ -32,42 +32,34 @@ class PaletteFills:
 
     Attributes:
         folder: of the palette.
-        numbers: of its fills; None of a dry run.
+        content: of `palette.json` (`retouch.laboratory.palettes.document.content_of`).
     """
 
     folder: Path
-    numbers: PaletteNumbers | None
+    content: Mapping[str, Any]
 
     def as_json(self) -> dict[str, Any]:
         """What `retouch palette --json` prints."""
-        content = {} if self.numbers is None else {**asdict(self.numbers), "short": self.numbers.short}
-        return {"folder": str(self.folder), **content}
+        return {"folder": str(self.folder), **self.content}
 
     def lines(self) -> Iterator[str | TextTable]:
         """Lines and the table of the fills for a person."""
-        if (numbers := self.numbers) is None:
-            return
-        headings = (
-            "fill",
-            "level, JND",
-            "V",
-            "from the first, JND",
-            "pictures, % of white",
-            "named rightly, %",
-        )
+        fills = self.content["fills"]
+        headings = ("fill", "level, JND", "V", "pictures, % of white", "named rightly, %")
+        numbers = [
+            (one["level"], one["roughness"][0], one["picture_change_percent_of_white"]) for one in fills
+        ]
         rows = [
-            [
-                *(fill.label, f"{fill.level:+.2f}", f"{fill.roughness[0]:.4f}", f"{fill.jnd[0]:.2f}"),
-                *(f"{fill.picture_change_percent_of_white:.2f}", f"{fill.named_percent:.0f}"),
-            ]
-            for fill in numbers.fills
+            [one["label"], f"{level:+.2f}", f"{v:.4f}", f"{change:.2f}", f"{one['named_percent']:.0f}"]
+            for one, (level, v, change) in zip(fills, numbers, strict=True)
         ]
         yield TextTable([(heading, "") for heading in headings], rows, gap=1)
-        whose = "every finger" if len(numbers.fingers) > 1 else "this finger"
-        yield f"any two fills are at least {numbers.least:.2f} JND apart for {whose}, by roughness alone"
-        if numbers.short is not None:
-            yield numbers.short
-        yield f"{self.folder / PAGE}: {len(numbers.fills)} fills; to print: {', '.join(numbers.print)}"
+        whose = "every finger" if len(self.content["fingers"]) > 1 else "this finger"
+        yield (
+            self.content["short"]
+            or f"least apart: {self.content['least']:.2f} JND for {whose}, by roughness alone"
+        )
+        yield f"{self.folder / PAGE}: {len(fills)} fills; to print: {', '.join(self.content['print'])}"
 
 
 def palette(
@@ -81,7 +73,6 @@ def palette(
     plates: Mapping[str, Any] | None = None,
     fast: bool = False,
     settings: Mapping[str, Any] | None = None,
-    dry_run: bool = False,
     workers: int | None = None,
     dask: str | None = None,
     quiet: bool | None = None,
@@ -97,7 +88,6 @@ def palette(
         fills: number of fills; None: one of each texture, or of one texture as many as there is room for.
         one_finger: whether only the given finger is to tell them apart, not a range of fingers about it.
         skin, plates, fast, settings, lengths: as in `stimuli`.
-        dry_run: whether textures are tried and levels chosen, and no fill is optimised.
         workers, dask, quiet, progress: as in `study`.
 
     Raises:
@@ -113,16 +103,13 @@ def palette(
     with followed(progress, quiet), only_writer(out):
         claim(out, request)
         (out / ROWS).mkdir(exist_ok=True)
-        made = make(request, out, lambda work, observer: runner(work, workers, dask, observer), dry_run)
-        if not made:
-            return PaletteFills(out, None)
-        tiles = {label: fill.tile for label, fill in zip(labels(made), made, strict=True)}
-        numbers = numbers_of(
-            request, made, out, write_plates(out, "palette", tiles, request.print, request.printer)
-        )
+        made = make(request, out, lambda work, observer: runner(work, workers, dask, observer))
+        tiles = {label: fill.run.result for label, fill in zip(labels_of(request, made), made, strict=True)}
+        files = write_plates(out, "palette", tiles, request.print, request.printer)
+        content = content_of(request, made, out, files)
         (out / TILES).mkdir(exist_ok=True)
-        for fill, one in zip(made, numbers.fills, strict=True):
-            export(fill.tile, out / one.tile, tile=True)
-        write_atomically(out / DOCUMENT, document_bytes(numbers))
-        write_atomically(out / PAGE, page(numbers, request, out))
-    return PaletteFills(out, numbers)
+        for fill, one in zip(made, content["fills"], strict=True):
+            export(fill.run.result, out / one["tile"], tile=True)
+        write_atomically(out / DOCUMENT, document_bytes(content))
+        write_atomically(out / PAGE, page(content, request, out))
+    return PaletteFills(out, content)

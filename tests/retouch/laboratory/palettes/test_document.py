@@ -1,7 +1,5 @@
 """Numbers of fills: how often they are named rightly, how far apart, their spacing and direction."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -22,7 +20,7 @@ def test_names_are_harder_than_pairs() -> None:
 
 def test_fills_are_as_far_apart_as_for_the_finger_that_feels_least() -> None:
     felt = [[0.0, 0.0], [2.0, 3.0], [5.0, 2.5]]
-    fills = [Fill("a", 0.0, Path(), None, np.zeros(2), np.array(one)) for one in felt]  # type: ignore[arg-type]
+    fills = [Fill(0, 0.0, None, np.zeros(2), np.array(one)) for one in felt]  # type: ignore[arg-type]
     apart = least_apart(fills)
     assert apart[0, 1] == apart[1, 0] == 2.0 and apart[0, 2] == 2.5 and np.isinf(apart[1, 1])
     assert apart[1, 2] == -0.5, "the other way round for one finger"
@@ -35,11 +33,14 @@ def test_ridges_have_a_spacing_and_a_direction(waves: tuple[int, int], degrees: 
     down, right = np.meshgrid(*[np.arange(64) / 64.0] * 2, indexing="ij")
     phase = 2.0 * np.pi * (waves[0] * right - waves[1] * down)
     heights = 0.1 * np.sin(phase) + 0.1
-    mm, direction = spacing(Relief(heights, 10.0, repeats=(True, True)))
-    assert mm == pytest.approx(10.0 / round(np.hypot(*waves))) and direction is not None
+    mm, direction = spacing(Relief(heights, 10.0, repeats=(True, True))).values()
+    assert mm is not None and mm == pytest.approx(10.0 / round(np.hypot(*waves))) and direction is not None
     assert abs((direction - degrees + 90.0) % 180.0 - 90.0) < 1e-6
 
 
 def test_what_is_alike_along_all_axes_has_no_direction() -> None:
     y, x = np.meshgrid(*[2.0 * np.pi * np.arange(64) / 64.0] * 2, indexing="ij")
-    assert spacing(Relief(1.0 + np.sin(5 * x) * np.sin(5 * y), 10.0, repeats=(True, True)))[1] is None
+    assert (
+        spacing(Relief(1.0 + np.sin(5 * x) * np.sin(5 * y), 10.0, repeats=(True, True)))["direction_degrees"]
+        is None
+    )

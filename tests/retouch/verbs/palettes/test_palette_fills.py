@@ -9,6 +9,7 @@ import pytest
 import trimesh
 from PIL import Image
 
+from benchmarks.shared.browser import Browser, chromium
 from relief.heightmap import save_heights_exr
 from retouch.commands.main import BAD_INPUT, main
 from retouch.laboratory.studies import engine
@@ -55,10 +56,10 @@ def test_fills_of_two_textures_are_told_apart(
         "-o",
         str(here),
     ]
-    assert main([*command, "--dry-run"]) == 0
-    assert "levels, JND: " in capsys.readouterr().err and not (here / "palette.json").exists()
     assert main([*command, "--json"]) == 0
-    content: dict[str, Any] = json.loads(capsys.readouterr().out)
+    printed = capsys.readouterr()
+    assert "levels, JND: " in printed.err
+    content: dict[str, Any] = json.loads(printed.out)
     assert len(content["fills"]) == 3 and content["short"] is None and content["fingers"] == ["this finger"]
     jnds = [fill["jnd"][0] for fill in content["fills"]]
     assert jnds == sorted(jnds) and np.diff(jnds).min() >= 2.0
@@ -72,6 +73,11 @@ def test_fills_of_two_textures_are_told_apart(
     assert len(plates.geometry) == 3
     page = (here / "index.html").read_text()
     assert all(fill["label"] in page for fill in content["fills"]) and "by roughness alone" in page
+    if chromium() is not None:
+        with Browser() as browser:
+            seen = browser.open(here / "index.html", 400)
+            assert not seen.asked and not seen.complaints
+            assert browser.evaluate("document.documentElement.scrollWidth") == 400
 
     monkeypatch.setattr(
         engine, "faults_of", lambda settings: pytest.fail("computed again") if settings else {}
