@@ -31,6 +31,7 @@ from retouch.laboratory.palettes.choice import felt_jnd
 from retouch.laboratory.palettes.palette import Palette
 from retouch.laboratory.stimulus_sets.plate_set import claim
 from retouch.laboratory.studies.engine import ROWS
+from retouch.laboratory.studies.records import FILE as RECORD
 from retouch.verbs.stimulus_plates import request_of
 from tactile.fingers import fingers
 from tactile.measures import measure_touch
@@ -66,12 +67,7 @@ def measured(
     """Make a palette of as many fills as there is room for, and measure it."""
     out = folder / name.replace(", ", "-").replace(" ", "_")
     settings: dict[str, Any] = {"apart": apart, "one_finger": one_finger}
-    if not out.exists():
-        # Rows of palettes that are done serve again: each texture is tried once.
-        out.mkdir(parents=True)
-        claim(out, request_of(Palette, textures, {}, settings | {"fills": None}))
-        for rows in folder.glob(f"*/{ROWS}"):
-            shutil.copytree(rows, out / ROWS, copy_function=os.link, dirs_exist_ok=True)
+    _begin(out, folder, request_of(Palette, textures, {}, settings))
     try:
         made = retouch.palette(textures, out, **settings)
     except retouch.InputError as error:
@@ -80,10 +76,7 @@ def measured(
         if most is None:
             raise
         fewer = out.with_name(f"{out.name}-{most}")
-        if not fewer.exists():
-            fewer.mkdir()
-            claim(fewer, request_of(Palette, textures, {}, settings | {"fills": int(most)}))
-            shutil.copytree(out / ROWS, fewer / ROWS, copy_function=os.link, dirs_exist_ok=True)
+        _begin(fewer, folder, request_of(Palette, textures, {}, settings | {"fills": int(most)}))
         made = retouch.palette(textures, fewer, fills=int(most), **settings)
     content = made.content
     runs = [read_verification(made.folder / fill["folder"]) for fill in content["fills"]]
@@ -99,6 +92,16 @@ def measured(
         "cpu_s_of_fills": sum(run.cpu_s["total"] for run in runs if run is not None),
         "cpu_s_of_tries": sum(_cpu_s(made.folder / ROWS, name) for name in textures),
     }
+
+
+def _begin(out: Path, folder: Path, request: Palette) -> None:
+    """Claim the folder of a palette, with the rows of other palettes, so that each texture is tried once."""
+    if out.exists():
+        return
+    claim(out, request)
+    for record in sorted(folder.glob(f"*/{ROWS}/*/{RECORD}")):
+        if not (row := out / ROWS / record.parent.name).exists():
+            shutil.copytree(record.parent, row, copy_function=os.link)
 
 
 def by_elements(folder: Path, fills: Any, count: int) -> list[float]:
