@@ -158,7 +158,7 @@ _ALLOWED = {
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification optimize.verification.solids relief relief.ground relief.preparing "
         "relief.solids.export relief.solids.filament relief.solids.files relief.solids.mending "
-        "relief.solids.meshes relief.solids.objects retouch.verbs.filament "
+        "relief.solids.meshes relief.solids.objects retouch.verbs.filament retouch.verbs.fingers "
         "retouch.laboratory.people retouch.laboratory.people.serving retouch.laboratory.people.skin_fit "
         "retouch.laboratory.stimulus_sets retouch.laboratory.studies retouch.laboratory.training "
         "retouch.laboratory.workers retouch.pages retouch.pages.objects surrogate.corpus surrogate.data "
@@ -169,6 +169,7 @@ _ALLOWED = {
         "relief.solids relief.solids.export relief.solids.filament relief.solids.files "
         "relief.solids.meshes tactile"
     ),
+    "retouch.verbs.fingers": "relief relief.ground relief.solids relief.solids.files relief.solids.meshes tactile",
     "retouch.verbs.fuzzy": (
         "mitsuba_scenes optimize.settings optimize.verification.solids relief relief.ground relief.solids "
         "relief.solids.export relief.solids.filament relief.solids.files relief.solids.meshes retouch.verbs "

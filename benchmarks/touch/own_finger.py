@@ -10,6 +10,7 @@ Rows are radii of a cap 4 mm thick, with the homogeneous finger of 0.05 MPa at 1
 from __future__ import annotations
 
 import resource
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -58,11 +59,11 @@ def measured(radius_mm: float, kind: str) -> dict[str, Any]:
     finger = own_finger.own_finger(cap(radius_mm), skin)
     touches, spent = {}, []
     for name in TEXTURES:
-        touched = own_finger.touch_by_own(Relief.read(find_texture(Path(name))), finger)
+        both = finger.feel(Relief.read(find_texture(Path(name))))
         spent.append(_cpu_s() - began)
         touches[name] = {
             which: {**felt.means, "in_contact": felt.contact_fraction}
-            for which, felt in (("own", touched.touch), ("round", touched.of_round))
+            for which, felt in zip(("own", "round"), both, strict=True)
         }
     own_finger.Sizing = Sizing  # type: ignore[misc]
     return {
@@ -102,7 +103,7 @@ def rows() -> list[list[Any]]:
 def main() -> None:
     again = again_given(__doc__)
     for row, (radius, kind) in ROWS.items():
-        kept("own_finger", "rows", row, lambda radius=radius, kind=kind: measured(radius, kind), again)
+        kept("own_finger", "rows", row, partial(measured, radius, kind), again)
     head = ("fingertip", "texture", "V", "from round", "A, mm²", "from round", "JND", "JND, round")
     publish(DOCS / "evidence" / "finger.md", "own", COMMAND, table(head, rows()))
 
