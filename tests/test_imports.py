@@ -169,7 +169,9 @@ _ALLOWED = {
         "relief.solids relief.solids.export relief.solids.filament relief.solids.files "
         "relief.solids.meshes tactile"
     ),
-    "retouch.verbs.fingers": "relief relief.ground relief.solids relief.solids.files relief.solids.meshes tactile",
+    "retouch.verbs.fingers": (
+        "relief relief.ground relief.solids relief.solids.files relief.solids.meshes tactile"
+    ),
     "retouch.verbs.fuzzy": (
         "mitsuba_scenes optimize.settings optimize.verification.solids relief relief.ground relief.solids "
         "relief.solids.export relief.solids.filament relief.solids.files relief.solids.meshes retouch.verbs "
