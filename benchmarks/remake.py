@@ -79,6 +79,9 @@ PARTS: Mapping[str, Part] = {
     "skin": Part("facts of touch, calibration of the measured finger", ("-m benchmarks.skin --again",)),
     "published": Part("the scoreboard of published findings", ("-m benchmarks.skin.published --again",)),
     "round": Part("elements of a round pad", ("-m benchmarks.skin.round_truth --again",)),
+    "own_finger": Part(
+        "spherical fingertips of tetrahedra beside round fingers", ("-m benchmarks.touch.own_finger --again",)
+    ),
     "contact": Part(
         "models of touch: time against error",
         ("-m benchmarks.touch.contact --again", "-m benchmarks.touch.pareto", "-m benchmarks.touch.times"),

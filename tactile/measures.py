@@ -6,6 +6,7 @@ import logging
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -127,6 +128,8 @@ def measure_touch(
     quantities: Iterable[Quantity] = QUANTITIES.values(),
     at: Index | None = None,
     readouts: Sequence[ReadOut] = (),
+    most: int | None = None,
+    by: Callable[[torch.Tensor, float], tactile.Touch] | None = None,
 ) -> TouchMeasures:
     """Press on a relief from a cold start, in double precision, with roughness by the full sum.
 
@@ -142,6 +145,8 @@ def measure_touch(
         quantities: to be measured.
         at: (k, 2) contact locations; None: the locations of `relief.places.places`.
         readouts: to be taken of the same presses.
+        most: as of `Patches`.
+        by: from patches (..., n, n) and their side, mm, to their touch; None: by the model.
 
     Raises:
         InputError: heights, size or skin are out of range, or a finger reaches more than 2.9 mm below the top
@@ -149,7 +154,7 @@ def measure_touch(
         ContactError: the contact does not converge.
     """
     quantities, heights, surface = tuple(quantities), within_reach(relief.heights), relief.surface
-    patches = Patches(surface, places(surface) if at is None else at, side_mm=skin.patch_mm)
+    patches = Patches(surface, places(surface) if at is None else at, most, skin.patch_mm)
     # Before patches are cut and operators built, which can take many GiB and seconds.
     check_model(skin, patches.samples, patches.size_mm, model, mesh)
     if ROUGHNESS in quantities:
@@ -159,7 +164,8 @@ def measure_touch(
     def press(fields: Array) -> tuple[tactile.Touch, dict[str, Array]]:
         # A plate that is its own patch is pressed as it is, without a dimension for locations.
         pressed_on = torch.as_tensor(fields if len(fields) > 1 else fields[0])
-        touch = tactile.press(pressed_on, patches.size_mm, skin, model, mesh=mesh)
+        finger = by or partial(tactile.press, skin=skin, model=model, mesh=mesh)
+        touch = finger(pressed_on, patches.size_mm)
         if deep:
             check_reach(fields, touch.gap.detach().numpy().reshape(fields.shape))
         values = {one.name: each(one.value(touch)) for one in quantities}

@@ -30,7 +30,7 @@ GIVEN = (
     *("grip.3mf", "knob.3mf", "case.3mf", "button.3mf"),
     *("fine.ini", "process.json", "grip.gcode", "grip-fuzzy.gcode"),
     *("answers.csv", "answers-rougher.csv", "press.csv"),
-    *("print.stl", "coupon-scan.stl", "scan.tif", "surface.plu"),
+    *("print.stl", "coupon-scan.stl", "scan.tif", "surface.plu", "fingertip.stl"),
 )
 """Files and folders that a user has before the first command of a page."""
 STONE = "runs/stone"
@@ -55,7 +55,7 @@ fingers 10 mm apart, of which a bundled tile has one.
 A run that no command of its page goes on with is a `--dry-run`, and `wrap` makes previews alone."""
 PART = "benchmarks/objects/guide/button.3mf"
 """The part of the guide whose preview takes the least time."""
-SLOW = ("reach",)
+SLOW = ("reach", "finger")
 """Options with which a command is not run: it takes over ten seconds, however small the picture."""
 STEPS_LEFT = 3
 """Exit status of a short run: it ended short of its target."""

@@ -167,7 +167,7 @@ _ALLOWED = {
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification optimize.verification.solids relief relief.ground relief.preparing "
         "relief.solids.export relief.solids.filament relief.solids.files relief.solids.mending "
-        "relief.solids.meshes relief.solids.objects retouch.verbs.filament "
+        "relief.solids.meshes relief.solids.objects retouch.verbs.filament retouch.verbs.fingers "
         "retouch.laboratory.people retouch.laboratory.people.serving retouch.laboratory.people.skin_fit "
         "retouch.laboratory.published retouch.laboratory.stimulus_sets retouch.laboratory.studies "
         "retouch.laboratory.training "
@@ -178,6 +178,9 @@ _ALLOWED = {
         "optimize.run_directory optimize.verification optimize.verification.solids relief relief.ground "
         "relief.solids relief.solids.export relief.solids.filament relief.solids.files "
         "relief.solids.meshes tactile"
+    ),
+    "retouch.verbs.fingers": (
+        "relief relief.ground relief.solids relief.solids.files relief.solids.meshes tactile"
     ),
     "retouch.verbs.fuzzy": (
         "mitsuba_scenes optimize.settings optimize.verification.solids relief relief.ground relief.solids "

@@ -77,6 +77,7 @@ examples:
   retouch evaluate stone.exr runs/stone/heights.exr
   retouch evaluate stone.png --relief-mm 1.2 --reach
   retouch evaluate *.exr --force-n 2 --json
+  retouch evaluate stone.exr sand.exr --finger fingertip.stl --skin measured
   retouch evaluate part.stl
   retouch evaluate knob.3mf --object plain-knob.3mf
   retouch evaluate part.stl --units in --json -o colours
@@ -110,6 +111,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         flag, text = f"--{name.replace('_', '-')}", f"{quantity} (default: the skin's)"
         skin.add_argument(flag, type=float, metavar=metavar, help=text)
     add_curved(skin, "straight")
+    skin.add_argument(
+        "--finger",
+        type=Path,
+        metavar="FILE",
+        help=f"fingertip of one's own shape ({', '.join(MESHES)}; --units states its unit), whose lower face "
+        "touches and whose flat top is bonded to the bone: a check beside the round finger of its radii",
+    )
     add_meshes(parser)
     add_filament(parser)
     far = parser.add_argument_group("how far it goes")
@@ -130,6 +138,11 @@ def run(arguments: argparse.Namespace) -> int:
     arguments.textures = [find_texture(texture) for texture in arguments.textures]
     textures = [texture for texture in arguments.textures if not is_solid(texture)]
     check_solid_options(arguments, textures)
+    if arguments.finger is not None:
+        if arguments.thickness_mm is not None:
+            raise InputError("--thickness-mm: does not go with --finger, whose mesh has its own")
+        if arguments.units is not None:
+            arguments.height_scale = None  # The unit is the fingertip's.
     if not (arguments.units and len(textures) < len(arguments.textures)):
         check_scales(arguments, textures)
     scene = _scene(arguments)
@@ -146,6 +159,7 @@ def run(arguments: argparse.Namespace) -> int:
         subjects[path] = retouch.read_gcode(path)
     beside = arguments.beside and retouch.read_gcode(arguments.beside)
     bare = arguments.object and retouch.read_solid(arguments.object, units=arguments.units)
+    finger = arguments.finger and retouch.read_solid(arguments.finger, units=arguments.units)
     evaluations: list[Evaluation] = []
     with stage("evaluating", len(arguments.textures)) as advance:
         for texture in arguments.textures:
@@ -158,6 +172,7 @@ def run(arguments: argparse.Namespace) -> int:
                 more |= {"on_shape": arguments.on_shape, "printer": printer}
             if is_gcode(texture):
                 more |= {"beside": beside}
+            more["finger"] = finger
             with contact_errors_name(texture):
                 reach = None
                 if scene is not None:
@@ -188,10 +203,12 @@ def _print(evaluations: "list[Evaluation]", arguments: argparse.Namespace) -> No
     under = "the plate" if evaluations[0].skin.shape == "flat" else "the finger's patch"
     skin, skin_name = evaluations[0].skin, Path(evaluations[0].skin_name).stem
     screen.print(
-        f"{model_name(arguments.model).capitalize()}, skin {skin_name}: {_shape(skin)}{_moduli(skin)}, "
+        f"{model_name(evaluations[0].model).capitalize()}, skin {skin_name}: {_shape(skin)}{_moduli(skin)}, "
         f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {patches} mm{by}.\n"
         f"{GAPS_COUNT[:1].upper()}{GAPS_COUNT[1:]}; in contact is the share of {under} under pressure."
     )
+    if (own := evaluations[0].own) is not None:
+        screen.print(own.line, markup=False)
     for one in evaluations:
         for line in one.lines():
             screen.print(line, markup=False)

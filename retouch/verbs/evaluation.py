@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from optimize.verification.verification import SurfaceBand
     from relief.solids.export.printed_parts import PrintedPart
     from retouch.verbs.filament.as_sliced import AsSliced
+    from retouch.verbs.fingers.own_finger import OwnFinger
     from visual.scene import Scene
 
 
@@ -78,6 +79,8 @@ class Evaluation:
         printed: what the printer makes of a solid.
         as_sliced: what a slicer leaves of a relief, which is then the sliced one; None without a slicer.
         beside: the evaluation of another print of the same part, at the same places; None without one.
+        own: finger of one's own, whose touch this is; None: the one of the skin.
+        of_round: what the round finger feels at the same places, beside one of one's own.
     """
 
     relief: Relief | Mesh | SlicedPart
@@ -92,6 +95,8 @@ class Evaluation:
     printed: "PrintedPart | None" = None
     as_sliced: "AsSliced | None" = None
     beside: "Evaluation | None" = None
+    own: "OwnFinger | None" = None
+    of_round: TouchMeasures | None = None
 
     @property
     def name(self) -> str:
@@ -135,7 +140,12 @@ class Evaluation:
 
     @property
     def regions(self) -> "dict[str, Evaluation]":
-        """The evaluations of a sliced part's regions, such as "top" and "side"; none of other surfaces."""
+        """The evaluations of a sliced part's regions, such as "top" and "side"; none of other surfaces.
+
+        Beside a finger of one's own there is "round finger".
+        """
+        if self.of_round is not None:
+            return {"round finger": replace(self, touch=self.of_round, model="layer", of_round=None)}
         parts = {} if isinstance(self.touch, TouchMeasures) else self.touch.by_region()
         return {name: replace(self, touch=part) for name, part in parts.items()}
 
@@ -209,6 +219,10 @@ class Evaluation:
         if isinstance(self.relief, Relief):
             entry |= {"size_mm": self.relief.width_mm}
             entry |= {} if self.as_sliced is None else {"as_sliced": self.as_sliced.as_json()}
+            if self.own is not None:
+                one = self.regions["round finger"]
+                jnd = {} if first is None else {"jnd_from_first": one.jnd_from(first.regions["round finger"])}
+                entry |= {"finger": self.own.as_json(), "round_finger": one.numbers | jnd}
         elif isinstance(self.relief, SlicedPart):
             entry |= self.relief.as_json() | {"files": [str(file) for file in self.files]}
             others = first.regions if same_places and first is not None else {}
@@ -274,6 +288,7 @@ def evaluate(
     reach: "Scene | str | os.PathLike[str] | None" = None,
     readouts: bool = False,
     colours: str | os.PathLike[str] | None = None,
+    finger: Mesh | str | os.PathLike[str] | None = None,
     quiet: bool | None = None,
     progress: Callable[[Progress], None] | None = None,
     **lengths: Unpack[Lengths],
@@ -304,18 +319,35 @@ def evaluate(
             whose own relief the reach then is.
         readouts: take the read-outs beside roughness of a relief, too (`tactile.readouts`).
         colours: folder for the files that show the roughness of a solid in colours.
+        finger: skin of one's own shape that presses on a height map, as a print file in `units` or of
+            `read_solid`: its lower face touches, its flat top is bonded to the bone; `skin` has its modulus,
+            force and receptors.
         quiet, progress: as in `optimize`.
 
     Raises:
         InputError: what is wrong with the input, in one line.
         ContactError: a contact does not converge.
     """
-    name, finger = (OWN, skin) if isinstance(skin, Skin) else (str(skin), load_skin(skin))
+    name, hand = (OWN, skin) if isinstance(skin, Skin) else (str(skin), load_skin(skin))
+    own = None
+    if finger is not None:
+        from retouch.verbs.fingers.own_finger import own_finger
+
+        elsewhere = {"reach": reach, "profile": profile, "slicer": slicer, "readouts": readouts}
+        elsewhere |= {"model": model != "layer"}
+        refuse("fingers that --skin describes, not for one's own", elsewhere)
+        with followed(progress, quiet):
+            if not isinstance(finger, Mesh):
+                from retouch.verbs.solid_evaluation import read_solid
+
+                finger, units = read_solid(finger, units=units), None
+            own = own_finger(finger, hand)
     if isinstance(relief, str | os.PathLike) and is_mesh(Path(relief)):
         relief = _solids().read_solid(relief, units=units)
     if isinstance(relief, str | os.PathLike) and is_gcode(Path(relief)):
         relief = _beads().read_gcode(relief)
     of_reliefs = {**lengths, "repeats": repeats, "reach": reach, "slicer": slicer, "profile": profile}
+    of_reliefs |= {"finger": finger}
     if isinstance(relief, Mesh | SlicedPart):
         refuse("height maps", {"readouts": readouts})
     if isinstance(relief, Mesh | SlicedPart) and isinstance(without_texture, str | os.PathLike):
@@ -328,10 +360,10 @@ def evaluate(
             parts.append(beside if isinstance(beside, SlicedPart) else _beads().read_gcode(beside))
         with followed(progress, quiet):
             with naming(relief.path), stage(f"feeling {relief.path.name}"):
-                feels = _beads().feel_of_beads(parts, finger, model, without_texture=without_texture)
+                feels = _beads().feel_of_beads(parts, hand, model, without_texture=without_texture)
             files = () if colours is None else _solids().write_colours(Path(colours), relief, feels[0], name)
             first, *others = (
-                Evaluation(part, feel, model, finger, name) for part, feel in zip(parts, feels, strict=True)
+                Evaluation(part, feel, model, hand, name) for part, feel in zip(parts, feels, strict=True)
             )
             return replace(first, files=files, beside=others[0] if others else None)
     refuse("G-code", {"beside": beside})
@@ -343,11 +375,9 @@ def evaluate(
             if on_shape and model == "net":
                 raise InputError('on_shape: the net is trained for flat objects; use model "layer"')
             made_by = printer_of(printer)
-            feel, printed = _solids().press_solid(relief, without_texture, model, finger, made_by, on_shape)
+            feel, printed = _solids().press_solid(relief, without_texture, model, hand, made_by, on_shape)
             files = () if colours is None else _solids().write_colours(Path(colours), relief, feel, name)
-            return Evaluation(
-                relief, feel, model, finger, name, files=files, printer=made_by, printed=printed
-            )
+            return Evaluation(relief, feel, model, hand, name, files=files, printer=made_by, printed=printed)
     if not isinstance(relief, str | os.PathLike):
         refuse("files", {"units": units})
     elif units is not None:
@@ -364,13 +394,18 @@ def evaluate(
             refuse("textures that are not sliced", {"reach": reach, "printer": printer, "readouts": readouts})
             from retouch.verbs.filament.as_sliced import as_sliced
 
-            now, touch, left = as_sliced(felt, slicer or "prusa-slicer", profile, finger, model)
-            return Evaluation(now, touch, model, finger, name, as_sliced=left)
-        touch = measure_touch(felt, finger, model, readouts=tuple(READ_OUTS.values()) if readouts else ())
+            now, touch, left = as_sliced(felt, slicer or "prusa-slicer", profile, hand, model)
+            return Evaluation(now, touch, model, hand, name, as_sliced=left)
+        if own is not None:
+            touch, other = own.feel(felt)
+            return Evaluation(
+                felt, touch, "fem", own.skin, OWN, printer=felt.printer, own=own, of_round=other
+            )
+        touch = measure_touch(felt, hand, model, readouts=tuple(READ_OUTS.values()) if readouts else ())
         if not holds_run(Path(felt.name).parent):
-            warn_of_tilt(felt, finger, touch.means[ROUGHNESS.name])
+            warn_of_tilt(felt, hand, touch.means[ROUGHNESS.name])
         if reach is None:
-            return Evaluation(felt, touch, model, finger, name, printer=felt.printer)
+            return Evaluation(felt, touch, model, hand, name, printer=felt.printer)
         # Here, because nothing else renders: descents and pictures take 0.15 s to import.
         from optimize.estimates.reach import reach as reach_of
         from visual.scene import Scene, load_scene
@@ -378,5 +413,5 @@ def evaluate(
         with stage(f"reach of {Path(felt.name).name}"):
             if not isinstance(reach, Scene):
                 reach = load_scene(find_file(reach, ".xml"), relief=felt)
-            found = reach_of(reach, finger)
-            return Evaluation(felt, touch, model, finger, name, found, reach.file, printer=felt.printer)
+            found = reach_of(reach, hand)
+            return Evaluation(felt, touch, model, hand, name, found, reach.file, printer=felt.printer)

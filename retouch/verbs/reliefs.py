@@ -7,7 +7,7 @@ from typing import Unpack
 from numpy.typing import ArrayLike
 
 from mitsuba_scenes import find_texture
-from relief.ground.errors import InputError
+from relief.ground.errors import option_error
 from relief.ground.lengths import Lengths
 from relief.heightmap import check_scales
 from relief.printers import Printer, printer_of
@@ -43,4 +43,4 @@ def refuse(kind: str, values: Mapping[str, object]) -> None:
     """Raise InputError for an argument that is there, but belongs to another kind of input."""
     for name, value in values.items():
         if value is not None and value is not False:
-            raise InputError(f"{name}: is for {kind}")
+            raise option_error(name, f"is for {kind}")

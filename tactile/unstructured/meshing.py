@@ -31,6 +31,8 @@ the distance that fTetWild allows."""
 PLANE_AREA = 0.05
 """Least area of a flat face that is kept exactly, as a share of the largest one: all sides of a block have
 more, triangles of a curved face less."""
+BESIDE_MM = 3.0
+"""Distance, mm, over which edges grow to their length at the bone beside `Sizing.within_mm`."""
 BACKGROUND = (8, 8, 16)
 """Cells of the background grid of edge lengths along x, y and z: most along z, as lengths vary with depth."""
 
@@ -49,6 +51,7 @@ class Sizing:
     Attributes:
         contact_mm: edge length at the contact face.
         bone_mm: edge length at the bone.
+        within_mm: distance from the axis, along x or y, from which edges grow with the distance as well.
 
     Raises:
         InputError: not 0.02 <= contact_mm <= bone_mm <= 10.
@@ -56,6 +59,7 @@ class Sizing:
 
     contact_mm: float = 0.25
     bone_mm: float = 0.8
+    within_mm: float = 100.0
 
     def __post_init__(self) -> None:
         if not 0.02 <= self.contact_mm <= self.bone_mm <= 10.0:
@@ -175,7 +179,9 @@ def _background(surface: ClosedSurface, sizing: Sizing) -> tuple[Array, NDArray[
         tetrahedra.append(np.stack(corners, axis=1))
     floor = surface.lower_height(points[:, 0], points[:, 1])
     depth = np.clip((points[:, 2] - floor) / np.maximum(surface.top_mm - floor, sizing.contact_mm), 0.0, 1.0)
-    lengths = sizing.contact_mm + (sizing.bone_mm - sizing.contact_mm) * depth
+    beside = (np.abs(points[:, :2]).max(axis=1) - sizing.within_mm) / BESIDE_MM
+    share = np.maximum(depth, np.clip(beside, 0.0, 1.0))
+    lengths = sizing.contact_mm + (sizing.bone_mm - sizing.contact_mm) * share
     return points, np.concatenate(tetrahedra).astype(np.int32), lengths
 
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from relief.ground.arrays import Array
@@ -70,12 +72,12 @@ class ClosedSurface:
         return float(self.vertices[:, 2].max())
 
     def contact_face(self) -> NDArray[np.int64]:
-        """(k, 3) triangles that face downward.
+        """(k, 3) triangles that may touch: `lower_face`.
 
         Raises:
             InputError: none does.
         """
-        face = self.triangles[outward_normals(self.vertices, self.triangles)[:, 2] < -DOWNWARD]
+        face = lower_face(self.vertices, self.triangles)
         if len(face) == 0:
             raise InputError("surface.triangles: none looks down (-z), so none can touch the texture")
         return face
@@ -83,6 +85,20 @@ class ClosedSurface:
     def lower_height(self, x: Array, y: Array) -> Array:
         """Height (mm) of the contact face over points of any shape; beside it, of the nearest vertex."""
         return height_over(self.vertices, self.contact_face(), x, y)
+
+
+def lower_face(vertices: Array, triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(k, 3) triangles that face downward and are connected with the lowest one; none where none does.
+
+    Ceilings of bores and grooves look down as well, and never touch.
+    """
+    down = triangles[outward_normals(vertices, triangles)[:, 2] < -DOWNWARD]
+    if len(down) == 0:
+        return down
+    edges = np.concatenate((down[:, :2], down[:, 1:]))
+    graph = coo_matrix((np.ones(len(edges), np.int8), edges.T), (len(vertices),) * 2)
+    part = connected_components(graph, directed=False)[1][down[:, 0]]
+    return np.asarray(down[part == part[vertices[down, 2].min(axis=1).argmin()]])
 
 
 def outward_normals(vertices: Array, triangles: NDArray[np.integer]) -> Array:

@@ -13,6 +13,7 @@ x, z).
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import scipy.fft
@@ -34,7 +35,7 @@ from tactile.strain import STRAIN_COMPONENTS, principal_strain
 from tactile.touch import Touch, share_in_contact
 from tactile.unstructured.meshing import Sizing, Tetrahedra, tetrahedralise
 from tactile.unstructured.quadratic import gradients_at, pixel_forces, stiffness
-from tactile.unstructured.surface import DOWNWARD, ClosedSurface, height_over, locate, outward_normals
+from tactile.unstructured.surface import ClosedSurface, height_over, locate, lower_face
 
 Solve = Callable[[Array], Array]
 
@@ -88,7 +89,7 @@ class TetrahedralOperator(Compliance):
     def displacement(self, pressure: Tensor) -> Tensor:
         """Normal displacement of the skin, mm, away from the texture: C p."""
         moved = self.work(self._columns(pressure)) / self.pixel_area_mm2
-        return torch.as_tensor(moved.T.copy()).view(pressure.shape)
+        return _band_limited(torch.as_tensor(moved.T.copy()).view(pressure.shape))
 
     def precondition(self, residual: Tensor) -> Tensor:
         """Inverse of the compliance of a flat layer with sliding sides."""
@@ -113,7 +114,26 @@ class TetrahedralOperator(Compliance):
 
     def _columns(self, pressure: Tensor) -> Array:
         """(n², items)."""
-        return np.asarray(pressure.detach().reshape(-1, self.samples**2).numpy().T)
+        return np.asarray(_band_limited(pressure.detach()).reshape(-1, self.samples**2).numpy().T)
+
+
+def _band_limited(fields: Tensor) -> Tensor:
+    """Fields (..., n, n) whose bilinear hats are as compliant, wave by wave, as waves of the grid are."""
+    modes = scipy.fft.dctn(fields.numpy(), axes=(-2, -1), norm="ortho") * _sharpening(fields.shape[-1])
+    return torch.as_tensor(scipy.fft.idctn(modes, axes=(-2, -1), norm="ortho"))
+
+
+@lru_cache
+def _sharpening(samples: int) -> Array:
+    """(n, n) factors of cosine modes, which undo what hats and their averages take from short waves.
+
+    The compliance of a half-space falls as the wavenumber; hats have shares of waves beyond the grid's, too.
+    """
+    wave = np.pi * np.arange(samples)[:, None] / samples + 2.0 * np.pi * np.arange(-1, 2)
+    share = np.sinc(wave / (2.0 * np.pi)) ** 4
+    length = np.maximum(np.hypot(wave[:, None, :, None], wave[None, :, None, :]), 1e-9)
+    felt = (share[:, None, :, None] * share[None, :, None, :] / length).sum(axis=(2, 3))
+    return np.asarray(1.0 / np.sqrt(felt * length[:, :, 1, 1]))
 
 
 def tetrahedral_operator(skin: Skin, mesh: Tetrahedra, samples: int, size_mm: float) -> TetrahedralOperator:
@@ -129,8 +149,7 @@ def tetrahedral_operator(skin: Skin, mesh: Tetrahedra, samples: int, size_mm: fl
     """
     tetrahedra = skfem.MeshTet(np.ascontiguousarray(mesh.vertices.T), np.ascontiguousarray(mesh.cells.T))
     basis = skfem.Basis(tetrahedra, skfem.ElementTetP2(), intorder=2)
-    boundary = mesh.boundary()
-    face = boundary[outward_normals(mesh.vertices, boundary)[:, 2] < -DOWNWARD]
+    face = lower_face(mesh.vertices, mesh.boundary())
     y, x = _centres(samples, size_mm)
     where, _ = locate(mesh.vertices[face][..., :2], np.stack((x.ravel(), y.ravel()), axis=1))
     if len(face) == 0 or (where < 0).any():
@@ -149,7 +168,7 @@ def tetrahedral_operator(skin: Skin, mesh: Tetrahedra, samples: int, size_mm: fl
     spread.eliminate_zeros()
     loaded = np.flatnonzero(np.diff(spread.indptr))
     loaded = loaded[number[2 * nodes + loaded] >= 0]
-    matrix = stiffness(basis, skin.poisson_ratio)[free][:, free]
+    matrix = stiffness(basis, skin.poisson_ratio, _modulus(basis, skin, mesh, face))[free][:, free]
     work, solution = _body(matrix, free, number[2 * nodes + loaded], 3 * nodes, spread[loaded])
     receptors = np.stack((x.ravel(), y.ravel(), height.ravel() + skin.depth_mm), axis=1)
     wavenumber = np.pi * np.arange(samples) / size_mm
@@ -166,6 +185,16 @@ def tetrahedral_operator(skin: Skin, mesh: Tetrahedra, samples: int, size_mm: fl
         gradients_at(basis, receptors),
         symbol,
     )
+
+
+def _modulus(basis: skfem.Basis, skin: Skin, mesh: Tetrahedra, face: NDArray[np.int64]) -> Array | None:
+    """(cells, points) modulus over that of the base, by the depth below the contact face; None: all alike."""
+    if not skin.layers:
+        return None
+    x, y, z = np.asarray(basis.global_coordinates())
+    ends, moduli = np.cumsum([thickness for thickness, _ in skin.stack]), [each for _, each in skin.stack]
+    depth = z - height_over(mesh.vertices, face, x, y)
+    return np.asarray([*moduli, 1.0])[np.searchsorted(ends, depth, side="right")]
 
 
 def press_tetrahedra(
