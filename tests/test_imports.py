@@ -180,7 +180,8 @@ _ALLOWED = {
         "relief.solids.meshes tactile"
     ),
     "retouch.verbs.fingers": (
-        "relief relief.ground relief.solids relief.solids.files relief.solids.meshes tactile"
+        "relief relief.ground relief.solids relief.solids.files relief.solids.meshes tactile "
+        "tactile.unstructured"
     ),
     "retouch.verbs.fuzzy": (
         "mitsuba_scenes optimize.settings optimize.verification.solids relief relief.ground relief.solids "
