@@ -129,7 +129,12 @@ def _placed(vertices: bytes, faces: bytes, file: Path, skin: Skin) -> OwnFinger:
     line = (np.arange(PER_MM * WIDEST_MM) + 0.5) / PER_MM - 0.5 * WIDEST_MM
     points = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
     face = surface.contact_face()
-    uncovered = np.abs(points[locate(surface.vertices[face][..., :2], points)[0] < 0]).max(axis=1)
+    corners = surface.vertices[face][..., :2]
+    where = locate(corners, points)[0]
+    above = np.delete(corners, where[where >= 0], axis=0)
+    if len(above) and (locate(above, points)[1].min(axis=1) > 1e-3).any():  # More than rounding on an edge.
+        raise InputError("its lower face lies over itself; close bores, and cut off what hangs over")
+    uncovered = np.abs(points[where < 0]).max(axis=1)
     square = 2.0 * float(uncovered.min(initial=0.5 * (WIDEST_MM + 1.0 / PER_MM))) - 1.0 / PER_MM
     if square < LEAST_SQUARE_MM:
         raise InputError(

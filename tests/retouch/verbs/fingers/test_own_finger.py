@@ -44,6 +44,11 @@ def rod() -> Manifold:
     return Manifold.cylinder(20.0, 8.0, circular_segments=96, center=True).rotate((90.0, 0.0, 0.0))
 
 
+def bored() -> Manifold:
+    """A ball with a bore whose ends are in the lower face."""
+    return ball() - rod().scale((0.125, 1.0, 0.125)).translate((0.0, 0.0, -5.5))
+
+
 CAP = cut(ball())
 
 
@@ -93,6 +98,7 @@ def joined(one: Body, other: Body) -> Body:
         (cut(ball(), 1.0), "its lower face covers a square of 5.5 mm"),
         (cut(ball().scale((2.5, 2.5, 2.5)), 20.0), "mm³, more than 6000"),
         (turned(cut(rod().scale((0.6, 0.5, 2.0)), 21.0), 1.5, 1.0, 1.0), "skin.thickness_mm: 21"),
+        (cut(bored()), "its lower face lies over itself; close bores"),
         (joined(CAP, turned(CAP, 0.1, 0.1, 0.1)), "has several parts or a closed hollow"),
         (Body(CAP.vertices, CAP.faces[:, ::-1]), "inside out"),
         (Body(CAP.vertices, CAP.faces[1:]), "not closed"),
