@@ -16,6 +16,8 @@ FILE = "study.json"
 """Record in the folder of a row."""
 FAILURE = "failure.json"
 """Why a row has failed, in its folder."""
+INTERRUPTED = "interrupted"
+"""Reason of a run that a signal has ended, which goes on when the row is computed again."""
 LARGEST_RECORD = 1 << 20
 """Most bytes of a record."""
 WORDS = {"stop.reason": "reason", "touch.model": "touch.model", "look.model": "look.model"}
@@ -100,7 +102,7 @@ def _cell(value: Any) -> tuple[Cell] | None:
 
 
 def read_record(folder: Path, key: str) -> Record | None:
-    """The record in the folder of a row; None if there is none, or if it is damaged or another row's."""
+    """The record in the folder of a row; None without one, or if damaged, another row's or interrupted."""
     path = folder / FILE
     if not path.is_file():
         return None
@@ -108,7 +110,7 @@ def read_record(folder: Path, key: str) -> Record | None:
         record = parse_record(read_limited(path, LARGEST_RECORD))
     except InputError:
         return None
-    return record if record.key == key else None
+    return record if record.key == key and record.columns.get("reason") != INTERRUPTED else None
 
 
 def parse_record(content: bytes) -> Record:

@@ -20,6 +20,7 @@ from retouch.laboratory.studies.measuring.measures import MEASURES
 from retouch.laboratory.studies.records import (
     FAILURE,
     FILE,
+    INTERRUPTED,
     Cell,
     MeasuredColumns,
     Record,
@@ -105,6 +106,8 @@ def _computed(job: RowJob) -> Record:
     if (result := _done(job, earlier)) is None:
         result, cpu_s = _run(job)
         earlier = None
+        if result.stop.reason == INTERRUPTED:
+            raise InputError("was interrupted; the same command goes on")
     elif earlier is not None:
         cpu_s = earlier.columns.get("cpu_s")
     measures = {} if earlier is None else dict(earlier.measures)

@@ -20,6 +20,8 @@ from PIL import Image
 
 from mitsuba_scenes import find_file
 from mitsuba_scenes.studies import bundled_studies
+from optimize.run_directory.finished_run import read_verification
+from optimize.run_directory.key import RESULT
 from optimize.run_directory.results import HISTORY
 from relief.ground.errors import InputError
 from relief.ground.files import only_writer
@@ -29,7 +31,7 @@ from retouch.laboratory.studies import engine, row_job
 from retouch.laboratory.studies.document import flat_rows, read_document
 from retouch.laboratory.studies.engine import DOCUMENT, ROWS, SPREADSHEET, Rows, compute, known, row_folder
 from retouch.laboratory.studies.measuring import measures
-from retouch.laboratory.studies.records import FAILURE, FILE
+from retouch.laboratory.studies.records import FAILURE, FILE, INTERRUPTED
 from retouch.laboratory.studies.rows import expand
 from retouch.laboratory.studies.study_file import load_study
 from retouch.laboratory.studies.writing import write_study
@@ -339,6 +341,23 @@ def test_a_mistake_of_the_program_fails_its_row_alone(
 
 
 # Kills
+
+
+def test_a_row_that_a_signal_ended_is_not_done(
+    study_file: Path, copy: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = load_study(study_file)
+    expanded = expand(study)
+    path = next(copy.glob(f"{ROWS}/*/{FILE}"))
+    record = json.loads(path.read_text())
+    path.write_text(json.dumps(record | {"columns": record["columns"] | {"reason": INTERRUPTED}}))
+    assert len(known(expanded, copy, study.measures).records) == 3
+    result = read_verification(path.parent)
+    assert result is not None
+    stop = result.stop.model_copy(update={"reason": INTERRUPTED})
+    monkeypatch.setattr(row_job, "_run", lambda job: (result.model_copy(update={"stop": stop}), 1.0))
+    (path.parent / RESULT).unlink()
+    assert list(done(study_file, copy).failures.values()) == ["was interrupted; the same command goes on"]
 
 
 @pytest.mark.slow
