@@ -24,7 +24,7 @@ from benchmarks.people.observers import Observer, write_answers
 from benchmarks.shared.common import folder_named, machine, publish, save, table
 from retouch.laboratory.people.plan import write_plan
 from retouch.laboratory.people.plates import read_plates
-from retouch.laboratory.stimulus_sets.stimulus_set import FILE, read_set
+from retouch.laboratory.stimulus_sets.stimulus_set import FILE, StimulusSet
 
 RESULT, COMMAND = "people_experiment", "benchmarks.people.experiment"
 SEED = 1
@@ -106,7 +106,7 @@ def fits(content: dict[str, Any]) -> list[str]:
 def main() -> None:
     folder = folder_named(__doc__, "DIR")
     plates = read_plates(folder)
-    plan = write_plan(folder, read_set(folder / FILE).experiment)
+    plan = write_plan(folder, StimulusSet.read(folder / FILE).experiment)
     assert plan is not None
     observers = people(np.random.default_rng(SEED))
     files = write_answers(folder / "simulated", plan, plates, observers, SEED)

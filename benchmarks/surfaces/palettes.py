@@ -32,7 +32,7 @@ from retouch.laboratory.palettes.palette import Palette
 from retouch.laboratory.stimulus_sets.plate_set import claim
 from retouch.laboratory.studies.engine import ROWS
 from retouch.laboratory.studies.records import FILE as RECORD
-from retouch.verbs.stimulus_plates import request_of
+from retouch.verbs.stimulus_plates import plate_fields
 from tactile.fingers import fingers
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
@@ -67,7 +67,8 @@ def measured(
     """Make a palette of as many fills as there is room for, and measure it."""
     out = folder / name.replace(", ", "-").replace(" ", "_")
     settings: dict[str, Any] = {"apart": apart, "one_finger": one_finger}
-    _begin(out, folder, request_of(Palette, textures, {}, settings))
+    fields = plate_fields(textures, {}) | settings
+    _begin(out, folder, Palette.checked(fields))
     try:
         made = retouch.palette(textures, out, **settings)
     except retouch.InputError as error:
@@ -76,7 +77,7 @@ def measured(
         if most is None:
             raise
         fewer = out.with_name(f"{out.name}-{most}")
-        _begin(fewer, folder, request_of(Palette, textures, {}, settings | {"fills": int(most)}))
+        _begin(fewer, folder, Palette.checked(fields | {"fills": int(most)}))
         made = retouch.palette(textures, fewer, fills=int(most), **settings)
     content = made.content
     runs = [read_verification(made.folder / fill["folder"]) for fill in content["fills"]]

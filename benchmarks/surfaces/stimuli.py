@@ -26,7 +26,7 @@ from relief.solids.export.pixel_font import bitmap
 from retouch.laboratory.stimulus_sets.document import DOCUMENT, RENDERS
 from retouch.laboratory.stimulus_sets.levels import ROUGHNESS
 from retouch.laboratory.stimulus_sets.plates import cut_square
-from retouch.laboratory.stimulus_sets.stimulus_set import FILE, read_set
+from retouch.laboratory.stimulus_sets.stimulus_set import FILE, StimulusSet
 from retouch.pages.colour_maps import hillshade
 
 PAGE = DOCS / "evidence" / "stimuli.md"
@@ -155,7 +155,7 @@ def _felt(plate: dict[str, Any]) -> str:
 
 def draw(folder: Path, content: dict[str, Any]) -> None:
     """The plates of the first textures from above under the first light, and one from below."""
-    plate_mm = read_set(folder / FILE).print.plate_mm
+    plate_mm = StimulusSet.read(folder / FILE).print.plate_mm
     textures = content["textures"][:SHOWN]
     count = max(len([p for p in t["plates"] if p["kind"] == ROUGHNESS]) for t in textures)
     figure, axes = plt.subplots(

@@ -6,11 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Unpack
 
-from pydantic import ValidationError
-
 from mitsuba_scenes import find_texture
 from optimize.settings.fast_models import FAST_MODELS
-from optimize.settings.toml_files import first_fault
 from relief.ground.errors import InputError
 from relief.ground.files import only_writer
 from relief.ground.lengths import Lengths
@@ -19,8 +16,7 @@ from relief.heightmap import check_scales
 from retouch.laboratory.people.plan import write_plan
 from retouch.laboratory.people.serving.experiment_page import write_experiment_page
 from retouch.laboratory.stimulus_sets.making import MakeRunner, StimulusPlates, make
-from retouch.laboratory.stimulus_sets.plate_set import Request
-from retouch.laboratory.stimulus_sets.stimulus_set import FILE, StimulusSet, read_set
+from retouch.laboratory.stimulus_sets.stimulus_set import FILE, StimulusSet
 from retouch.laboratory.workers.choice import runner
 from retouch.verbs.progress_display import followed
 
@@ -80,6 +76,9 @@ def stimuli(
             "source_mm, controls: are for sources, which are missing",
             "--source-mm, --controls: are for a --source, which is missing",
         )
+    if not textures:
+        fault = "stimuli: name a texture"
+        raise InputError(fault, f"{fault}, as in retouch stimuli gravel-tile --jnd -1,0,1 -o DIR")
     own = {
         "jnd": jnd,
         "contact_area_scale": contact_area_scale,
@@ -91,8 +90,10 @@ def stimuli(
         "source_mm": source_mm,
         "controls": controls,
     }
-    settings = _given({"print.printer": printer}) | dict(settings or {})
-    request = request_of(StimulusSet, textures, lengths, own, skin, plates, fast, settings)
+    settings = given_values({"print.printer": printer}) | dict(settings or {})
+    request = StimulusSet.checked(
+        plate_fields(textures, lengths, skin, plates, fast, settings) | given_values(own)
+    )
     with followed(progress, quiet):
         return _made(request, Path(out), lambda work, observer: runner(work, workers, dask, observer))
 
@@ -115,10 +116,10 @@ def redraw_stimuli(
     Raises:
         InputError: the folder holds no set, or the plates cannot be made so.
     """
-    there = read_set(Path(out) / FILE)
+    there = StimulusSet.read(Path(out) / FILE)
     print_settings = {**there.print.model_dump(), **(plates or {})}
     trials = {**there.experiment.model_dump(), **(experiment or {})}
-    request = _checked(StimulusSet, {**there.model_dump(), "print": print_settings, "experiment": trials})
+    request = StimulusSet.checked({**there.model_dump(), "print": print_settings, "experiment": trials})
     with followed(progress, quiet):
         return _made(request, Path(out), None)
 
@@ -141,46 +142,23 @@ def _made(request: StimulusSet, out: Path, make_runner: MakeRunner | None) -> St
     return replace(made, experiment=page)
 
 
-def _given(values: Mapping[str, Any]) -> dict[str, Any]:
+def given_values(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Those that are not None."""
     return {name: value for name, value in values.items() if value is not None}
 
 
-def request_of(
-    kind: type[Request],
+def plate_fields(
     textures: Sequence[str | os.PathLike[str]],
     lengths: Lengths,
-    own: Mapping[str, Any],
     skin: str | os.PathLike[str] | None = None,
     plates: Mapping[str, Any] | None = None,
     fast: bool = False,
     settings: Mapping[str, Any] | None = None,
-) -> Request:
-    """A request for plates, checked.
-
-    Args:
-        kind: of request.
-        own: what requests of this kind alone have; None where not given.
-        textures, lengths, skin, plates, fast, settings: as in `stimuli`.
-
-    Raises:
-        InputError: what is wrong.
-    """
-    if not textures:
-        fault = f"{kind.VERB}: name a texture"
-        raise InputError(fault, f"{fault}, as in retouch {kind.EXAMPLE}")
+) -> dict[str, Any]:
+    """Fields that all requests for plates have (`PlateSet`); arguments as of `stimuli`. Raises InputError."""
     files = [find_texture(texture).absolute() for texture in textures]
     check_scales(files, lengths)
     if skin is not None:
         skin = str(Path(skin).absolute()) if Path(skin).is_file() else str(skin)
-    of_runs = (FAST_MODELS if fast else {}) | _given({**lengths, "touch.skin": skin}) | dict(settings or {})
-    return _checked(
-        kind, {"textures": files, "settings": of_runs, "print": dict(plates or {}), **_given(own)}
-    )
-
-
-def _checked(kind: type[Request], values: Mapping[str, Any]) -> Request:
-    """A request, checked. Raises InputError."""
-    try:
-        return kind.model_validate(values)
-    except ValidationError as error:
-        raise InputError(f"{kind.VERB}: {first_fault(error, kind)}") from error
+    own = (FAST_MODELS if fast else {}) | given_values({**lengths, "touch.skin": skin})
+    return {"textures": files, "settings": own | dict(settings or {}), "print": dict(plates or {})}

@@ -45,11 +45,12 @@ def content_of(request: Palette, fills: Sequence[Fill], out: Path, files: Sequen
         least_apart(fills),
     )
     named = [prediction.named(finger.tolist()) for finger in felt.T]
+    named_percent = 100.0 * np.diagonal(named, axis1=1, axis2=2)
     least, short = float(apart.min()), None
     if least < request.apart:
         pair = " and ".join(labels[at] for at in np.unravel_index(apart.argmin(), apart.shape))
         short = f"{pair} are {least:.2f} JND apart to one finger, not {request.apart:g}: ask for fewer fills"
-    each = [
+    shown = [
         {
             "label": label,
             "level": fill.level,
@@ -57,22 +58,22 @@ def content_of(request: Palette, fills: Sequence[Fill], out: Path, files: Sequen
             "jnd": (fill.after - felt[0]).tolist(),
             "picture_change_percent_of_white": fill.run.verification.look.change_percent_of_white,
             **spacing(fill.run.result),
-            "named_percent": 100.0 * float(rightly),
+            "named_percent": percent,
             "folder": fill.run.folder.relative_to(out).as_posix(),
             "tile": f"tiles/{label.replace(' ', '-')}.png",
         }
-        for label, fill, rightly in zip(labels, fills, np.diagonal(named[0]), strict=True)
+        for label, fill, percent in zip(labels, fills, named_percent[0].tolist(), strict=True)
     ]
     return {
         "apart": request.apart,
         "least": least,
         "short": short,
         "fingers": [name for name, *_ in VARIATIONS[: felt.shape[1]]],
-        "fills": each,
+        "fills": shown,
         "jnd": abs(felt[:, None, 0] - felt[None, :, 0]).tolist(),
         "least_jnd": np.where(np.isinf(apart), 0.0, apart).tolist(),
         "named": named[0].tolist(),
-        "named_percent": [100.0 * float(np.diagonal(each).mean()) for each in named],
+        "named_percent": named_percent.mean(axis=1).tolist(),
         "print": [file.relative_to(out).as_posix() for file in files],
     }
 

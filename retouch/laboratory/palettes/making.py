@@ -161,9 +161,8 @@ def _way(fill: Fill) -> Way:
     reached = max(LEAST_JND, math.copysign(float(change[0]), float(change[0]) * fill.level))
     half = 0.5 * picture * (1.0 + BEND * (0.5 * reached) ** 2) / (1.0 + BEND * reached**2)
     most = crossing([(0.5 * reached, half), (reached, picture)], bends=fill.level > 0.0)
-    if reached < LEAST_SHARE * TRIED_JND:
-        return Way(fill.texture, fill.before, change / reached, min(most, reached))
-    return Way(fill.texture, fill.before, change / TRIED_JND, most)
+    level = TRIED_JND if reached >= LEAST_SHARE * TRIED_JND else reached
+    return Way(fill.texture, fill.before, change / level, most if level == TRIED_JND else min(most, reached))
 
 
 def _measured(way: Way, fill: Fill) -> Way:

@@ -1,6 +1,6 @@
 """The request of a palette: what `palette.toml` in its folder holds, checked before any work begins."""
 
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from pydantic import Field
 
@@ -19,10 +19,8 @@ class Palette(PlateSet):
         one_finger: whether only the given finger is to tell fills apart, not a range of fingers.
     """
 
-    FILE: ClassVar[str] = "palette.toml"
-    KIND: ClassVar[str] = "palette"
-    VERB: ClassVar[str] = "palette"
-    EXAMPLE: ClassVar[str] = "palette gravel-tile leather-tile --apart 2 -o DIR"
+    FILE = "palette.toml"
+    KIND = "palette"
 
     textures: Annotated[tuple[FilePath, ...], Field(strict=False, min_length=1, max_length=MOST_FILLS)]
     apart: Annotated[float, Field(ge=0.5, le=10.0)] = 2.0

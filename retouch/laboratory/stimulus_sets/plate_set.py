@@ -1,8 +1,9 @@
 """Requests for plates of textures: textures, settings and print, and the file in the folder that says so."""
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import tomli_w
 from pydantic import Field, ValidationError, model_validator
@@ -84,20 +85,31 @@ class PlateSet(Section):
     """The request, in the folder."""
     KIND: ClassVar[str]
     """What the folder holds, in words."""
-    VERB: ClassVar[str]
-    """The verb that makes it."""
-    EXAMPLE: ClassVar[str]
-    """A command line of the verb."""
     FREE: ClassVar[tuple[str, ...]] = ("print",)
-    """What may differ from the request that is there."""
+    """Fields that may differ from those of the request in the folder."""
 
     textures: Annotated[tuple[FilePath, ...], Field(strict=False, min_length=1, max_length=MOST_TEXTURES)]
     settings: dict[str, str | int | float | bool] = Field(default_factory=dict)
     print: PrintSettings = PrintSettings()
 
+    @classmethod
+    def checked(cls, values: Mapping[str, Any], file: Path | None = None) -> Self:
+        """A request of these fields, which a file holds if it is given. Raises InputError."""
+        try:
+            return cls.model_validate(values)
+        except ValidationError as error:
+            raise InputError(f"{file or cls.KIND}: {first_fault(error, cls)}") from error
+
+    @classmethod
+    def read(cls, path: Path) -> Self:
+        """The request of a file. Raises InputError."""
+        if not path.is_file():
+            raise InputError(f"{path}: no such file; the folder holds no {cls.KIND}")
+        return cls.checked(read_toml(path), path)
+
     @property
     def described(self) -> str:
-        """What tells requests of a kind apart, for people."""
+        """In what requests of a kind differ, for people."""
         return f"of {', '.join(self.names)}"
 
     @property
@@ -161,19 +173,6 @@ class PlateSet(Section):
             check_seams(relief.heights, (True, True), texture)
 
 
-Request = TypeVar("Request", bound=PlateSet)
-
-
-def read_request(path: Path, kind: type[Request]) -> Request:
-    """Read a request back. Raises InputError."""
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; the folder holds no {kind.KIND}")
-    try:
-        return kind.model_validate(read_toml(path))
-    except ValidationError as error:
-        raise InputError(f"{path}: {first_fault(error, kind)}") from error
-
-
 def claim(out: Path, request: PlateSet) -> None:
     """Write a request into its folder; only what is free may differ from a request there.
 
@@ -182,7 +181,7 @@ def claim(out: Path, request: PlateSet) -> None:
     """
     path = out / request.FILE
     if path.is_file():
-        there = read_request(path, type(request))
+        there = request.read(path)
         if there.model_copy(update={name: getattr(request, name) for name in request.FREE}) != request:
             raise InputError(f"{out}: holds another {request.KIND}, {there.described}; choose another -o")
     elif out.is_dir() and os.listdir(out):

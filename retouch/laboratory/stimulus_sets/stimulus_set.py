@@ -1,14 +1,13 @@
 """The request of a stimulus set: what `set.toml` in its folder holds, checked before any work begins."""
 
 import math
-from pathlib import Path
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
 from optimize.settings.toml_files import Positive, Section
 from relief.ground.errors import InputError
-from retouch.laboratory.stimulus_sets.plate_set import FilePath, PlateSet, read_request
+from retouch.laboratory.stimulus_sets.plate_set import FilePath, PlateSet
 
 FILE = "set.toml"
 """The request, in the folder of the set."""
@@ -49,11 +48,9 @@ class StimulusSet(PlateSet):
         experiment: the plan of trials with people.
     """
 
-    FILE: ClassVar[str] = FILE
-    KIND: ClassVar[str] = "stimulus set"
-    VERB: ClassVar[str] = "stimuli"
-    EXAMPLE: ClassVar[str] = "stimuli gravel-tile --jnd -1,0,1 -o DIR"
-    FREE: ClassVar[tuple[str, ...]] = ("print", "experiment")
+    FILE = FILE
+    KIND = "stimulus set"
+    FREE = ("print", "experiment")
 
     jnd: Levels
     contact_area_scale: Levels = ()
@@ -105,8 +102,3 @@ class StimulusSet(PlateSet):
         for texture in self.textures:
             if min(self.relief_of(texture).surface.size_mm) < self.print.plate_mm:
                 raise InputError(f"{texture}: whole: is smaller than a plate of {self.print.plate_mm:g} mm")
-
-
-def read_set(path: Path) -> StimulusSet:
-    """Read a request back. Raises InputError."""
-    return read_request(path, StimulusSet)

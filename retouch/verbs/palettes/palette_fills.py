@@ -20,7 +20,7 @@ from retouch.laboratory.workers.choice import runner
 from retouch.pages.sentences import TextTable
 from retouch.verbs.exporting import export
 from retouch.verbs.progress_display import followed
-from retouch.verbs.stimulus_plates import request_of
+from retouch.verbs.stimulus_plates import given_values, plate_fields
 
 DOCUMENT, TILES = "palette.json", "tiles"
 """Files of a palette: its numbers, and the folder of its tiles."""
@@ -95,8 +95,8 @@ def palette(
             something else.
         KeyboardInterrupt: fills that are done stay; the same call goes on.
     """
-    own = {"apart": apart, "fills": fills, "one_finger": one_finger}
-    request = request_of(Palette, textures, lengths, own, skin, plates, fast, settings)
+    own = given_values({"apart": apart, "fills": fills, "one_finger": one_finger})
+    request = Palette.checked(plate_fields(textures, lengths, skin, plates, fast, settings) | own)
     out = Path(out)
     request.check_textures()
     check_labels([f"{name} {MOST_FILLS}" for name in request.names], request.print)

@@ -44,7 +44,7 @@ from retouch.laboratory.people.skin_fit.tried_fingers import (
     fitted_logs,
     varied,
 )
-from retouch.laboratory.stimulus_sets.stimulus_set import FILE, StimulusSet, read_set
+from retouch.laboratory.stimulus_sets.stimulus_set import FILE, StimulusSet
 
 FINE = 161
 """Values of each quantity between those tried, at which a spline is read."""
@@ -77,7 +77,7 @@ def propose(
     """
     if not answers.pairs.get(ROUGHER):
         raise InputError("skin_out: needs answers to which of two plates is rougher")
-    stimuli = read_set(folder / FILE)
+    stimuli = StimulusSet.read(folder / FILE)
     base = _skin_of(stimuli) if skin is None else load_skin(skin)
     question = Question.of(ROUGHER, answers.pairs[ROUGHER])
     measured = [] if press is None else read_measurements(Path(press), base)

@@ -12,7 +12,7 @@ from retouch.commands.main import BAD_INPUT, main
 from retouch.laboratory.people.plan import plan
 from retouch.laboratory.people.plates import read_plates
 from retouch.laboratory.people.skin_fit import proposal, tried_fingers
-from retouch.laboratory.stimulus_sets.stimulus_set import Experiment, read_set
+from retouch.laboratory.stimulus_sets.stimulus_set import Experiment, StimulusSet
 
 pytestmark = pytest.mark.slow
 
@@ -29,7 +29,7 @@ def test_a_redrawn_set_has_a_plan(copy: Path, capsys: pytest.CaptureFixture[str]
     made = retouch.redraw_stimuli(copy, experiment={"people": 3, "pairs": 6, "seed": 5})
     assert made.experiment == copy / "experiment" / "index.html" and made.experiment.is_file()
     assert (copy / "experiment" / "rougher.csv").read_text().count("\n") == 1 + 3 * 6
-    assert read_set(copy / "set.toml").experiment == Experiment(people=3, pairs=6, seed=5)
+    assert StimulusSet.read(copy / "set.toml").experiment == Experiment(people=3, pairs=6, seed=5)
     assert main(["stimuli", "--redraw", "-o", str(copy), "--people", "0"]) == BAD_INPUT
     assert "--people" in capsys.readouterr().err
 
