@@ -141,8 +141,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.finger is not None:
         if arguments.thickness_mm is not None:
             raise InputError("--thickness-mm: does not go with --finger, whose mesh has its own")
-        if arguments.units is not None:
-            arguments.height_scale = None  # The unit is the fingertip's.
+        # Height maps are in mm, and so keep their scale.
+        arguments.height_scale = None if arguments.units else arguments.height_scale
     if not (arguments.units and len(textures) < len(arguments.textures)):
         check_scales(arguments, textures)
     scene = _scene(arguments)
@@ -163,16 +163,13 @@ def run(arguments: argparse.Namespace) -> int:
     evaluations: list[Evaluation] = []
     with stage("evaluating", len(arguments.textures)) as advance:
         for texture in arguments.textures:
-            more: dict[str, Any] = {
-                name: getattr(arguments, name) for name in ("slicer", "profile", "readouts")
-            }
+            more = given(arguments, "slicer", "profile", "readouts") | {"finger": finger}
             if is_solid(texture):
                 more = {"without_texture": bare, "colours": arguments.out}
             if is_mesh(texture):
                 more |= {"on_shape": arguments.on_shape, "printer": printer}
             if is_gcode(texture):
                 more |= {"beside": beside}
-            more["finger"] = finger
             with contact_errors_name(texture):
                 reach = None
                 if scene is not None:

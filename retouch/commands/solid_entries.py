@@ -64,7 +64,7 @@ def check_solid_options(arguments: argparse.Namespace, textures: Sequence[Path])
     print_files = f"print files ({', '.join(MESHES)})"
     names = [name for name in (*LENGTHS, *CORRECTIONS) if name != "height_scale" or not arguments.units]
     repeats = "--no-repeats" if arguments.repeats is False else "--repeats"
-    of_reliefs = "--reach", "--readouts", repeats, *map(_flag, CURVED)
+    of_reliefs = "--reach", "--readouts", "--finger", repeats, *map(_flag, CURVED)
     rules = (
         (("--object", "-o"), solids, f"is for {print_files} and G-code; none is given"),
         (("--on-shape",), meshes, f"is for {print_files}; none is given"),

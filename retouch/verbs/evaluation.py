@@ -79,8 +79,8 @@ class Evaluation:
         printed: what the printer makes of a solid.
         as_sliced: what a slicer leaves of a relief, which is then the sliced one; None without a slicer.
         beside: the evaluation of another print of the same part, at the same places; None without one.
-        own: finger of one's own, whose touch this is; None: the one of the skin.
-        of_round: what the round finger feels at the same places, beside one of one's own.
+        own: finger of one's own shape, whose touch this is; None: the finger of the skin.
+        round_finger: what the round finger of the same radii feels at the same places, beside such a finger.
     """
 
     relief: Relief | Mesh | SlicedPart
@@ -96,7 +96,7 @@ class Evaluation:
     as_sliced: "AsSliced | None" = None
     beside: "Evaluation | None" = None
     own: "OwnFinger | None" = None
-    of_round: TouchMeasures | None = None
+    round_finger: TouchMeasures | None = None
 
     @property
     def name(self) -> str:
@@ -144,8 +144,8 @@ class Evaluation:
 
         Beside a finger of one's own there is "round finger".
         """
-        if self.of_round is not None:
-            return {"round finger": replace(self, touch=self.of_round, model="layer", of_round=None)}
+        if self.round_finger is not None:
+            return {"round finger": replace(self, touch=self.round_finger, model="layer", round_finger=None)}
         parts = {} if isinstance(self.touch, TouchMeasures) else self.touch.by_region()
         return {name: replace(self, touch=part) for name, part in parts.items()}
 
@@ -222,7 +222,8 @@ class Evaluation:
             if self.own is not None:
                 one = self.regions["round finger"]
                 jnd = {} if first is None else {"jnd_from_first": one.jnd_from(first.regions["round finger"])}
-                entry |= {"finger": self.own.as_json(), "round_finger": one.numbers | jnd}
+                finger = {"file": str(self.own.file), "square_mm": self.own.square_mm}
+                entry |= {"finger": finger, "round_finger": one.numbers | jnd}
         elif isinstance(self.relief, SlicedPart):
             entry |= self.relief.as_json() | {"files": [str(file) for file in self.files]}
             others = first.regions if same_places and first is not None else {}
@@ -329,27 +330,17 @@ def evaluate(
         ContactError: a contact does not converge.
     """
     name, hand = (OWN, skin) if isinstance(skin, Skin) else (str(skin), load_skin(skin))
-    own = None
     if finger is not None:
-        from retouch.verbs.fingers.own_finger import own_finger
-
         elsewhere = {"reach": reach, "profile": profile, "slicer": slicer, "readouts": readouts}
-        elsewhere |= {"model": model != "layer"}
-        refuse("fingers that --skin describes, not for one's own", elsewhere)
-        with followed(progress, quiet):
-            if not isinstance(finger, Mesh):
-                from retouch.verbs.solid_evaluation import read_solid
-
-                finger, units = read_solid(finger, units=units), None
-            own = own_finger(finger, hand)
+        refuse("fingers that --skin describes, not for one's own", elsewhere | {"model": model != "layer"})
+        if not isinstance(finger, Mesh):
+            finger, units = _solids().read_solid(finger, units=units), None
     if isinstance(relief, str | os.PathLike) and is_mesh(Path(relief)):
         relief = _solids().read_solid(relief, units=units)
     if isinstance(relief, str | os.PathLike) and is_gcode(Path(relief)):
         relief = _beads().read_gcode(relief)
     of_reliefs = {**lengths, "repeats": repeats, "reach": reach, "slicer": slicer, "profile": profile}
-    of_reliefs |= {"finger": finger}
-    if isinstance(relief, Mesh | SlicedPart):
-        refuse("height maps", {"readouts": readouts})
+    of_reliefs |= {"finger": finger, "readouts": readouts}
     if isinstance(relief, Mesh | SlicedPart) and isinstance(without_texture, str | os.PathLike):
         without_texture = _solids().read_solid(without_texture, units=units)
     if isinstance(relief, SlicedPart):
@@ -386,6 +377,13 @@ def evaluate(
     refuse("print files", of_solids | {"on_shape": on_shape or None})
     felt = relief_of(relief, **lengths, repeats=repeats, printer=printer)
     with followed(progress, quiet), naming(felt.name):
+        if isinstance(finger, Mesh):
+            from retouch.verbs.fingers.own_finger import own_finger
+
+            own = own_finger(finger, hand)
+            touch, round_finger = own.feel(felt)
+            own_shape = Evaluation(felt, touch, "fem", own.skin, OWN, printer=felt.printer, own=own)
+            return replace(own_shape, round_finger=round_finger)
         if slicer is not None or profile is not None:
             if profile is None:
                 raise InputError(
@@ -396,11 +394,6 @@ def evaluate(
 
             now, touch, left = as_sliced(felt, slicer or "prusa-slicer", profile, hand, model)
             return Evaluation(now, touch, model, hand, name, as_sliced=left)
-        if own is not None:
-            touch, other = own.feel(felt)
-            return Evaluation(
-                felt, touch, "fem", own.skin, OWN, printer=felt.printer, own=own, of_round=other
-            )
         touch = measure_touch(felt, hand, model, readouts=tuple(READ_OUTS.values()) if readouts else ())
         if not holds_run(Path(felt.name).parent):
             warn_of_tilt(felt, hand, touch.means[ROUGHNESS.name])

@@ -82,10 +82,6 @@ class OwnFinger:
             f"{number(across)} mm along x are fitted within {FIT_MM:g} mm for the round finger. {ERROR}"
         )
 
-    def as_json(self) -> dict[str, float | str]:
-        """What `retouch evaluate --json` says of it."""
-        return {"file": str(self.file), "square_mm": self.square_mm}
-
     def feel(self, relief: Relief) -> tuple[TouchMeasures, TouchMeasures]:
         """What this finger and the round one feel of a relief; see `measure_touch`. Raises InputError."""
         most = round(PER_MM * (self.skin.patch_mm or 0.0))

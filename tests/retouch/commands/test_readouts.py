@@ -90,7 +90,7 @@ def test_print_files_are_refused_in_one_line(name: str, capsys: pytest.CaptureFi
 
 def test_print_files_and_slicers_are_refused_from_python() -> None:
     assert main(["export", "one.exr", "-o", "plate.stl"]) == 0
-    with pytest.raises(InputError, match=r"^readouts: is for height maps$"):
+    with pytest.raises(InputError, match=r"^readouts: is for height maps; a print file is felt as it is$"):
         retouch.evaluate("plate.stl", readouts=True)
     with pytest.raises(InputError, match="readouts: is for textures that are not sliced"):
         retouch.evaluate("one.exr", profile="fine.ini", readouts=True)
