@@ -26,10 +26,3 @@ class Palette(PlateSet):
     apart: Annotated[float, Field(ge=0.5, le=10.0)] = 2.0
     fills: Annotated[int, Field(ge=2, le=MOST_FILLS)] | None = None
     one_finger: bool = False
-
-    @property
-    def described(self) -> str:
-        """Textures, number and distance of the fills, for people."""
-        whose = "one finger" if self.one_finger else "every finger"
-        fills = "" if self.fills is None else f"{self.fills} fills "
-        return f"{super().described}, {fills}{self.apart:g} JND apart for {whose}"

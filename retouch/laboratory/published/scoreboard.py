@@ -60,7 +60,7 @@ def compute(findings: Findings, out: Path, quick: bool, again: bool, redraw: boo
     if (out / DOCUMENT).exists() and read_document(out / DOCUMENT, Scoreboard).quick != quick:
         raise InputError(f"{out}: holds the {'whole' if quick else 'quick'} form; choose another -o")
     samples, fingers, _ = FORMS[quick]
-    rows, records = list[RowOfTable](), dict[str, Record]()
+    rows, records, judged = list[RowOfTable](), dict[str, Record](), list[Judged]()
     every = [(finding, finger) for finding in findings.finding for finger in fingers]
     code = [samples, *map(fingerprint, CODE)]
     with only_writer(out / ROWS), stage("findings and fingers", len(every)) as advance:
@@ -74,11 +74,11 @@ def compute(findings: Findings, out: Path, quick: bool, again: bool, redraw: boo
                 record = Record(key=key, columns=finding.columns(skin, samples))
                 write_atomically(out / ROWS / key[:SHORT] / FILE, record_bytes(record))
             rows.append(RowOfTable(labels={"finding": finding.name, "finger": finger}, key=key))
-            records |= {} if record is None else {key: record}
+            if record is not None:
+                records[key] = record
+                judged.append((finding, finger, record.columns))
             advance()
     axes: dict[str, list[Cell]] = {"finding": [one.name for one in findings.finding], "finger": [*fingers]}
-    done = [of for of, row in zip(every, rows, strict=True) if row.key in records]
-    judged = [(*of, record.columns) for of, record in zip(done, records.values(), strict=True)]
     agreement = [one for group in GROUPS for name in fingers for one in agreements(group, name, judged)]
     tables = [TableOfDocument(name="findings", axes=axes, rows=rows)]
     whole: dict[str, Any] = {"records": records, "findings": findings, "agreement": agreement}
@@ -93,19 +93,21 @@ def agreements(group: str, finger: str, judged: Sequence[Judged]) -> Iterator[di
     interval (Wilson 1927) for as many studies. `gained` and `lost` count rows that are right where V is
     wrong, and the reverse; `p` is of the exact two-sided sign test of the two.
     """
-    mine = [(one, of) for one, name, of in judged if name == finger and not one.against]
-    counted = [(one.study, of) for one, of in mine if GROUPS[group](one)]
+    mine = [(one, columns) for one, name, columns in judged if name == finger and not one.against]
+    counted = [(one.study, columns) for one, columns in mine if GROUPS[group](one)]
     for name in LABELS:
-        told = ((study, of.get(RIGHT.format(name)), of.get(RIGHT.format(V))) for study, of in counted)
-        rows = [(study, bool(right), by_v) for study, right, by_v in told if right is not None]
-        by_study = {study: [right for of, right, _ in rows if of == study] for study, *_ in rows}
+        own, by_v = (RIGHT.format(read_out) for read_out in (name, V))
+        rows = [
+            (study, bool(columns[own]), columns.get(by_v)) for study, columns in counted if own in columns
+        ]
+        by_study = {study: [right for one, right, _ in rows if one == study] for study, *_ in rows}
         studies = list(by_study.values())
         if studies:
             share, weight = fmean(map(fmean, studies)), 1.96**2 / len(studies)
             half = math.sqrt(weight * share * (1.0 - share) + 0.25 * weight**2)
             low, high = ((share + 0.5 * weight + end) / (1.0 + weight) for end in (-half, half))
-            pairs = [(right, by_v) for _, right, by_v in rows]
-            gained, lost = pairs.count((True, False)), pairs.count((False, True))
+            pairs = [pair for _, *pair in rows]
+            gained, lost = pairs.count([True, False]), pairs.count([False, True])
             tail = sum(math.comb(gained + lost, k) for k in range(min(gained, lost) + 1))
             counts = {"right": sum(map(sum, studies)), "rows": len(rows), "studies": len(studies)}
             paired = {"gained": gained, "lost": lost, "p": min(1.0, tail / 2.0 ** (gained + lost - 1))}

@@ -108,11 +108,6 @@ class PlateSet(Section):
         return cls.checked(read_toml(path), path)
 
     @property
-    def described(self) -> str:
-        """In what requests of a kind differ, for people."""
-        return f"of {', '.join(self.names)}"
-
-    @property
     def printer(self) -> Printer | None:
         """The printer whose prints the plates are, by the settings of the runs; None: plates are designs."""
         own = {
@@ -181,9 +176,11 @@ def claim(out: Path, request: PlateSet) -> None:
     """
     path = out / request.FILE
     if path.is_file():
-        there = request.read(path)
-        if there.model_copy(update={name: getattr(request, name) for name in request.FREE}) != request:
-            raise InputError(f"{out}: holds another {request.KIND}, {there.described}; choose another -o")
+        there, mine = (vars(one) for one in (request.read(path), request))
+        if other := [name for name in mine if there[name] != mine[name] and name not in request.FREE]:
+            raise InputError(
+                f"{out}: holds a {request.KIND} with other {', '.join(other)}; choose another -o"
+            )
     elif out.is_dir() and os.listdir(out):
         raise InputError(f"{out}: holds files that are no {request.KIND}'s; choose another -o")
     write_atomically(path, tomli_w.dumps(request.model_dump(mode="json", exclude_none=True)).encode())

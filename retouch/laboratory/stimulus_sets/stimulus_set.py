@@ -81,11 +81,6 @@ class StimulusSet(PlateSet):
                 )
         return self
 
-    @property
-    def described(self) -> str:
-        """Textures and levels, for people."""
-        return f"{super().described} at {', '.join(f'{level:g}' for level in self.jnd)} JND"
-
     @model_validator(mode="after")
     def _others_fit(self) -> Self:
         if self.printer is not None and self.with_scaled:

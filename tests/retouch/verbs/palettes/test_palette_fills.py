@@ -84,10 +84,7 @@ def test_fills_of_two_textures_are_told_apart(
     )
     assert main([*command, "-q"]) == 0
     assert main([*command, "--apart", "3", "-q"]) == BAD_INPUT
-    assert (
-        "holds another palette, of hills, knobs, 3 fills 2 JND apart for one finger"
-        in capsys.readouterr().err
-    )
+    assert "holds a palette with other apart; choose another -o" in capsys.readouterr().err
 
 
 @pytest.mark.slow
