@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("textures", type=Path, nargs="+", metavar="TEXTURE", help=TEXTURE)
     text = "folder to write to, or to go on in"
     parser.add_argument("-o", dest="out", type=Path, required=True, metavar="DIR", help=text)
-    text = "just-noticeable differences of 19 %% between any two fills (default: 2, told in 97 of 100 pairs)"
+    text = "just-noticeable differences of 19 %% between any two fills (default: 2, right in 97 of 100 pairs)"
     parser.add_argument("--apart", type=float, metavar="N", help=text)
     text = "number of fills (default: one of each texture, or of one texture as many as there is room for)"
     parser.add_argument("--fills", type=whole_number(2, MOST_FILLS), metavar="N", help=text)

@@ -25,18 +25,18 @@ GAP = 0.02
 
 
 def felt_jnd(roughness: Array) -> Array:
-    """Where roughnesses are felt, JND; what is smooth counts as the least that people have judged."""
+    """Felt positions of roughnesses V, JND above V = 1; V below `SMOOTH_BELOW` counts as this value."""
     return np.log(np.maximum(roughness, SMOOTH_BELOW)) / math.log(ROUGHNESS_JND)
 
 
 class Way(NamedTuple):
-    """A texture that goes rougher or smoother.
+    """A texture that is made rougher or smoother.
 
     Attributes:
         texture: number of the texture.
-        felt: (fingers,) JND at level 0.
-        slope: (fingers,) change of what is felt for each JND of the level; levels are positive both ways.
-        most: largest level.
+        felt: (fingers,) felt position at level 0, JND (`felt_jnd`).
+        slope: (fingers,) change of the felt position for each JND of the level; levels are never negative.
+        most: largest level, JND.
     """
 
     texture: int
@@ -46,7 +46,7 @@ class Way(NamedTuple):
 
     @property
     def ends(self) -> Array:
-        """(2, fingers) least and most that is felt on the way."""
+        """(2, fingers) least and greatest felt position on the way, JND."""
         return np.sort([self.felt, self.felt + self.slope * self.most], axis=0)
 
 
@@ -64,13 +64,13 @@ def chosen(
         apart: least JND between any two fills for any finger.
         each: most fills of one texture.
         count: number of fills; None: as many as there is room for.
-        now: levels from which the changes are least; None: 0.
+        now: (ways,) levels whose distances from the new ones have the least sum, JND; None: 0.
 
     Returns:
-        None if so many fills do not fit.
+        (ways,) levels; None if so many fills do not fit.
     """
     size = len(ways)
-    # Each row is a sum of columns, and what it is at least.
+    # Each row: factors of columns, and the least value of their sum.
     rows = list[tuple[dict[int, float], float]]()
     pairs = list(itertools.combinations(range(size), 2))
     # Columns: levels, how far these are from now, which ways are used, which pairs have the second above.

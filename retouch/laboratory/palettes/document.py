@@ -84,7 +84,7 @@ def labels_of(request: Palette, fills: Sequence[Fill]) -> list[str]:
 
 
 def spacing(tile: Relief) -> dict[str, float | None]:
-    """Spacing and direction of a tile, which are shown and not counted.
+    """Spacing and direction of a tile, which pages show and distances in JND do not count.
 
     Returns:
         `spacing_mm`, the wavelength that holds most of the heights' variance, and `direction_degrees` of the
@@ -115,7 +115,7 @@ def page(content: dict[str, Any], request: Palette, out: Path) -> bytes:
         printer=request.printer,
         share=shade,
         far=lambda jnd: shade(0.2 * jnd),
-        told=tries_of_100(max(content["least"], 0.0)),
+        right_of_100=tries_of_100(max(content["least"], 0.0)),
         limit=LIMIT_PERCENT,
         spot_samples=SPOT_SAMPLES,
     )

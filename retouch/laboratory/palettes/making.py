@@ -27,13 +27,13 @@ the level, and so is the change of the pictures toward smoother."""
 TRIED_STEPS = 16
 """Most steps of such a descent; those of the bundled tiles that arrive take four to nine."""
 BEND = 0.01
-"""Share by which the rate of that change grows toward rougher, for each squared JND. Gravel has 0.006 up to
+"""Share by which the pictures' change per JND grows toward rougher, by the squared JND. Gravel has 0.006 up to
 +9.8 JND, and eleven of the twelve bundled tiles 0 to 0.011 up to +4."""
 LEAST_SHARE, LEAST_JND, STEADY_JND = 0.9, 0.1, 0.5
-"""Share of that level that counts as reached, least that does, and least level of a fill from which what
-fingers feel of its texture is known better than from trying it."""
+"""Share of `TRIED_JND` from which a try has arrived; least change of a try, JND, that is counted; and least
+level of a fill, JND, whose measured slope replaces that of the try."""
 MARGIN_JND = 0.06
-"""By which chosen levels lie farther apart than asked for, JND: a run may miss its target by 1 % of V."""
+"""Distance, JND, that chosen levels have beyond what is asked for: a run may miss its target by 1 % of V."""
 ROUNDS = 3
 """Most times that fills are optimised."""
 MOST_BY_DEFAULT = 8
@@ -143,7 +143,8 @@ def _optimised(
 def _roughness(run: FinishedRun, state: str, one_finger: bool) -> Array:
     """(fingers,) roughness by finite elements, at held-out contact locations where there are any.
 
-    What other fingers feel is known by the layer, as a ratio to what this finger feels by the layer.
+    Other fingers press by the layer alone. Their ratio to the given finger, both by the layer, is applied to
+    the given finger's roughness by finite elements. Raises InputError.
     """
     touch = run.verification.touch
     if touch.fingers is None:
@@ -156,7 +157,7 @@ def _roughness(run: FinishedRun, state: str, one_finger: bool) -> Array:
 
 
 def _way(fill: Fill) -> Way:
-    """What was found by trying a texture one way."""
+    """The way of a texture that was tried at `TRIED_JND`."""
     change, picture = fill.after - fill.before, fill.run.verification.look.change_percent_of_white
     reached = max(LEAST_JND, math.copysign(float(change[0]), float(change[0]) * fill.level))
     half = 0.5 * picture * (1.0 + BEND * (0.5 * reached) ** 2) / (1.0 + BEND * reached**2)
@@ -166,7 +167,7 @@ def _way(fill: Fill) -> Way:
 
 
 def _measured(way: Way, fill: Fill) -> Way:
-    """A way through what a fill of it was measured to be."""
+    """A way whose felt positions are those measured on a fill of it."""
     level = abs(fill.level)
     slope = (fill.after - fill.before) / level if level > STEADY_JND else way.slope
     return way._replace(felt=fill.after - slope * level, slope=slope)

@@ -32,7 +32,7 @@ from tactile.unstructured.surface import ClosedSurface, height_over, locate
 from tactile.unstructured.tetrahedra import TetrahedralOperator, press_tetrahedra, tetrahedral_operator
 
 PER_MM = 4
-"""Samples a mm, and facets, at which the error of the tetrahedra is measured."""
+"""Samples, and facets of the tetrahedra, per mm: those of the measured error (`ERROR`)."""
 WIDEST_MM, LEAST_SQUARE_MM = 12.0, 7.0
 """Largest and least side, mm, of the square that is pressed. Contacts at 1 N are 4 to 9 mm wide."""
 MOST_FACES = 200_000
@@ -47,7 +47,7 @@ LOW_MM, FIT_MM = 0.1, 3.0
 radii are fitted, half the width of a usual contact."""
 FIRST_S, PER_MM3_S, MOST_MM3 = 25.0, 0.095, 6000.0
 """CPU seconds before the first press, and more of them for each mm³, as measured from 335 to 686 mm³; and the
-largest volume, mm³, which takes ten minutes and some 10 GB."""
+largest volume, mm³, which by extrapolation takes ten minutes and some 10 GB."""
 ERROR = (
     "A check without gradients: on spheres of 8 to 15 mm, 4 mm thick, at 1 N on gravel, brick and knit, V is "
     "4 % below to 7 % above the round finger's (layered skin: 8 to 20 % above), contact area 1 to 9 % below, "
@@ -58,11 +58,11 @@ ERROR = (
 
 @dataclass(frozen=True, eq=False)
 class OwnFinger:
-    """A fingertip of a print file, put under the bone.
+    """A fingertip of a print file.
 
     Attributes:
-        file: it comes from.
-        surface: lowest at z = 0, in the middle; the flat top is bonded.
+        file: the print file.
+        surface: its skin, mm, whose lowest place is the origin; the flat top is bonded to the bone.
         skin: round finger with the radii of the lower face and the thickness at the lowest place.
         square_mm: side of the square around the middle that the lower face covers, at most `WIDEST_MM`.
     """
@@ -118,7 +118,7 @@ def own_finger(mesh: Mesh, skin: Skin) -> OwnFinger:
 
 @lru_cache(maxsize=1)
 def _placed(vertices: bytes, faces: bytes, file: Path, skin: Skin) -> OwnFinger:
-    """`own_finger`, kept for the next texture, and with it the operator."""
+    """`own_finger`; the last fingertip is kept for the next texture, and its operator with it."""
     surface = _surface(
         Body(np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, "i8").reshape(-1, 3))
     )

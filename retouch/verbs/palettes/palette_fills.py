@@ -14,7 +14,7 @@ from retouch.laboratory.palettes.making import make
 from retouch.laboratory.palettes.palette import MOST_FILLS, Palette
 from retouch.laboratory.stimulus_sets.document import document_bytes
 from retouch.laboratory.stimulus_sets.plate_set import claim
-from retouch.laboratory.stimulus_sets.plates import check_labels, write_plates
+from retouch.laboratory.stimulus_sets.plates import FOLDER, check_labels, write_plates
 from retouch.laboratory.studies.engine import PAGE, ROWS
 from retouch.laboratory.workers.choice import runner
 from retouch.pages.sentences import TextTable
@@ -106,6 +106,9 @@ def palette(
         made = make(request, out, lambda work, observer: runner(work, workers, dask, observer))
         tiles = {label: fill.run.result for label, fill in zip(labels_of(request, made), made, strict=True)}
         files = write_plates(out, "palette", tiles, request.print, request.printer)
+        # Other sides of the bed make other files.
+        for old in set((out / FOLDER).glob("*.3mf")) - set(files):
+            old.unlink()
         content = content_of(request, made, out, files)
         (out / TILES).mkdir(exist_ok=True)
         for fill, one in zip(made, content["fills"], strict=True):
