@@ -76,20 +76,20 @@ def chosen(
     # Columns: levels, how far these are from now, which ways are used, which pairs have the second above.
     level, change, used = (range(at * size, (at + 1) * size) for at in range(3))
     least, most = np.zeros(3 * size + len(pairs)), np.ones(3 * size + len(pairs))
-    most[: 2 * size] = [*(way.most for way in ways), *(way.most for way in ways)]
+    most[: 2 * size] = 2 * [way.most for way in ways]
     smooth = float(felt_jnd(np.zeros(1))[0])
     for at, (way, start) in enumerate(zip(ways, now or [0.0] * size, strict=True)):
         rows.append(({level[at]: -1.0, used[at]: way.most}, 0.0))
         rows.append(({change[at]: 1.0, level[at]: -1.0}, -start))
         rows.append(({change[at]: 1.0, level[at]: 1.0}, start))
-        for felt, slope, end in zip(way.felt, way.slope, way.ends[0], strict=True):
-            rows.append(({level[at]: slope, used[at]: min(end, smooth) - smooth}, min(end, smooth) - felt))
+        for felt, slope, floor in zip(way.felt, way.slope, np.minimum(way.ends[0], smooth), strict=True):
+            rows.append(({level[at]: slope, used[at]: floor - smooth}, floor - felt))
     for texture in {way.texture for way in ways}:
         rows.append(({used[at]: -1.0 for at in range(size) if ways[at].texture == texture}, -each))
     for order, pair in enumerate(pairs, start=3 * size):
         alike = ways[pair[0]].texture == ways[pair[1]].texture
         least[order] = float(alike)
-        for (low, high), above in ((pair, True), (pair[::-1], False))[: 1 if alike else 2]:
+        for (low, high), above in ((pair, True), (pair[::-1], False))[: 2 - alike]:
             # What does not bind where a way is not used, or the order is the other one, has room to spare.
             room = np.maximum(0.0, apart - (ways[high].ends[0] - ways[low].ends[1]))
             gaps = ways[high].felt - ways[low].felt

@@ -39,11 +39,8 @@ def content_of(request: Palette, fills: Sequence[Fill], out: Path, files: Sequen
         that of the column, and `named_percent`, how often each finger names fills rightly; `short`, None
         or a line about the pair that is less apart than asked for; and the files to `print`.
     """
-    felt, labels, apart = (
-        np.array([fill.after for fill in fills]),
-        labels_of(request, fills),
-        least_apart(fills),
-    )
+    labels, apart = labels_of(request, fills), least_apart(fills)
+    felt = np.array([fill.after for fill in fills])
     named = [prediction.named(finger.tolist()) for finger in felt.T]
     named_percent = 100.0 * np.diagonal(named, axis1=1, axis2=2)
     least, short = float(apart.min()), None

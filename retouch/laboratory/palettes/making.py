@@ -27,8 +27,8 @@ the level, and so is the change of the pictures toward smoother."""
 TRIED_STEPS = 16
 """Most steps of such a descent; those of the bundled tiles that arrive take four to nine."""
 BEND = 0.01
-"""Share by which the pictures' change per JND grows toward rougher, by the squared JND. Gravel has 0.006 up to
-+9.8 JND, and eleven of the twelve bundled tiles 0 to 0.011 up to +4."""
+"""Share by which the pictures' change per JND grows toward rougher, by the squared JND. Gravel has 0.006 up
+to +9.8 JND, and eleven of the twelve bundled tiles 0 to 0.011 up to +4."""
 LEAST_SHARE, LEAST_JND, STEADY_JND = 0.9, 0.1, 0.5
 """Share of `TRIED_JND` from which a try has arrived; least change of a try, JND, that is counted; and least
 level of a fill, JND, whose measured slope replaces that of the try."""
@@ -126,8 +126,8 @@ def _optimised(
         {"label": f"{request.names[at]} {level:+g}", TEXTURE: str(request.textures[at]), JND: level}
         for at, level in wanted
     ]
-    tables = [{"name": "fills", "set": settings or {}, "axes": {"fill": values}}]
-    study = study_of(request, f"Palette: {', '.join(request.names)}", tables, out)
+    table = {"name": "fills", "set": settings or {}, "axes": {"fill": values}}
+    study = study_of(request, f"Palette: {', '.join(request.names)}", [table], out)
     expanded = expand(study)
     rows = engine.compute(expanded, out, make_runner, study.measures)
     for fault in (*expanded.faults, *rows.failures.values()):

@@ -23,6 +23,6 @@ class Palette(PlateSet):
     KIND = "palette"
 
     textures: Annotated[tuple[FilePath, ...], Field(strict=False, min_length=1, max_length=MOST_FILLS)]
-    apart: Annotated[float, Field(ge=0.5, le=10.0)] = 2.0
+    apart: Annotated[float, Field(ge=0.5, le=10.0)]
     fills: Annotated[int, Field(ge=2, le=MOST_FILLS)] | None = None
     one_finger: bool = False

@@ -20,7 +20,7 @@ from retouch.laboratory.workers.choice import runner
 from retouch.pages.sentences import TextTable
 from retouch.verbs.exporting import export
 from retouch.verbs.progress_display import followed
-from retouch.verbs.stimulus_plates import given_values, plate_fields
+from retouch.verbs.stimulus_plates import plate_fields
 
 DOCUMENT, TILES = "palette.json", "tiles"
 """Files of a palette: its numbers, and the folder of its tiles."""
@@ -45,20 +45,18 @@ class PaletteFills:
     def lines(self) -> Iterator[str | TextTable]:
         """Lines and the table of the fills for a person."""
         fills = self.content["fills"]
-        headings = ("fill", "level, JND", "V", "pictures, % of white", "named rightly, %")
-        numbers = [
-            (one["level"], one["roughness"][0], one["picture_change_percent_of_white"]) for one in fills
-        ]
-        rows = [
-            [one["label"], f"{level:+.2f}", f"{v:.4f}", f"{change:.2f}", f"{one['named_percent']:.0f}"]
-            for one, (level, v, change) in zip(fills, numbers, strict=True)
-        ]
-        yield TextTable([(heading, "") for heading in headings], rows, gap=1)
+        columns = {
+            "fill": "{label}",
+            "level, JND": "{level:+.2f}",
+            "V": "{roughness[0]:.4f}",
+            "pictures, % of white": "{picture_change_percent_of_white:.2f}",
+            "named rightly, %": "{named_percent:.0f}",
+        }
+        rows = [[form.format(**fill) for form in columns.values()] for fill in fills]
+        yield TextTable([(heading, "") for heading in columns], rows, gap=1)
         whose = "every finger" if len(self.content["fingers"]) > 1 else "this finger"
-        yield (
-            self.content["short"]
-            or f"least apart: {self.content['least']:.2f} JND for {whose}, by roughness alone"
-        )
+        least = f"least apart: {self.content['least']:.2f} JND for {whose}, by roughness alone"
+        yield self.content["short"] or least
         yield f"{self.folder / PAGE}: {len(fills)} fills; to print: {', '.join(self.content['print'])}"
 
 
@@ -66,7 +64,7 @@ def palette(
     textures: Sequence[str | os.PathLike[str]],
     out: str | os.PathLike[str],
     *,
-    apart: float | None = None,
+    apart: float = 2.0,
     fills: int | None = None,
     one_finger: bool = False,
     skin: str | os.PathLike[str] | None = None,
@@ -84,7 +82,7 @@ def palette(
     Args:
         textures: height maps or names of bundled ones: tiles.
         out: folder to write to, or to go on in.
-        apart: least just-noticeable differences between any two fills; None: 2.
+        apart: least just-noticeable differences between any two fills.
         fills: number of fills; None: one of each texture, or of one texture as many as there is room for.
         one_finger: whether only the given finger is to tell them apart, not a range of fingers about it.
         skin, plates, fast, settings, lengths: as in `stimuli`.
@@ -95,7 +93,7 @@ def palette(
             something else.
         KeyboardInterrupt: fills that are done stay; the same call goes on.
     """
-    own = given_values({"apart": apart, "fills": fills, "one_finger": one_finger})
+    own = {"apart": apart, "fills": fills, "one_finger": one_finger}
     request = Palette.checked(plate_fields(textures, lengths, skin, plates, fast, settings) | own)
     out = Path(out)
     request.check_textures()

@@ -244,7 +244,7 @@ def test_plates_without_a_tile_are_optimised_as_a_whole(tmp_path: Path) -> None:
 
 
 def test_the_folder_of_another_set_is_refused(copy: Path, tile: Path, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="holds a stimulus set with other jnd, .*; choose another -o"):
+    with pytest.raises(InputError, match=r"holds a stimulus set with other jnd, .*; choose another -o"):
         make(request(tile, jnd=(0.0, 2.0)), copy, None)
     (tmp_path / "notes").mkdir()
     (tmp_path / "notes" / "a.txt").touch()

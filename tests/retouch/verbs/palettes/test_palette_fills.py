@@ -13,6 +13,7 @@ from benchmarks.shared.browser import Browser, chromium
 from relief.heightmap import save_heights_exr
 from retouch.commands.main import BAD_INPUT, main
 from retouch.laboratory.studies import engine
+from retouch.pages.sentences import TextTable
 from retouch.verbs.palettes import palette_fills
 from tests.retouch.laboratory.studies.conftest import in_process
 
@@ -128,3 +129,14 @@ def test_a_folder_of_something_else_is_refused(here: Path, capsys: pytest.Captur
     (here / "palette.toml").write_text("apart = [")
     assert main(["palette", "hills-tile.exr", "-o", str(here)]) == BAD_INPUT
     assert "palette.toml: not TOML" in capsys.readouterr().err
+
+
+def test_a_person_reads_each_fill_and_the_least_distance() -> None:
+    fill = {"label": "hills 1", "level": -1.0, "roughness": [0.0123456], "named_percent": 91.6}
+    fills = [fill | {"picture_change_percent_of_white": 0.5}]
+    content = {"fills": fills, "fingers": ["this finger"], "least": 2.1, "short": None, "print": ["a.3mf"]}
+    table, *lines = palette_fills.PaletteFills(Path("out"), content).lines()
+    assert isinstance(table, TextTable) and table.rows == [["hills 1", "-1.00", "0.0123", "0.50", "92"]]
+    assert lines[0] == "least apart: 2.10 JND for this finger, by roughness alone"
+    short = palette_fills.PaletteFills(Path("out"), content | {"short": "too near"}).lines()
+    assert "too near" in [*short] and lines[1] == "out/index.html: 1 fills; to print: a.3mf"
