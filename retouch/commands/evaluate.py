@@ -34,7 +34,7 @@ from retouch.commands.options import (
     print_json,
 )
 from retouch.commands.solid_entries import add_filament, add_meshes, check_solid_options
-from retouch.commands.touch_entries import bands_table, readouts_table, table
+from retouch.commands.touch_entries import bands_table, readouts_sources, readouts_table, table
 from tactile.quantities import GAPS_COUNT
 from tactile.touch_limits import MODEL_NAMES, model_name
 
@@ -193,6 +193,7 @@ def _print(evaluations: "list[Evaluation]", arguments: argparse.Namespace) -> No
     screen.print(table(evaluations))
     if (others := readouts_table(evaluations)) is not None:
         screen.print(others)
+        screen.print(readouts_sources(), markup=False)
     # Of height maps first, as their sizes differ.
     pressed = [one.patch_mm for one in sorted(evaluations, key=lambda one: is_solid(Path(one.name)))]
     patches = " and ".join(f"{side:.4g} x {side:.4g}" for side in dict.fromkeys(pressed))

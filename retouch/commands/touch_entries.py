@@ -19,8 +19,10 @@ def table(evaluations: "Sequence[Evaluation]") -> "Table":
     several = len(evaluations) > 1
     spread = any(len(one.touch.values[ROUGHNESS.name]) > 1 for one in evaluations)
     headings = [*(quantity.label for quantity in QUANTITIES.values()), "in contact"]
-    headings += ["JND from first"] * several + ["over the places"] * spread
+    headings += ["JND from first"] * several
     columns = [("texture", "text"), *((heading, "number") for heading in headings)]
+    # Folds in a narrow terminal, where names would else have no room.
+    columns += [("over the places", "text")] * spread
     rows = []
     first = {"": evaluations[0], **evaluations[0].regions}
     for evaluation in evaluations:
@@ -49,7 +51,7 @@ def bands_table(evaluation: "Evaluation") -> "Table | None":
 
 
 def readouts_table(evaluations: "Sequence[Evaluation]") -> "Table | None":
-    """Read-outs with their sources, a column a texture; None if they were not asked for."""
+    """Read-outs, a column a texture; None if they were not asked for."""
     if not evaluations[0].readouts:
         return None
     # Here, because torch comes with it, which help does not need.
@@ -60,11 +62,19 @@ def readouts_table(evaluations: "Sequence[Evaluation]") -> "Table | None":
         [
             f"{out.label}, {out.unit}".rstrip(", "),
             *(f"{one.readouts[name]:.{out.decimals}f}" for one in evaluations),
-            out.source,
         ]
         for name, out in READ_OUTS.items()
     ]
-    return options.table([*columns, ("source", "text")], rows)
+    return options.table(columns, rows)
+
+
+def readouts_sources() -> str:
+    """A line for each source of read-outs, with the read-outs that it is of."""
+    from tactile.readouts import READ_OUTS
+
+    of = dict.fromkeys(out.source for out in READ_OUTS.values())
+    labels = {source: [out.label for out in READ_OUTS.values() if out.source == source] for source in of}
+    return "\n".join(f"{'; '.join(names)}: {source}" for source, names in labels.items())
 
 
 def _apart(one: "Evaluation", first: "Evaluation | None") -> str:

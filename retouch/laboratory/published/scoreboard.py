@@ -14,7 +14,7 @@ from relief.ground.cache import fingerprint
 from relief.ground.errors import InputError
 from relief.ground.files import only_writer, write_atomically
 from relief.ground.progress import stage
-from retouch.laboratory.published.findings import LABELS, RIGHT, Finding, Findings, V
+from retouch.laboratory.published.findings import AREA, LABELS, NUMBERS, REFUSED, RIGHT, Finding, Findings, V
 from retouch.laboratory.studies.document import RowOfTable, StudyDocument, TableOfDocument, read_document
 from retouch.laboratory.studies.engine import DOCUMENT, ROWS, check_folder
 from retouch.laboratory.studies.records import FILE, Cell, Record, read_record, record_bytes
@@ -68,7 +68,7 @@ def compute(findings: Findings, out: Path, quick: bool, again: bool, redraw: boo
             skin = load_skin(finger)
             deciding = [finding.name, finding.rule, finding.plates(skin.force_n), skin.described(), code]
             key = hashlib.sha256(json.dumps(deciding, sort_keys=True).encode()).hexdigest()
-            record = None if again else read_record(out / ROWS / key[:SHORT], key)
+            record = None if again else _known(finding, out / ROWS / key[:SHORT], key)
             if record is None and not redraw:
                 advance.describe(f"{finding.name}: {finger}")
                 record = Record(key=key, columns=finding.columns(skin, samples))
@@ -84,6 +84,17 @@ def compute(findings: Findings, out: Path, quick: bool, again: bool, redraw: boo
     whole: dict[str, Any] = {"records": records, "findings": findings, "agreement": agreement}
     nothing: dict[str, Any] = {"description": "", "failures": {}, "faults": [], "plots": []}
     return Scoreboard(study=PUBLISHED.name, title=TITLE, quick=quick, tables=tables, **whole, **nothing)
+
+
+def _known(finding: Finding, folder: Path, key: str) -> Record | None:
+    """The record of a finding and a finger; None if there is none, or if it lacks a verdict."""
+    record = read_record(folder, key)
+    if record is None or isinstance(record.columns.get(REFUSED), str):
+        return record
+    names = [finding.unit] if finding.unit else [name for name in LABELS if name != AREA]
+    verdicts = [(form.format(name), kind) for name in names for form, kind in ((NUMBERS, str), (RIGHT, bool))]
+    whole = all(isinstance(record.columns.get(column), kind) for column, kind in verdicts)
+    return record if whole else None
 
 
 def agreements(group: str, finger: str, judged: Sequence[Judged]) -> Iterator[dict[str, Any]]:

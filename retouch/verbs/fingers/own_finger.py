@@ -111,6 +111,9 @@ class OwnFinger:
 def own_finger(mesh: Mesh, skin: Skin) -> OwnFinger:
     """The fingertip of a mesh, with the modulus, force and receptors of a skin. Raises InputError."""
     with naming(mesh.path):
+        if len(mesh.body.faces) > MOST_FACES:
+            fault = f"has {len(mesh.body.faces)} triangles, more than {MOST_FACES}: decimate the mesh"
+            raise InputError(fault)
         if skin.curved_x_mm or skin.curved_y_mm:
             raise InputError("curved_x_mm, curved_y_mm: a finger of one's own presses on flat objects")
         return _placed(mesh.body.vertices.tobytes(), mesh.body.faces.tobytes(), mesh.path, skin)
@@ -163,7 +166,6 @@ def _surface(body: Body) -> ClosedSurface:
     faults = {
         f"has {volume:.0f} mm³, more than {MOST_MM3:g}: cut off what lies far from the contact": volume
         > MOST_MM3,
-        f"has {len(faces)} triangles, more than {MOST_FACES}: decimate the mesh": len(faces) > MOST_FACES,
         "has several parts or a closed hollow; a fingertip is one part": components(body).any(),
         "is upside down: its flat face is below; turn it over, the bone is above": bottom >= least > top,
         "has no flat top to bond to the bone: cut it by a plane, and turn the cut to +z": top < least,

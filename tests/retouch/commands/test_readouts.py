@@ -1,16 +1,19 @@
 """`retouch evaluate --readouts`: beside roughness, of the same presses, only where asked for."""
 
+import io
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 import retouch
 from relief.ground.errors import InputError
 from relief.heightmap import save_heights_exr
 from relief.places import places
 from retouch.commands.main import BAD_INPUT, main
+from retouch.commands.touch_entries import table
 from tactile import measures
 from tactile.readouts import READ_OUTS
 
@@ -49,9 +52,19 @@ def test_a_person_reads_a_table_with_sources(capsys: pytest.CaptureFixture[str])
     value = retouch.evaluate("one.exr", readouts=True).readouts["surface_coarse_um"]
     for out in READ_OUTS.values():
         assert out.label in text
-    (line,) = (line for line in text.splitlines() if READ_OUTS["surface_coarse_um"].label in line)
+    line = next(line for line in text.splitlines() if READ_OUTS["surface_coarse_um"].label in line)
     assert f"µm   {value:.1f}".split() == line[len(READ_OUTS["surface_coarse_um"].label) + 1 :].split()[:2]
+    assert len(line.rstrip()) <= 80
+    assert all(text.count(out.source) == 1 for out in READ_OUTS.values())
     assert "read-out" not in printed(capsys, "evaluate", "one.exr")
+
+
+def test_names_and_numbers_fit_80_columns(tmp_path: Path) -> None:
+    save_heights_exr("wide.exr", np.tile(waves(), (2, 2)), 20.0)
+    felt = [retouch.evaluate(tmp_path / "wide.exr")] * 2
+    shown = io.StringIO()
+    Console(width=80, file=shown).print(table(felt))
+    assert "…" not in shown.getvalue() and "\n/" in shown.getvalue()
 
 
 def test_they_are_means_over_the_places() -> None:

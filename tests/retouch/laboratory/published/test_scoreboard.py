@@ -61,6 +61,10 @@ def test_what_is_done_is_kept_and_what_is_missing_computed(
     assert compute(FEW, tmp_path, True, False, False) == board
     (tmp_path / "rows").joinpath(board.tables[0].rows[0].key[:12], "study.json").write_text("{torn")
     assert compute(FEW, tmp_path, True, False, False) == board
+    row = tmp_path / "rows" / board.tables[0].rows[0].key[:12] / "study.json"
+    for columns in ({}, {"V, right": 1, "V, numbers": None}):
+        row.write_text(json.dumps({"key": board.tables[0].rows[0].key, "columns": columns}))
+        assert len(compute(FEW, tmp_path, True, False, True).records) == 1
     assert pressed[3:] == ["higher"]
     compute(FEW, tmp_path, True, True, False)
     assert pressed[4:] == ["higher", "lower"]
