@@ -200,12 +200,15 @@ def _print(evaluations: "list[Evaluation]", arguments: argparse.Namespace) -> No
     by = f", as printed by {arguments.printer}" if arguments.printer else ""
     under = "the plate" if evaluations[0].skin.shape == "flat" else "the finger's patch"
     skin, skin_name = evaluations[0].skin, Path(evaluations[0].skin_name).stem
+    model = model_name(evaluations[0].model).capitalize()
+    if (own := evaluations[0].own) is not None:
+        model += ", the round finger by the elastic layer"
     screen.print(
-        f"{model_name(evaluations[0].model).capitalize()}, skin {skin_name}: {_shape(skin)}{_moduli(skin)}, "
+        f"{model}, skin {skin_name}: {_shape(skin)}{_moduli(skin)}, "
         f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {patches} mm{by}.\n"
         f"{GAPS_COUNT[:1].upper()}{GAPS_COUNT[1:]}; in contact is the share of {under} under pressure."
     )
-    if (own := evaluations[0].own) is not None:
+    if own is not None:
         screen.print(own.line, markup=False)
     for one in evaluations:
         for line in one.lines():

@@ -376,14 +376,16 @@ def evaluate(
     of_solids = {"without_texture": without_texture, "colours": colours}
     refuse("print files", of_solids | {"on_shape": on_shape or None})
     felt = relief_of(relief, **lengths, repeats=repeats, printer=printer)
-    with followed(progress, quiet), naming(felt.name):
-        if isinstance(finger, Mesh):
-            from retouch.verbs.fingers.own_finger import own_finger
+    if isinstance(finger, Mesh):
+        from retouch.verbs.fingers.own_finger import own_finger
 
+        # Faults are those of the fingertip, whose file they name.
+        with followed(progress, quiet):
             own = own_finger(finger, hand)
             touch, round_finger = own.feel(felt)
-            own_shape = Evaluation(felt, touch, "fem", own.skin, OWN, printer=felt.printer, own=own)
-            return replace(own_shape, round_finger=round_finger)
+        own_shape = Evaluation(felt, touch, "fem", own.skin, OWN, printer=felt.printer, own=own)
+        return replace(own_shape, round_finger=round_finger)
+    with followed(progress, quiet), naming(felt.name):
         if slicer is not None or profile is not None:
             if profile is None:
                 raise InputError(

@@ -49,9 +49,10 @@ FIRST_S, PER_MM3_S, MOST_MM3 = 25.0, 0.095, 6000.0
 """CPU seconds before the first press, and more of them for each mm³, as measured from 335 to 686 mm³; and the
 largest volume, mm³, which by extrapolation takes ten minutes and some 10 GB."""
 ERROR = (
-    "A check without gradients: on spheres of 8 to 15 mm, 4 mm thick, at 1 N on gravel, brick and knit, V is "
-    "4 % below to 7 % above the round finger's (layered skin: 8 to 20 % above), contact area 1 to 9 % below, "
-    "JND within 0.3; halved facets change V by up to 4 %."
+    "A check without gradients: on spheres of 8 to 15 mm, 4 mm thick, with a force over modulus of 20 mm² "
+    "(1 N on 0.05 MPa, or the default skin) on gravel, brick and knit, V is 4 % below to 7 % above the round "
+    "finger's (layered skin: 8 to 20 % above), contact area 1 to 9 % below, JND within 0.3; halved facets "
+    "change V by up to 4 %. Stiffer skin touches fewer facets, and errs more."
 )
 """What `benchmarks.touch.own_finger` measured, for a person."""
 
