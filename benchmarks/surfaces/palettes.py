@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 import retouch
-from benchmarks.shared.common import load, machine, parser_of, save, table
+from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
 from mitsuba_scenes import find_texture
 from optimize.run_directory.finished_run import read_verification
 from relief.places import between
@@ -58,7 +58,7 @@ def main() -> None:
             if name not in done:
                 done[name] = measured(arguments.folder, name, LOOKS[look], apart, one_finger)
                 save("palettes", {"machine": machine(), "palettes": done})
-    print(as_table(done))
+    publish(DOCS / "evidence" / "stimuli.md", "palettes", "benchmarks.surfaces.palettes DIR", as_table(done))
 
 
 def measured(
