@@ -35,8 +35,8 @@ MODELS = {
     "many": "The layer model against the reference, 208 reliefs from 0.1 to 3 mm high.",
     "tetrahedra": (
         "Quadratic tetrahedra on an unstructured mesh, contact at 40 x 40, against the reference there, on "
-        "three smooth reliefs (grating, bumps, noise). Pressures are waves of the grid, as the reference's are. "
-        "Seconds are beside other work."
+        "three smooth reliefs (grating, bumps, noise). Pressures are waves of the grid, as the reference's "
+        "are. Seconds are beside other work."
     ),
     "fingertips": (
         "Rounded skins: gravel at 40 x 40 under blocks 5 mm thick whose lower face is a spherical cap, by "
