@@ -1,9 +1,10 @@
 """Tetrahedra: skin of any shape as an operator on pressures, an independent check of the structured block.
 
-Elasticity is linear with unit Young's modulus; the flat top is bonded to the bone, the sides are free.
-Pressure is vertical, per horizontal area, bilinear between the pixel centres and constant beyond the
-outermost, and applied by integration over the contact face. The displacement of a pixel is the mean that the
-pixel's pressure works on, so that the compliance is symmetric. Pressing a curved skin on a relief h is, in
+Elasticity is linear, with the base's Young's modulus as the unit; the flat top is bonded to the bone, the
+sides are free. Pressure is vertical, per horizontal area, bilinear between the pixel centres and constant
+beyond the outermost, with its short waves raised so that they are as compliant as waves of the sample grid
+(`_sharpening`), and applied by integration over the contact face. The displacement of a pixel is the mean
+that the pixel's pressure works on, so that the compliance is symmetric. Pressing a curved skin on a relief h is, in
 small-strain theory and with vertical pressure, pressing a flat one on h minus `rise_mm`, the skin's height
 over its lowest point.
 
@@ -127,7 +128,7 @@ def _band_limited(fields: Tensor) -> Tensor:
 def _sharpening(samples: int) -> Array:
     """(n, n) factors of cosine modes, which undo what hats and their averages take from short waves.
 
-    The compliance of a half-space falls as the wavenumber; hats have shares of waves beyond the grid's, too.
+    The compliance of a half-space is inverse to the wavenumber; hats also hold waves shorter than the grid's.
     """
     wave = np.pi * np.arange(samples)[:, None] / samples + 2.0 * np.pi * np.arange(-1, 2)
     share = np.sinc(wave / (2.0 * np.pi)) ** 4
