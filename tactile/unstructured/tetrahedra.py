@@ -4,9 +4,9 @@ Elasticity is linear, with the base's Young's modulus as the unit; the flat top 
 sides are free. Pressure is vertical, per horizontal area, bilinear between the pixel centres and constant
 beyond the outermost, with its short waves raised so that they are as compliant as waves of the sample grid
 (`_sharpening`), and applied by integration over the contact face. The displacement of a pixel is the mean
-that the pixel's pressure works on, so that the compliance is symmetric. Pressing a curved skin on a relief h is, in
-small-strain theory and with vertical pressure, pressing a flat one on h minus `rise_mm`, the skin's height
-over its lowest point.
+that the pixel's pressure works on, so that the compliance is symmetric. Pressing a curved skin on a relief h
+is, in small-strain theory and with vertical pressure, pressing a flat one on h minus `rise_mm`, the skin's
+height over its lowest point.
 
 Mesh axes are (x, y, z) as in `tactile.unstructured.surface`; strains have axes (row, column, depth) = (-y,
 x, z).
