@@ -67,10 +67,12 @@ def measured(
     """Make a palette of as many fills as there is room for, and measure it."""
     out = folder / name.replace(", ", "-").replace(" ", "_")
     settings: dict[str, Any] = {"apart": apart, "one_finger": one_finger}
-    fields = plate_fields(textures, {}) | settings
+    # Of many textures by the fast models, for the time; what is felt is verified all the same.
+    fast = len(textures) > 1
+    fields = plate_fields(textures, {}, fast=fast) | settings
     _begin(out, folder, Palette.checked(fields))
     try:
-        made = retouch.palette(textures, out, **settings)
+        made = retouch.palette(textures, out, fast=fast, **settings)
     except retouch.InputError as error:
         # Room for fewer than one of each texture: so many are asked for.
         (most,) = re.findall(r": (\d+) is the most", str(error)) or [None]
@@ -78,7 +80,7 @@ def measured(
             raise
         fewer = out.with_name(f"{out.name}-{most}")
         _begin(fewer, folder, Palette.checked(fields | {"fills": int(most)}))
-        made = retouch.palette(textures, fewer, fills=int(most), **settings)
+        made = retouch.palette(textures, fewer, fills=int(most), fast=fast, **settings)
     content = made.content
     runs = [read_verification(made.folder / fill["folder"]) for fill in content["fills"]]
     return {

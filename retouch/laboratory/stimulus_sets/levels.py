@@ -1,5 +1,6 @@
 """The plates of a set as rows of a study, and the study file that computes them."""
 
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ from retouch.laboratory.stimulus_sets.controls import Control
 from retouch.laboratory.stimulus_sets.plate_set import TILE, PlateSet
 from retouch.laboratory.stimulus_sets.stimulus_set import StimulusSet
 from retouch.laboratory.studies.rows import Expanded, StudyRow
-from retouch.laboratory.studies.study_file import Study, load_study
+from retouch.laboratory.studies.study_file import LONGEST_NAME, Study, load_study
 
 STUDY, BASE = "study.toml", "base.toml"
 """The study file in the folder of a set, and the run file that it starts from."""
@@ -101,7 +102,7 @@ def study_of(
 
     Args:
         plates: with the settings of the runs.
-        title: of the study.
+        title: of the study, which ends in ... where it is too long for one.
         tables: as a study file has them.
         out: the folder.
         repeats: whether the textures are tiles.
@@ -110,7 +111,7 @@ def study_of(
         InputError: a setting of the runs is none.
     """
     study = {
-        "title": title,
+        "title": textwrap.shorten(title, LONGEST_NAME, placeholder=" ..."),
         "description": f"The rows of a {plates.KIND}, whose page is index.html.",
         "base": BASE,
         "measures": [] if jod_obstacle() else ["jod"],

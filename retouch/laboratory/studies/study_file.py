@@ -37,7 +37,9 @@ def flat(values: Any, depth: int = 0) -> Any:
     return settings
 
 
-Name = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]+$")]
+LONGEST_NAME = 80
+"""Most characters of a name or a title."""
+Name = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME, pattern=r"^[^\x00-\x1f\x7f]+$")]
 Settings = Annotated[dict[str, Any], BeforeValidator(flat)]
 """Values by dotted key of a run."""
 Values = Annotated[list[Any], Field(min_length=1, max_length=MOST_VALUES)]

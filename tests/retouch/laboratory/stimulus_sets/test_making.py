@@ -11,12 +11,14 @@ import pytest
 import trimesh
 
 from benchmarks.shared.browser import Browser, chromium
+from mitsuba_scenes import find_texture
 from relief.ground.errors import InputError
 from relief.ground.files import only_writer
 from relief.heightmap import load_height_map, save_heights_exr
 from relief.relief import Relief
 from relief.solids.export.plate_export import RAISED_MM
-from retouch.laboratory.stimulus_sets.levels import write_study_file
+from retouch.laboratory.palettes.palette import Palette
+from retouch.laboratory.stimulus_sets.levels import study_of, write_study_file
 from retouch.laboratory.stimulus_sets.making import make
 from retouch.laboratory.stimulus_sets.plate_set import LABEL_MM, PrintSettings
 from retouch.laboratory.stimulus_sets.plates import cut_square, plate_bodies
@@ -24,7 +26,9 @@ from retouch.laboratory.stimulus_sets.prediction import probability
 from retouch.laboratory.stimulus_sets.stimulus_set import StimulusSet
 from retouch.laboratory.studies import row_job
 from retouch.laboratory.studies.rows import expand
+from retouch.laboratory.studies.study_file import LONGEST_NAME
 from retouch.pages.sentences import TextTable
+from retouch.verbs.stimulus_plates import plate_fields
 from tests.retouch.laboratory.stimulus_sets.conftest import request
 from tests.retouch.laboratory.studies.conftest import in_process
 
@@ -297,3 +301,16 @@ def test_a_smooth_texture_has_no_levels_and_no_jnd(tmp_path: Path) -> None:
     assert isinstance(table, TextTable)
     assert all("smooth" in row for row in table.rows) and str(smooth).startswith("smooth: V 0.000")
     assert "JND" not in Path(made.page).read_text().split("<h2>Tiny</h2>")[1].split("All pairs")[0]
+
+
+MANY = "bark brick dots grass gravel knit leather pebbles scratches terrain waves weave".split()
+"""Bundled tiles, whose names together are longer than a title."""
+
+
+def test_the_study_of_many_textures_has_a_title_that_fits(tmp_path: Path) -> None:
+    textures = [find_texture(f"{name}-tile") for name in MANY]
+    request = Palette.checked(plate_fields(textures, {}))
+    title = f"Palette: {', '.join(request.names)}"
+    values = [{"label": name, "texture": str(file)} for name, file in zip(MANY, textures, strict=True)]
+    study = study_of(request, title, [{"name": "fills", "axes": {"fill": values}}], tmp_path)
+    assert len(title) > LONGEST_NAME >= len(study.title) and study.title.startswith("Palette: bark, brick")
