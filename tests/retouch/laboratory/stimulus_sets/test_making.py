@@ -303,13 +303,16 @@ def test_a_smooth_texture_has_no_levels_and_no_jnd(tmp_path: Path) -> None:
     assert "JND" not in Path(made.page).read_text().split("<h2>Tiny</h2>")[1].split("All pairs")[0]
 
 
-MANY = "bark brick dots grass gravel knit leather pebbles scratches terrain waves weave".split()
+MANY = (
+    *("bark", "brick", "dots", "grass", "gravel", "knit"),
+    *("leather", "pebbles", "scratches", "terrain", "waves", "weave"),
+)
 """Bundled tiles, whose names together are longer than a title."""
 
 
 def test_the_study_of_many_textures_has_a_title_that_fits(tmp_path: Path) -> None:
     textures = [find_texture(f"{name}-tile") for name in MANY]
-    request = Palette.checked(plate_fields(textures, {}))
+    request = Palette.checked({**plate_fields(textures, {}), "apart": 1.0})
     title = f"Palette: {', '.join(request.names)}"
     values = [{"label": name, "texture": str(file)} for name, file in zip(MANY, textures, strict=True)]
     study = study_of(request, title, [{"name": "fills", "axes": {"fill": values}}], tmp_path)
