@@ -96,16 +96,17 @@ def _patches(relief: Relief, pitch_mm: float) -> Array:
 
 def as_text(jnds: dict[str, dict[str, list[float]]]) -> str:
     """Mean and range of JND over the places by each way, and the largest distance of two ways at a place."""
+    pairs = [(WAYS[0], WAYS[1]), (WAYS[2], WAYS[3])]
+    # A pair that is still to be computed is left out.
+    pairs = [pair for pair in pairs if all(way in by_way for by_way in jnds.values() for way in pair)]
     lines: list[list[Any]] = []
     for name, by_way in jnds.items():
-        every = [by_way[way] for way in WAYS]
+        every = [by_way[way] for pair in pairs for way in pair]
         means = [f"{np.mean(each):+.2f} ({min(each):+.2f} to {max(each):+.2f})" for each in every]
-        apart = [
-            float(np.abs(np.subtract(by_way[one], by_way[other])).max())
-            for one, other in ((WAYS[0], WAYS[1]), (WAYS[2], WAYS[3]))
-        ]
+        apart = [float(np.abs(np.subtract(by_way[one], by_way[other])).max()) for one, other in pairs]
         lines.append([name, *means, *(f"{each:.2f}" for each in apart)])
-    return table(("tile", *WAYS, "farthest apart: finer", "tetrahedra"), lines)
+    ways = [way for pair in pairs for way in pair]
+    return table(("tile", *ways, *(f"farthest apart: {other}" for _, other in pairs)), lines)
 
 
 if __name__ == "__main__":
