@@ -7,6 +7,7 @@ import numpy as np
 
 from visual.backend import variants
 from visual.backend.plate_shape import plate_bsdf
+from visual.backend.user_settings import user_settings_kept
 from visual.exact.face_shading import ShadingPoints, unshadowed
 from visual.lights.kind import Light, shines
 from visual.lights.near import LightSet, flat_irradiance
@@ -65,8 +66,10 @@ class MatteScene:
     simplified: bool
 
 
+@user_settings_kept
 def matte_scene(scene: Scene) -> MatteScene:
     """Matte plate that approximates a scene; lights without gradients (`light_obstacle`) are left out."""
+    variants.use(scene.variant)
     described, side_mm = scene.description, max(scene.surface.size_mm)
     alone = [light for light in described.lights if not kind_of(light).ambient]
     around = [light for light in described.lights if kind_of(light).ambient]
@@ -122,7 +125,6 @@ def _flat_albedo(scene: Scene, sets: Sequence[LightSet]) -> float:
     white = sum(_irradiance(lights) for lights in sets) / np.pi
     if white <= 0.0:
         return 0.5
-    variants.use(scene.variant)
     side = (np.arange(TEXTURE_SIDE) + 0.5) / TEXTURE_SIDE
     uv = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
     level, places = np.zeros(len(uv)), ShadingPoints(np.zeros((len(uv), 3)), uv)

@@ -2,10 +2,12 @@
 
 from collections.abc import Callable
 
+import mitsuba as mi
 import numpy as np
 import pytest
 
 from tests.visual.scenes import ALBEDO, IRRADIANCE, MATTE, PANEL, PLASTIC, RADIANCE, sky, sun
+from visual.backend.user_settings import use
 from visual.matte import matte_scene
 from visual.scene import Scene
 
@@ -49,3 +51,15 @@ def test_ambient_light_alone_becomes_a_lamp_in_part(scene_of: Callable[..., Scen
     (lamp,) = told.lamps
     level = lamp.strength * np.sin(np.radians(lamp.elevation)) + lamp.ambient
     assert told.simplified and level * scene.white == pytest.approx(RADIANCE, rel=0.01)
+
+
+def test_the_variant_of_the_user_is_neither_taken_nor_changed(scene_of: Callable[..., Scene]) -> None:
+    scene = scene_of(PANEL)
+    before = matte_scene(scene)
+    mine = str(mi.variant())
+    use("scalar_rgb")
+    try:
+        assert matte_scene(scene) == before
+        assert mi.variant() == "scalar_rgb"
+    finally:
+        use(mine)
