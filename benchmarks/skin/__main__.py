@@ -15,12 +15,15 @@ from benchmarks.skin.chart import draw
 from benchmarks.skin.experiment_plates import natural, series
 from benchmarks.skin.facts import FACTS, VALUES, Outcome, in_range
 from benchmarks.skin.plate_pressing import pressed
-from benchmarks.skin.study_skins import layered, plain
 from relief.ground.progress import say
 from retouch.laboratory.published.rules import top
+from tactile.skin import Skin
 
 SHOWN = ("F/E 20", "F/E 10", "F/E 4", "F/E 2", "0.7 mm of 2 over 0.4 MPa")
 """Skins of the table, before the layered one that the fit chose; the last is halfway to it."""
+FORCE_N = 10.0
+BASES_MPA, TOPS_MPA, TOPS_MM = (0.1, 0.2, 0.4), (1.0, 2.0, 3.0, 4.0), (0.4, 0.7, 1.0)
+"""Grid of layered skins: modulus of the tissue below, modulus and thickness of the layer above."""
 
 
 def main() -> None:
@@ -53,6 +56,23 @@ def main() -> None:
     print(table(["fact", *shown], rows))
     draw(felt, results["ranking"][0])
     finger_study.main(again)
+
+
+def plain() -> dict[str, Skin]:
+    """Skins of one modulus, by force over modulus in mm²."""
+    return {
+        f"F/E {ratio:g}": Skin(young_modulus_mpa=FORCE_N / ratio) for ratio in (40.0, 20.0, 10.0, 4.0, 2.0)
+    }
+
+
+def layered() -> dict[str, Skin]:
+    """The grid of layered skins, by thickness and modulus of the layer and modulus of the base."""
+    return {
+        f"{mm:g} mm of {top:g} over {base:g} MPa": Skin(young_modulus_mpa=base, layers=((mm, top),))
+        for mm in TOPS_MM
+        for top in TOPS_MPA
+        for base in BASES_MPA
+    }
 
 
 def ranking(felt: dict[str, Any]) -> list[str]:
