@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 import retouch
+from benchmarks.shared.browser import Browser
 from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
 from mitsuba_scenes import find_texture
 from optimize.run_directory.finished_run import read_verification
@@ -30,7 +31,7 @@ from relief.relief import Relief
 from retouch.laboratory.palettes.choice import felt_jnd
 from retouch.laboratory.palettes.palette import Palette
 from retouch.laboratory.stimulus_sets.plate_set import claim
-from retouch.laboratory.studies.engine import ROWS
+from retouch.laboratory.studies.engine import PAGE, ROWS
 from retouch.laboratory.studies.records import FILE as RECORD
 from retouch.verbs.stimulus_plates import plate_fields
 from tactile.fingers import fingers
@@ -40,7 +41,18 @@ from tactile.skin import Skin
 
 APART = (1.0, 2.0, 3.0)
 TILES = sorted(path.stem for path in find_texture("gravel-tile").parent.glob("*-tile.png"))
-LOOKS = {"gravel": ("gravel-tile",), "twelve looks": tuple(TILES)}
+MAP = "map, 2 JND, all fingers"
+"""The palette of several looks of docs/maps.md."""
+MANY = "twelve looks"
+LOOKS = {
+    "gravel": ("gravel-tile",),
+    MANY: tuple(TILES),
+    "map": ("brick-tile", "scratches-tile", "grass-tile", "leather-tile"),
+}
+PICTURES = {"gravel, 2 JND, all fingers": "fills-gravel", MAP: "fills-map"}
+"""Palettes whose fills the guide shows, and the names of the pictures."""
+PICTURE_WIDTH = 1200
+"""Of the page, pixels."""
 MESH = 64
 """Nodes along a side of the finite elements, as runs are verified with."""
 
@@ -52,23 +64,42 @@ def main() -> None:
     arguments = parser.parse_args()
     done = load("palettes").get("palettes", {})
     if arguments.folder is not None:
-        cases = list(itertools.product(LOOKS, APART, (True, False)))
+        cases = [("map", 2.0, False), *itertools.product(("gravel", MANY), APART, (True, False))]
         for look, apart, one_finger in [("gravel", 3.0, True)] if arguments.quick else cases:
             name = f"{look}, {apart:g} JND, {'one finger' if one_finger else 'all fingers'}"
             if name not in done:
                 done[name] = measured(arguments.folder, name, LOOKS[look], apart, one_finger)
                 save("palettes", {"machine": machine(), "palettes": done})
+        if not arguments.quick:
+            pictures(arguments.folder)
     publish(DOCS / "evidence" / "stimuli.md", "palettes", "benchmarks.surfaces.palettes DIR", as_table(done))
+
+
+def folder_of(folder: Path, name: str) -> Path:
+    """Folder of a palette within that of all."""
+    return folder / name.replace(", ", "-").replace(" ", "_")
+
+
+def pictures(folder: Path) -> None:
+    """Pictures of the fills, as the pages of palettes show them."""
+    with Browser() as browser:
+        for name, picture in PICTURES.items():
+            browser.open(folder_of(folder, name).absolute() / PAGE, PICTURE_WIDTH)
+            place = "const box = document.querySelector('.set').getBoundingClientRect();"
+            left, top, width, height = browser.evaluate(
+                f"(() => {{ {place} return [box.x, box.y + scrollY, box.width, box.height]; }})()"
+            )
+            browser.picture(DOCS / "images" / f"{picture}.png", (left - 6, top - 6, width + 12, height + 12))
 
 
 def measured(
     folder: Path, name: str, textures: tuple[str, ...], apart: float, one_finger: bool
 ) -> dict[str, Any]:
     """Make a palette of as many fills as there is room for, and measure it."""
-    out = folder / name.replace(", ", "-").replace(" ", "_")
+    out = folder_of(folder, name)
     settings: dict[str, Any] = {"apart": apart, "one_finger": one_finger}
     # Of many textures by the fast models, for the time; what is felt is verified all the same.
-    fast = len(textures) > 1
+    fast = textures == LOOKS[MANY]
     fields = plate_fields(textures, {}, fast=fast) | settings
     _begin(out, folder, Palette.checked(fields))
     try:

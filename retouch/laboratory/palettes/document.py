@@ -1,5 +1,6 @@
 """Numbers and page of a palette: fills as verified, how far apart they are, and how often they are named."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -84,18 +85,20 @@ def spacing(tile: Relief) -> dict[str, float | None]:
     """Spacing and direction of a tile, which pages show and distances in JND do not count.
 
     Returns:
-        `spacing_mm`, the wavelength that holds most of the heights' variance, and `direction_degrees` of the
-        ridges, from the x axis towards the y axis, None if they have none.
+        `spacing_mm`, the geometric mean of the wavelengths, weighted by the variance of the heights that each
+        holds, and `direction_degrees` of the ridges, from the x axis towards the y axis, None if they have none.
     """
     power = np.abs(np.fft.fft2(tile.heights - tile.heights.mean())) ** 2
     rows, columns = (np.fft.fftfreq(samples, tile.surface.pitch_mm) for samples in power.shape)
     waves = columns - 1j * rows[:, None]
-    rings = np.bincount(np.rint(abs(waves) * tile.width_mm).astype(int).ravel(), power.ravel())
     # Twice the angle, because waves have no sense.
     mean = (power * np.exp(2j * np.angle(waves))).sum() / power.sum()
     degrees = float((np.degrees(np.angle(mean)) / 2.0 + 90.0) % 180.0)
     direction = degrees if abs(mean) > DIRECTED else None
-    return {"spacing_mm": tile.width_mm / float(rings.argmax()), "direction_degrees": direction}
+    # No wave is longer than the tile.
+    logs = np.log(np.maximum(abs(waves), 1.0 / max(tile.surface.size_mm)))
+    spacing_mm = math.exp(-float((power * logs).sum() / power.sum()))
+    return {"spacing_mm": spacing_mm, "direction_degrees": direction}
 
 
 def page(content: dict[str, Any], request: Palette, out: Path) -> bytes:
