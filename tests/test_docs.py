@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 EVIDENCE = DOCS / "evidence"
 PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
-MOST_WORDS = 6000
+MOST_WORDS = 25_000
 """Of a page of evidence."""
 CODE = ("*.py", "*.toml", "*.xml", "*.html")
 
@@ -80,21 +80,23 @@ def links(page: Path) -> set[Path]:
 
 
 def test_every_page_is_in_an_index() -> None:
-    assert set(DOCS.glob("*.md")) <= links(ROOT / "README.md")
-    index = EVIDENCE / "README.md"
+    assert {page for page in DOCS.rglob("*.md") if page.parent != EVIDENCE} <= links(ROOT / "README.md")
+    index = DOCS / "evidence" / "README.md"
     assert {*EVIDENCE.glob("*.md")} - {index} <= links(index)
 
 
 def test_the_index_of_the_evidence_has_a_line_for_each_page() -> None:
-    lines = re.findall(r"^\* \[(\w+)\]\((\w+)\.md\): \w", (EVIDENCE / "README.md").read_text("utf-8"), re.M)
+    lines = re.findall(
+        r"^\* \[(\w+)\]\((\w+)\.md\): \w", (DOCS / "evidence" / "README.md").read_text("utf-8"), re.M
+    )
     assert sorted(page for _, page in lines) == sorted(
         page.stem for page in EVIDENCE.glob("*.md") if page.stem != "README"
     )
 
 
 @pytest.mark.parametrize("page", sorted(DOCS.rglob("*.md")), ids=path_of)
-def test_a_page_opens_with_its_question(page: Path) -> None:
-    assert re.match(r"# .+\?\n\n", page.read_text(encoding="utf-8"))
+def test_a_page_opens_with_its_title(page: Path) -> None:
+    assert re.match(r"# .+[^?]\n\n", page.read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("page", sorted(EVIDENCE.glob("*.md")), ids=path_of)

@@ -37,7 +37,7 @@ STONE = "runs/stone"
 """The run of the README, which other pages go on with."""
 OTHER_COMMANDS = ("runs/optimised",)
 """Folders that commands in the docs make which are no `retouch`."""
-KNOWN_BEFORE = ("README.md", "docs/gallery.md")
+KNOWN_BEFORE = ("README.md", "docs/index.md")
 """Pages whose runs every page may go on with."""
 SHORT = {
     "prepare": "",
@@ -133,7 +133,7 @@ def test_what_a_command_reads_was_made_before_it(page: Path) -> None:
         made += filter(None, [output(parsed)])
 
 
-NOT_RUN = ("docs/objects.md", "docs/verification.md")
+NOT_RUN = ("docs/howto/objects.md", "docs/explanation/verification.md")
 """Pages whose commands all take over ten seconds: they read what `wrap` makes, or mesh a fingertip."""
 PAGES_TO_RUN = [
     page

@@ -31,7 +31,7 @@ from visual.looks import LOOKS, FixedSamples, LookModel, Rendering, StepView
 from visual.scene import Scene
 
 ROOT = Path(__file__).parents[1]
-PAGE = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "howto" / "extending.md").read_text(encoding="utf-8")
 FILES = sorted(set(re.findall(r"`([a-z_]+/[\w./]*)`", PAGE)))
 TABLES = sorted(set(re.findall(r"`([A-Z]+)` in `([\w/.]+)`", PAGE)))
 SAMPLES = 32

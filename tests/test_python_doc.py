@@ -57,7 +57,7 @@ def test_the_readme() -> None:
 
 @pytest.mark.slow
 def test_the_guide_for_scripts() -> None:
-    assert run_blocks("docs/python.md", {}) >= 10
+    assert run_blocks("docs/howto/python.md", {}) >= 10
 
 
 @pytest.mark.slow
@@ -65,5 +65,5 @@ def test_reading_a_data_set() -> None:
     made = "dataset -o data --count 4 --touch layer --lights none --workers 1"
     assert main(made.split()) == 0
     names: dict[str, object] = {}
-    assert run_blocks("docs/learned.md", names) == 1
+    assert run_blocks("docs/howto/surrogates.md", names) == 1
     assert names["heights"].shape == names["strain"].shape  # type: ignore[attr-defined]

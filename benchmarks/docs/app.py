@@ -1,4 +1,4 @@
-"""The app in headless Chromium: how fast it answers, and a picture of every stage for docs/app.md.
+"""The app in headless Chromium: how fast it answers, and a picture of every stage for docs/tutorials/app.md.
 
 python -m benchmarks.docs.app                 # both: four minutes; needs Chromium
 python -m benchmarks.docs.app times           # or one of the two
@@ -138,7 +138,7 @@ def _tell(result: dict[str, Any]) -> None:
     frames, width = result["frames"]
     rows.append([f"frames a second while the lamp is dragged, {width} × {width} pixels", f"{frames:.0f}"])
     text = table(("what is waited for", "seconds: median (least to most)"), rows)
-    publish(DOCS / "evidence" / "app.md", "app", "benchmarks.docs.app", text)
+    publish(DOCS / "evidence" / "speed.md", "app", "benchmarks.docs.app", text)
 
 
 def pictures(window: Window, folder: Path, images: Path) -> None:

@@ -24,7 +24,7 @@ def _wrapped(sentence: str) -> str:
 def status_table() -> str:
     """What was verified by what, as pages of sets and `retouch doctor` have it."""
     rows = [[what, by] for what, by in VERIFIED.items()]
-    closing = _wrapped(f"**{NOT_VERIFIED}** {OTHER_FINGERS} ([more](docs/evidence/finger.md))")
+    closing = _wrapped(f"**{NOT_VERIFIED}** {OTHER_FINGERS} ([more](docs/evidence/touch.md))")
     return f"{table(['what', 'verified by'], rows)}\n\n{closing}"
 
 
@@ -39,7 +39,7 @@ def fast_sentence() -> str:
         "`retouch optimize --fast` steers by models that take milliseconds. On 320 textures that no net has "
         f"seen, they are off by {felt} of roughness, {touched} of contact area and {seen} of a pixel in the "
         f"median; with gradients touch takes {press:.0f} ms and three pictures take {render:.0f} ms "
-        "([more](docs/evidence/learned.md#the-fast-models))."
+        "([more](docs/evidence/speed.md#the-fast-models))."
     )
 
 
@@ -56,7 +56,7 @@ def gradients_sentence() -> str:
         f"{max(ours):.1f} %, in the median {statistics.median(ours):.1f} %, against finite differences of "
         "converged renders; that of Mitsuba's own `direct` and `prb`, which see no shadow move, is "
         f"{min(theirs):.0f} to {max(theirs):.0f} % "
-        "([each of them](docs/evidence/sight.md#gradients-of-pictures))."
+        "([each of them](docs/evidence/appearance.md#gradients-of-pictures))."
     )
 
 

@@ -54,14 +54,14 @@ def main() -> None:
     }
     for name, text in headlines_of_readme.items():
         _write(README, name, text)
-    for page, sections in {
-        "touch": (_models(), _touch()),
-        "sight": (_gradients(), _look()),
-        "descent": (_runs(), _demo()),
-        "surfaces": (_tiles(), *plates.sections()),
-        "learned": (_fast_models(),),
+    for (page, name), sections in {
+        ("touch", "tables"): (_models(), _touch()),
+        ("appearance", "tables"): (_gradients(), _look()),
+        ("optimiser", "runs"): (_runs(), _demo()),
+        ("optimiser", "tiles"): (_tiles(), *plates.sections()),
+        ("speed", "fast models"): (_fast_models(),),
     }.items():
-        _write(EVIDENCE / f"{page}.md", "tables", "\n".join(sections))
+        _write(EVIDENCE / f"{page}.md", name, "\n".join(sections))
 
 
 def _write(page: Path, name: str, text: str) -> None:

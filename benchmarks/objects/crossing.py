@@ -114,7 +114,7 @@ def main() -> None:
         files = folder / "handle.stl", folder / "handle-united.stl"
         content["bodies"]["handle of Blender"] = compared(*files)
     save(RESULT, content)
-    put(DOCS / "evidence" / "feel.md", "crossing", COMMAND, shown(content))
+    put(DOCS / "evidence" / "objects.md", "crossing", COMMAND, shown(content))
 
 
 if __name__ == "__main__":

@@ -224,7 +224,7 @@ def main() -> None:
     for name in options.names or list(OBJECTS):
         key = name if options.texture == TEXTURE else f"{name} in {Path(options.texture).name}"
         kept(RESULT, "objects", key, partial(measured, name, options.texture, options.places), options.again)
-    put(DOCS / "evidence" / "feel.md", "feel kept", COMMAND, tables(load(RESULT)["objects"]))
+    put(DOCS / "evidence" / "objects.md", "feel kept", COMMAND, tables(load(RESULT)["objects"]))
 
 
 if __name__ == "__main__":

@@ -143,7 +143,7 @@ def main() -> None:
         content["objects"][key] = compared(name, arguments.texture)
         save(RESULT, content)
         print(key, content["objects"][key], flush=True)
-    put(DOCS / "evidence" / "feel.md", "own shapes", COMMAND, tables(content))
+    put(DOCS / "evidence" / "objects.md", "own shapes", COMMAND, tables(content))
     print(tables(content))
 
 

@@ -88,7 +88,7 @@ def main() -> None:
         places = f"{row['places']} of {row['places_flat']}"
         rows.append((name, f"{row['flat']:.4f}", f"{row['roughness']:.4f}", places, f"{most:.3f}"))
     text = f"{table(heads, rows)}\n"
-    put(DOCS / "evidence" / "feel.md", "plates", COMMAND, text)
+    put(DOCS / "evidence" / "objects.md", "plates", COMMAND, text)
     print(text)
 
 

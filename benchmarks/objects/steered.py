@@ -121,7 +121,7 @@ def main() -> None:
         for name in options.names or OBJECTS:
             kept(RESULT, "objects", name, partial(measured, name, Path(folder)), options.again)
     text = table(HEAD, [_line(name, row) for name, row in sorted(load(RESULT)["objects"].items())])
-    publish(DOCS / "evidence" / "feel.md", "steered", COMMAND, text)
+    publish(DOCS / "evidence" / "objects.md", "steered", COMMAND, text)
 
 
 if __name__ == "__main__":

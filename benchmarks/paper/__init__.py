@@ -3,5 +3,5 @@
 python -m benchmarks.paper [NAME ...]     # all, or: pairs profiles filters eye touch cold
 
 Numbers go to benchmarks/results/paper.json, pictures to docs/images. What is a table of runs is a study
-file (docs/evidence/studies.md).
+file (docs/evidence/paper.md).
 """

@@ -1,4 +1,4 @@
-"""The section of docs/evidence/studies.md with the paper's figures: ours beside the paper's."""
+"""The section of docs/evidence/paper.md with the paper's figures: ours beside the paper's."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from benchmarks.shared.common import DOCS, load, table
 from relief.ground.files import write_atomically
 
-PAGE = DOCS / "evidence" / "studies.md"
+PAGE = DOCS / "evidence" / "paper.md"
 HEADING = "## The figures in numbers"
 """Heading of the first of the sections that end the page."""
 INTRODUCTION = """\

@@ -55,7 +55,7 @@ def main() -> None:
 
 
 def report() -> str:
-    """The table of docs/evidence/printing.md."""
+    """The table of docs/evidence/fabrication.md."""
     films = [f"picture change, {10.0 / film:.2f} mm a pixel (%)" for film in FILMS]
     rows = [
         (

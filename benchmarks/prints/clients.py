@@ -227,7 +227,7 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 
 def report(found: Mapping[str, Any]) -> str:
-    """The tables of docs/evidence/printing.md."""
+    """The tables of docs/evidence/fabrication.md."""
     head = (
         "file",
         "objects",

@@ -40,7 +40,7 @@ from relief.solids.objects.table import OBJECTS
 from tactile.jnd import SMOOTH_BELOW
 from tactile.skin import Skin
 
-RESULT, COMMAND, PAGE = "filament", "benchmarks.prints.filament", DOCS / "evidence" / "printing.md"
+RESULT, COMMAND, PAGE = "filament", "benchmarks.prints.filament", DOCS / "evidence" / "fabrication.md"
 RUNS = ROOT / "runs" / "filament"
 SAMPLES, PLACES, COMPARED = 512, 32, 3
 """Samples along 10 mm of the dense computation; most places of a part, and those that it is compared at."""

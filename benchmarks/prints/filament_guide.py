@@ -1,4 +1,4 @@
-"""How prints of filament feel by profile: the tables and the picture of docs/filament.md.
+"""How prints of filament feel by profile: the tables and the picture of docs/howto/filament.md.
 
 python -m benchmarks.prints.filament_guide [--again]     # writes docs/images/filament.png as well
 
@@ -28,7 +28,7 @@ from relief.solids.files import read_mesh
 from tactile.jnd import SMOOTH_BELOW
 from tactile.skin import Skin
 
-RESULT, COMMAND, PAGE = "filament_guide", "benchmarks.prints.filament_guide", DOCS / "filament.md"
+RESULT, COMMAND, PAGE = "filament_guide", "benchmarks.prints.filament_guide", DOCS / "howto" / "filament.md"
 PART, PLACES = "wedge", 48
 PLAIN = {0.25: (0.08, 0.12), 0.4: (0.08, 0.12, 0.2, 0.3), 0.6: (0.2, 0.3), 0.8: (0.3, 0.4)}
 """Layers by nozzles, mm."""

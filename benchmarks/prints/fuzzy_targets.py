@@ -30,7 +30,7 @@ from retouch.verbs.fuzzy.fuzzing import judged
 from retouch.verbs.fuzzy.fuzzy_search import Wall, roughness
 from retouch.verbs.solid_evaluation import read_solid
 
-NAME, PAGE = "fuzzy_targets", DOCS / "evidence" / "printing.md"
+NAME, PAGE = "fuzzy_targets", DOCS / "evidence" / "fabrication.md"
 TARGETS = (0.008, 0.015, 0.025, 0.035, 0.05)
 SKINS = ((0.05, 0.8), (0.1, 0.8), (0.3, 0.8), (0.3, 0.3), (0.1, 1.6))
 """Thicknesses and point distances of fuzzy skins that are compared, mm."""

@@ -1,4 +1,4 @@
-"""The picture of docs/evidence/printing.md: resin layers as a slicer cuts them, beside the model.
+"""The picture of docs/evidence/fabrication.md: resin layers as a slicer cuts them, beside the model.
 
 python -m benchmarks.prints.layers_figure RUN     # a run of gravel with +2 JND; writes docs/images/layers.png
 """

@@ -125,7 +125,7 @@ def seen(scene: Scene, before: Array, after: Array) -> dict[str, float]:
 
 
 def report() -> str:
-    """The table of docs/evidence/printing.md."""
+    """The table of docs/evidence/fabrication.md."""
     head = ("target", *(f"{words}: JND; eye; fine" for words in PAIRS.values()), "to the screen: eye; fine")
     rows, found = [], load("prints")
     for name in names():

@@ -9,7 +9,7 @@
 tilted at random, and counts how often each interval of `relief.scans.registration` holds the truth. It
 goes on where an earlier call ended. `printers` measures printers by simulated scans of their coupons, and
 scans their prints of gravel. `slicer` takes the layers of gravel that PrusaSlicer makes (prusa-slicer, in the
-path) for a scan. `report` puts the tables into docs/evidence/scans.md.
+path) for a scan. `report` puts the tables into docs/evidence/fabrication.md.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
 from tests.relief.scans.simulated import Scanner, scanned
 
-PAGE = DOCS / "evidence" / "scans.md"
+PAGE = DOCS / "evidence" / "fabrication.md"
 SIDE, SIDE_MM = 80, 8.0
 """Samples a side and side of the designs, mm."""
 RELIEF_MM = 0.8

@@ -4,7 +4,7 @@
 
 A print of each shipped texture, of known shrinkage, is scanned in each of these ways and laid on its design.
 Each row tells what the program said of it: the refusal, or its notes and how far the numbers are from the
-truth. The table goes into docs/evidence/scans.md; rows that are there already are left.
+truth. The table goes into docs/evidence/fabrication.md; rows that are there already are left.
 """
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ from relief.scans.print_summary import print_scanned
 from relief.scans.registration import register
 from relief.scans.scans import Scan, block_means, check_scan
 
-PAGE = DOCS / "evidence" / "scans.md"
+PAGE = DOCS / "evidence" / "fabrication.md"
 TEXTURES = (
     *(f"{name}{of}" for name in ("bark", "brick", "dots", "grass", "gravel", "knit") for of in ("", "-tile")),
     *(f"{name}{of}" for name in ("leather", "pebbles", "scratches", "terrain") for of in ("", "-tile")),

@@ -1,4 +1,4 @@
-"""Adam's descents over computing time, for docs/evidence/descent.md, from results/runs.json.
+"""Adam's descents over computing time, for docs/evidence/optimiser.md, from results/runs.json.
 
 python -m benchmarks.runs.adam_figure          # draws docs/images/adam.png
 """

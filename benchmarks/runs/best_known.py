@@ -37,7 +37,7 @@ from surrogate.corpus.bundled_textures import TEXTURES
 from visual.picture_noise import Batches, batched
 from visual.scene import Scene, load_scene
 
-PAGE, RUNS, DONE = DOCS / "evidence" / "descent.md", ROOT / "runs" / "best-known", (0, 3)
+PAGE, RUNS, DONE = DOCS / "evidence" / "optimiser.md", ROOT / "runs" / "best-known", (0, 3)
 BEFORE = "3b5b75a0"
 """The commit with 2 x 2 samples a pixel of a step's pictures."""
 STUDIO, FEW = "studio", ("gravel", "brick", "waves", "bark")

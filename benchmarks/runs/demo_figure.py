@@ -1,4 +1,4 @@
-"""The picture of docs/evidence/descent.md: three textures, made two JND rougher by Retouch and by scaling.
+"""The picture of docs/evidence/optimiser.md: three textures, made two JND rougher by Retouch and by scaling.
 
 python -m benchmarks.runs.demo_figure runs/demo   # writes docs/images/rougher.png, after `retouch study demo`
 """

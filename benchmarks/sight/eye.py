@@ -73,7 +73,7 @@ def lines(rows: Sequence[Row]) -> list[tuple[object, ...]]:
 def main() -> None:
     if (study := study_given(__doc__)) is not None:
         shutil.copy(study / FILE, STUDIES / f"{STUDY}.json")
-    publish(DOCS / "evidence" / "eye.md", STUDY, COMMAND, table(HEAD, lines(committed(STUDY))))
+    publish(DOCS / "evidence" / "appearance.md", STUDY, COMMAND, table(HEAD, lines(committed(STUDY))))
 
 
 if __name__ == "__main__":

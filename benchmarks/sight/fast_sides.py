@@ -45,7 +45,7 @@ def main() -> None:
     rows = [_compared(scene, texture) for scene in SCENES for texture in TEXTURES]
     save(NAME, {"rows": rows, "runs": runs, "machine": machine()})
     tables = table(HEAD, [_line(row) for row in rows]), table(RUN_HEAD, [list(run.values()) for run in runs])
-    publish(DOCS / "evidence" / "sides.md", NAME, COMMAND, "\n\n".join(tables))
+    publish(DOCS / "evidence" / "appearance.md", NAME, COMMAND, "\n\n".join(tables))
 
 
 def _compared(name: str, texture: str) -> dict[str, Any]:

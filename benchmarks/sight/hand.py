@@ -100,7 +100,7 @@ def main() -> None:
     rows = committed(STUDY)
     views = [row for row in rows if row["table"] == "views"]
     tables = [table(HEAD, lines(views)), table(CASE_HEAD, cases(views)), table(FRONT_HEAD, front(rows))]
-    publish(DOCS / "evidence" / "sides.md", STUDY, COMMAND, "\n\n".join(tables))
+    publish(DOCS / "evidence" / "appearance.md", STUDY, COMMAND, "\n\n".join(tables))
 
 
 if __name__ == "__main__":

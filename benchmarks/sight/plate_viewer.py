@@ -97,7 +97,7 @@ def main() -> None:
         for result in results
     ]
     text = table(head, rows)
-    publish(DOCS / "evidence" / "eye.md", "plate viewer", "benchmarks.sight.plate_viewer", text)
+    publish(DOCS / "evidence" / "appearance.md", "plate viewer", "benchmarks.sight.plate_viewer", text)
 
 
 def _both(values: list[float] | None) -> str:

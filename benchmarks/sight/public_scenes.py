@@ -202,7 +202,7 @@ def main() -> None:
     arguments = parser.parse_args()
     for example in EXAMPLES:
         kept(NAME, "scenes", example.name, partial(measure, example, arguments.folder), arguments.again)
-    publish(DOCS / "evidence" / "scenes.md", NAME, COMMAND, as_table(load(NAME)))
+    publish(DOCS / "evidence" / "appearance.md", NAME, COMMAND, as_table(load(NAME)))
 
 
 def as_table(results: dict[str, Any]) -> str:

@@ -203,7 +203,7 @@ def main() -> None:
     arguments = parser.parse_args()
     for case in cases():
         kept(NAME, arguments.column, ", ".join(case), partial(measure, *case), arguments.again)
-    publish(DOCS / "evidence" / "scenes.md", NAME, COMMAND, as_table(load(NAME)))
+    publish(DOCS / "evidence" / "appearance.md", NAME, COMMAND, as_table(load(NAME)))
 
 
 def as_table(results: dict[str, Any]) -> str:

@@ -18,7 +18,7 @@ from benchmarks.skin.finger_chart import COLOURS
 from retouch.laboratory.published.findings import AREA, LABELS, NUMBERS, REFUSED, RIGHT, Finding, V
 from retouch.laboratory.published.scoreboard import FINGERS, GROUPS, Scoreboard
 
-PAGE = DOCS / "evidence" / "published.md"
+PAGE = DOCS / "evidence" / "touch.md"
 PICTURE = IMAGES / "published.png"
 COMMAND = "benchmarks.skin.published"
 RESULT = RESULTS / "published.json"

@@ -15,7 +15,7 @@ from benchmarks.shared.chart_style import FAINT, INK, style, write
 from benchmarks.shared.common import DOCS, IMAGES, put, table
 
 PATH = IMAGES / "stability.png"
-PAGE = DOCS / "evidence" / "reliability.md"
+PAGE = DOCS / "evidence" / "speed.md"
 PAPER, REFUSED, FAILED = "#fdfcfa", "#c9c6bf", "#6b4c9a"
 BANDS = (
     (0.1, "#5aa469", "within 0.1 %"),

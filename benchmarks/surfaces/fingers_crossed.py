@@ -26,7 +26,7 @@ from tactile.jnd import jnd_apart
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
 
-PAGE = DOCS / "evidence" / "finger.md"
+PAGE = DOCS / "evidence" / "touch.md"
 COMMAND = "benchmarks.surfaces.fingers_crossed FOLDER"
 STEERED = ("paper", "measured")
 FELT: Mapping[str, tuple[str, float]] = {

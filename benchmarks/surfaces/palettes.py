@@ -42,7 +42,7 @@ from tactile.skin import Skin
 APART = (1.0, 2.0, 3.0)
 TILES = sorted(path.stem for path in find_texture("gravel-tile").parent.glob("*-tile.png"))
 MAP = "map, 2 JND, all fingers"
-"""The palette of several looks of docs/maps.md."""
+"""The palette of several looks of docs/howto/palettes.md."""
 MANY = "twelve looks"
 LOOKS = {
     "gravel": ("gravel-tile",),
@@ -72,7 +72,7 @@ def main() -> None:
                 save("palettes", {"machine": machine(), "palettes": done})
         if not arguments.quick:
             pictures(arguments.folder)
-    publish(DOCS / "evidence" / "stimuli.md", "palettes", "benchmarks.surfaces.palettes DIR", as_table(done))
+    publish(DOCS / "evidence" / "people.md", "palettes", "benchmarks.surfaces.palettes DIR", as_table(done))
 
 
 def folder_of(folder: Path, name: str) -> Path:

@@ -39,7 +39,7 @@ def main() -> None:
 
 
 def sections() -> tuple[str, ...]:
-    """The section of docs/evidence/surfaces.md; none before the study is done."""
+    """The section of docs/evidence/optimiser.md; none before the study is done."""
     if not DOCUMENT.is_file():
         return ()
     text = f"""## All over a plate

@@ -21,7 +21,7 @@ from relief.heightmap import load_height_map
 from relief.reading.profilometers import is_measured
 from relief.reading.surface_topography import read_surface
 
-NAME, PAGE = "profilometers", DOCS / "evidence" / "pictures.md"
+NAME, PAGE = "profilometers", DOCS / "evidence" / "fabrication.md"
 HEAD = (
     "example",
     "samples",

@@ -30,7 +30,7 @@ from tactile.elements.round_pad import round_pad_operator
 from tactile.jnd import jnd_apart
 from tactile.pressing import SkinOperator
 
-PAGE = DOCS / "evidence" / "finger.md"
+PAGE = DOCS / "evidence" / "touch.md"
 COMMAND = "benchmarks.surfaces.steered_truth FOLDER"
 TILES = ("gravel-tile", "knit-tile", "leather-tile")
 TILE_MM = 10.0

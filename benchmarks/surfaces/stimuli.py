@@ -3,7 +3,7 @@
 retouch stimuli gravel-tile bark-tile knit-tile leather-tile pebbles-tile weave-tile --jnd -2,-1,0,1,2 -o DIR
 python -m benchmarks.surfaces.stimuli DIR
 
-The numbers go to results/stimuli.json and into docs/evidence/stimuli.md, the picture to docs/images.
+The numbers go to results/stimuli.json and into docs/evidence/people.md, the picture to docs/images.
 Without DIR the page is written again from the results.
 """
 
@@ -29,7 +29,7 @@ from retouch.laboratory.stimulus_sets.plates import cut_square
 from retouch.laboratory.stimulus_sets.stimulus_set import FILE, StimulusSet
 from retouch.pages.colour_maps import hillshade
 
-PAGE = DOCS / "evidence" / "stimuli.md"
+PAGE = DOCS / "evidence" / "people.md"
 PICTURE = IMAGES / "stimuli.png"
 HEADING = "## The paper's plates\n"
 """Heading of the section that ends the page."""

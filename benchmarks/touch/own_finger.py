@@ -105,7 +105,7 @@ def main() -> None:
     for row, (radius, kind) in ROWS.items():
         kept("own_finger", "rows", row, partial(measured, radius, kind), again)
     head = ("fingertip", "texture", "V", "from round", "A, mm²", "from round", "JND", "JND, round")
-    publish(DOCS / "evidence" / "skin.md", "own", COMMAND, table(head, rows()))
+    publish(DOCS / "evidence" / "touch.md", "own", COMMAND, table(head, rows()))
 
 
 if __name__ == "__main__":

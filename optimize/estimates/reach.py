@@ -2,7 +2,7 @@
 
 Two short descents each way, to 2 and to 4 just-noticeable differences, by the fast models where these can
 show the scene. Beyond, the change of the pictures is extrapolated (`optimize.estimates.change_curves`).
-docs/evidence/descent.md compares with whole runs.
+docs/evidence/optimiser.md compares with whole runs.
 """
 
 import logging

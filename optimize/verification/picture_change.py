@@ -44,7 +44,7 @@ class Change:
 
     Attributes:
         estimate: middle between `mean` and `mean_at_least`: of all these the nearest to converged pictures
-            (docs/verification.md).
+            (docs/explanation/verification.md).
         mean: mean absolute difference of the mean pictures; its expectation is not below the true value.
         mean_error: standard error of `mean`, its spread over other random numbers.
         mean_at_least: mean absolute difference whose expectation is not above the true value.

@@ -1,6 +1,7 @@
 """The verification of a result: what was measured of it, typed. `result.json` is its dump.
 
-Attributes have the names of the keys, which docs/verification.md explains, unless `Keys` says otherwise.
+Attributes have the names of the keys, which docs/explanation/verification.md explains, unless `Keys` says
+otherwise.
 """
 
 from __future__ import annotations

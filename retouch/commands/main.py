@@ -86,7 +86,7 @@ NEGATIVE_LIST = re.compile(r"-[\d.][^,]*,|-[xyz]$")
 
 PATIENT_THREADS = {"OMP_WAIT_POLICY": "PASSIVE", "KMP_BLOCKTIME": "0"}
 """Environment variables that make idle threads sleep. torch, Pardiso and Dr.Jit each keep a pool of threads;
-pools that spin while idle take the cores from one another (docs/evidence/descent.md)."""
+pools that spin while idle take the cores from one another (docs/evidence/optimiser.md)."""
 
 
 class UsageError(Exception):

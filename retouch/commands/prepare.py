@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from retouch import Evaluation, Prepared
 
 NATURAL_ROUGHNESS = (0.03, 0.12)
-"""Least and greatest roughness of natural surfaces, no unit (docs/touch.md)."""
+"""Least and greatest roughness of natural surfaces, no unit (docs/explanation/finger.md)."""
 HIGH_MM = 2.0
 """Relief, mm, at which every bundled texture of 10 mm is natural: what is smoother has too fine features."""
 

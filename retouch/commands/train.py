@@ -22,7 +22,7 @@ examples:
   retouch train touch --data data -o nets/touch --resume
   retouch train look --data data -o nets/look        (a data set with pictures)
 
-docs/learned.md describes the nets and their errors.
+docs/howto/surrogates.md describes the nets and their errors.
 """
 MOST_EPOCHS = 100_000
 

@@ -42,7 +42,7 @@ OTHER_FINGERS = (
     "A change of 2 JND that was made for the default finger is 1.5 to 1.9 JND to fingers fitted to "
     "measurements on people (means over ten tiles, by finite elements; single tiles 0.4 to 2.5 JND)."
 )
-"""What fingers feel for which a tile was not optimised (docs/evidence/finger.md, crossed fingers)."""
+"""What fingers feel for which a tile was not optimised (docs/evidence/touch.md, crossed fingers)."""
 
 
 def status_lines() -> list[str]:

@@ -2,7 +2,7 @@
 
 The usual contact takes `STEPS`; fine grids and contacts of few points take more. The steps leave errors in
 the pressures of single pixels, which have faded 0.75 mm below the surface. Strain and force follow from the
-pressures exactly. docs/evidence/learned.md tabulates the error against the number of steps.
+pressures exactly. docs/evidence/speed.md tabulates the error against the number of steps.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from tactile.layer.elastic_layer import ElasticLayerOperator
 
 STEPS = 5
 """Steps of the solver, from those pressures of bonded skin that push: V errs by 0.18 % in the median
-(docs/evidence/learned.md)."""
+(docs/evidence/speed.md)."""
 FULL_PITCH_MM = 0.0625
 """Distance between samples, mm, from which `STEPS` suffice."""
 FINE_STEPS, LAYERED_STEPS = 8, 20

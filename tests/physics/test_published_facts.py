@@ -1,4 +1,4 @@
-"""Published facts of touch: which of them a skin gets right (docs/evidence/skin.md)."""
+"""Published facts of touch: which of them a skin gets right (docs/evidence/touch.md)."""
 
 import numpy as np
 import pytest

@@ -1,7 +1,7 @@
 """Fast renderer: pictures from straight above by shadow sweeps, BSDF tables and an ambient net.
 
 In torch alone, a picture of 128 x 128 pixels takes milliseconds, and so does its gradient, shadows included
-(docs/evidence/learned.md has errors and times). Lights are parallel or quadratures of parallel ones, ambient
+(docs/evidence/speed.md has errors and times). Lights are parallel or quadratures of parallel ones, ambient
 light is of constant radiance, and light is direct. Where a pixel is not centred on each height sample, and
 where the film's filter is no box, a picture weighs quarters of samples.
 """

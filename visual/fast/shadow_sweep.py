@@ -11,7 +11,7 @@ behind a crest clearance jumps; the faces there are turned away from the light a
 
 The heights are those of the renderer's triangles. Two quantities are interpolated: the running maximum
 between lines half a sample apart, and heights between the corners of a column half a sample apart.
-docs/evidence/learned.md has the errors.
+docs/evidence/speed.md has the errors.
 """
 
 import math

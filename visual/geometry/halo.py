@@ -11,7 +11,7 @@ MARGIN = 1.25
 """Factor of the range of the heights: a relief grows while it changes, the halo stays."""
 LEAST_TANGENT = 0.5
 """Least tangent of an elevation, that of 27 degrees, from which light of many directions is followed into the
-neighbours; docs/evidence/sight.md has the pictures' error by the width of the halo."""
+neighbours; docs/evidence/appearance.md has the pictures' error by the width of the halo."""
 FEWEST = 2
 """Least samples of the halo: cells on both sides of the seam are whole."""
 

@@ -6,7 +6,7 @@ a parallel light Mitsuba's shadow rays find the share: most of the plate lies wh
 and only where a few rays disagree are many traced. For ambient light the horizons are found exactly
 (`visual.reference.horizon`) and the light above them integrated (`visual.reference.ambient_radiance`).
 
-docs/evidence/learned.md has the distance from converged renders, and times.
+docs/evidence/speed.md has the distance from converged renders, and times.
 """
 
 import numpy as np

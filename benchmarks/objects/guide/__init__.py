@@ -1,1 +1,1 @@
-"""The part and the picture that the guide (`docs/parts.md`) has beside those of the benchmark."""
+"""The part and the picture that the guide (`docs/tutorials/part.md`) has beside those of the benchmark."""

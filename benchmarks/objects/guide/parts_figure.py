@@ -2,7 +2,7 @@
 
 python -m benchmarks.objects.guide.parts_figure FOLDER
 
-FOLDER holds the parts as the commands of `docs/parts.md` write them.
+FOLDER holds the parts as the commands of `docs/tutorials/part.md` write them.
 """
 
 import sys

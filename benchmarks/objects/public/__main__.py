@@ -145,7 +145,7 @@ def main() -> None:
     for part in PARTS:
         if not options.names or any(name in name_of(part) for name in options.names):
             kept(RESULT, options.key, name_of(part), partial(measured, part, options), options.again)
-    publish(DOCS / "evidence" / "files.md", "public", COMMAND, summary(load(RESULT)))
+    publish(DOCS / "evidence" / "objects.md", "public", COMMAND, summary(load(RESULT)))
 
 
 if __name__ == "__main__":

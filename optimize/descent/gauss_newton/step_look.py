@@ -19,7 +19,7 @@ REFINEMENT, STRATA = 2, 5
 """Resolution of a step's pictures in units of the film's, and samples along a pixel's side. At twice the
 resolution waves of two pixels show, the system is sparser, and the look holds at both resolutions. With 2
 samples, pixels on boundaries of shadows are so noisy that steps follow their noise
-(docs/evidence/descent.md)."""
+(docs/evidence/optimiser.md)."""
 MOST_SAMPLES, FEWEST_STRATA = 2**23, 2
 """Most samples of a picture, 0.6 GB, above which pixels have fewer strata, and their least number."""
 SIDE_REFINEMENT, SIDE_STRATA = 1, 3
@@ -29,7 +29,7 @@ the scene `in-hand` takes 27 steps and 127 CPU s at twice the film's resolution,
 own."""
 EDGE_SAMPLES = EdgeSamples(shadows=8, visibility=4, ambient=1)
 """Samples along moving edges. With 2 along a shadow's edge, the Jacobian puts the edge's motion into wrong
-pixels (docs/evidence/descent.md)."""
+pixels (docs/evidence/optimiser.md)."""
 DIRECTIONS, AMBIENT_STRATA = 16, 1
 """Number of parallel lights that approximate each light that is not parallel, and samples along a pixel's
 side under these lights together. With twice as many of either gravel and brick end within 1.5 %."""

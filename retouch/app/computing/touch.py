@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from tactile.skin import Skin
 
 MODEL: "ModelName" = "quick"
-"""Model of touch of the numbers that follow the hand: within 1 % of the exact one (docs/learned.md), and on
-16 places of 128 x 128 samples in 0.8 s in place of 2.3 s."""
+"""Model of touch of the numbers that follow the hand: within 1 % of the exact one (docs/howto/surrogates.md),
+and on 16 places of 128 x 128 samples in 0.8 s in place of 2.3 s."""
 QUICK = tuple(replace(one, value=one.step_value or one.value) for one in QUANTITIES.values())
 """The quantities as steps of a descent take them: V by the thinned sum, within 0.02 % of the full one in a
 quarter of its time at one place."""

@@ -26,7 +26,8 @@ Length = Annotated[int, Field(ge=1, lt=1 << 31)]
 Crop = tuple[Start, Start, Length, Length]
 
 USUAL_RELIEF_MM = 0.8
-"""Relief where the file of a picture states none, mm: what docs/pictures.md advises for fine textures."""
+"""Relief where the file of a picture states none, mm: what docs/howto/height-maps.md advises for fine
+textures."""
 MOST_JND = 6.0
 """Largest change of the feel that can be chosen, JND."""
 JND, FEEL_OF = "jnd", "feel_of"

@@ -86,7 +86,8 @@ def spacing(tile: Relief) -> dict[str, float | None]:
 
     Returns:
         `spacing_mm`, the geometric mean of the wavelengths, weighted by the variance of the heights that each
-        holds, and `direction_degrees` of the ridges, from the x axis towards the y axis, None if they have none.
+        holds, and `direction_degrees` of the ridges, from the x axis towards the y axis, None if they have
+        none.
     """
     power = np.abs(np.fft.fft2(tile.heights - tile.heights.mean())) ** 2
     rows, columns = (np.fft.fftfreq(samples, tile.surface.pitch_mm) for samples in power.shape)

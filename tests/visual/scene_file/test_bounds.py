@@ -68,7 +68,7 @@ def test_the_docs_list_the_plugins_that_a_scene_may_use() -> None:
             "integrator": "Integrator",
         },
     }
-    page = (FOLDER.parent / "docs" / "scenes.md").read_text(encoding="utf-8")
+    page = (FOLDER.parent / "docs" / "howto" / "scenes.md").read_text(encoding="utf-8")
     table = page.split("The plugins that a scene may use:\n\n")[1].split("\n\n")[0]
     listed = {}
     for line in table.splitlines()[2:]:

@@ -36,7 +36,7 @@ NARROWEST_MM, WIDEST_MM = 0.3, 5.0
 """Narrowest and widest groove, mm: what samples resolve, and half a patch."""
 COMMON_NOISE, OWN_NOISE = 0.2, 0.1
 """Standard deviations of the logarithms of measurements: that all of a kind share, as ink spreads and forces
-are about right, and each one's own, as in docs/evidence/finger.md."""
+are about right, and each one's own, as in docs/evidence/touch.md."""
 
 
 @dataclass(frozen=True)

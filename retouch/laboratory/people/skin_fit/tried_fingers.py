@@ -20,7 +20,7 @@ from retouch.laboratory.people.population import fit
 from tactile.fingers import roughness_by_skin
 
 STIFFNESS = np.exp(np.linspace(math.log(0.2), math.log(5.0), 9))
-"""Factors of the moduli that are tried: people's fingers differ by 4 either way (docs/evidence/finger.md)."""
+"""Factors of the moduli that are tried: people's fingers differ by 4 either way (docs/evidence/touch.md)."""
 DEPTHS = np.linspace(0.5, 1.6, 6)
 """Factors of the receptor depth that are tried: 0.375 to 1.2 mm of 0.75."""
 USUAL_SHARE = math.log(0.5)

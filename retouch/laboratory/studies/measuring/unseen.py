@@ -28,7 +28,7 @@ from visual.scene import Scene, load_scene
 
 SAMPLES = 16
 """Samples a pixel. On results at +2 and -2 JND mean changes are then within 3 % of those by 256 samples
-(docs/evidence/studies.md)."""
+(docs/evidence/paper.md)."""
 KEPT = 16
 """Scenes with pictures of an original that a process keeps: rows of a study mostly share their texture."""
 REFINEMENT = 2

@@ -77,7 +77,7 @@ def test_stiffness_varies_all_layers() -> None:
 
 
 def test_prints_and_grooves_are_those_of_the_evidence() -> None:
-    """`docs/evidence/finger.md`: 67 mm² at 1 N; log residuals of +0.23 and +0.01 at 0.06 and 0.28 mm."""
+    """`docs/evidence/touch.md`: 67 mm² at 1 N; log residuals of +0.23 and +0.01 at 0.06 and 0.28 mm."""
     assert predicted(Measurement(1.0, 1.0), MEASURED) == pytest.approx(67.0, rel=0.02)
     assert predicted(Measurement(2.0, 1.0, 0.35), MEASURED) == pytest.approx(0.0755, rel=0.08)
     assert predicted(Measurement(2.0, 1.0, 1.0), MEASURED) == pytest.approx(0.283, rel=0.08)
