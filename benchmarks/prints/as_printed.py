@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 import retouch
-from benchmarks.shared.common import load, parser_of, save, table
+from benchmarks.shared.common import DOCS, load, parser_of, publish, save
 from mitsuba_scenes import find_texture
 from relief.heightmap import load_height_map, save_heights_exr
 from relief.printed import printed
@@ -51,21 +51,19 @@ def main() -> None:
             found[name] = measured(pair, arguments.samples)
             print(name, found[name], flush=True)
     save("as_printed", found)
-    print(report())
+    publish(DOCS / "evidence" / "fabrication.md", "as printed", "benchmarks.prints.as_printed", report())
 
 
 def report() -> str:
-    """The table of docs/evidence/fabrication.md."""
-    films = [f"picture change, {10.0 / film:.2f} mm a pixel (%)" for film in FILMS]
-    rows = [
-        (
-            name,
-            f"{each['jnd_apart']:.2f}",
-            *(f"{change:.1f}" for change in each["picture_change_percent_of_mean"].values()),
-        )
-        for name, each in load("as_printed").items()
-    ]
-    return table(("printer", "JND between the prints", *films), rows)
+    """The sentence of docs/evidence/fabrication.md: change in feel and of the pictures, by printer."""
+    found, film = load("as_printed"), str(FILMS[-1])
+    each = (
+        f"`{name}` {row['jnd_apart']:.2f} JND and {row['picture_change_percent_of_mean'][film]:.1f} %"
+        for name, row in found.items()
+        if name != "screen"
+    )
+    screen = found["screen"]["jnd_apart"]
+    return f"Of {screen:.2f} JND prints keep: {', '.join(each)}."
 
 
 if __name__ == "__main__":

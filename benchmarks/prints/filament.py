@@ -164,9 +164,20 @@ def main() -> None:
     again = again_given(__doc__)
     for part, (name, options) in product(PARTS, PROFILES.items()):
         kept(RESULT, "parts", f"{part}, {name}", partial(in_process, part, options), again)
-    found = load(RESULT)["parts"]
-    rows = [(row, *values.values()) for row, values in found.items()]
-    publish(PAGE, "filament", COMMAND, table(("part, layers", *found["box, 0.2 mm"]), rows))
+    publish(PAGE, "filament", COMMAND, summary(load(RESULT)["parts"]))
+
+
+def summary(found: dict[str, dict[str, Any]]) -> str:
+    """Parts by profile: what reading and pressing cost at most, and the largest differences."""
+    rows = []
+    for name in PROFILES:
+        some = [found[f"{part}, {name}"] for part in PARTS]
+        rows.append((name, *(max(row[key] for row in some) for key in SHOWN)))
+    return table(("layers", *SHOWN), rows)
+
+
+SHOWN = ("moves", "reading, CPU s", "pressing, CPU s", "GB", "V off, %")
+"""Columns of the table: the largest numbers of all parts."""
 
 
 if __name__ == "__main__":

@@ -179,14 +179,40 @@ def verdict(of: dict[str, Any]) -> str:
 
 
 def report() -> str:
-    """How many textures had which verdict, by case."""
+    """How many scans had which verdict, by group of cases."""
     rows, content = [], load("wrong_scans")
     words = ("right", "right, told", "told", "refused", "wrong in silence")
-    for case in CASES:
-        each = {name: verdict(of) for name, of in content.get(case, {}).items()}
-        silent = ", ".join(name for name, word in each.items() if word == "wrong in silence")
-        rows.append([case, *(sum(word == one for one in each.values()) for word in words), silent])
-    return table(["scan", *words, "textures"], rows) + "\n"
+    for group, cases in GROUPS.items():
+        each = [verdict(of) for case in cases for of in content.get(case, {}).values()]
+        rows.append([group, len(each), *(each.count(word) for word in words)])
+    head = ("scan", "scans", "right", "right, with a note", "note", "refused", "wrong, silent")
+    return table(head, rows) + "\n"
+
+
+GROUPS = {
+    "whole, turned, halved, bowed": (
+        "as it is",
+        "turned by 17 degrees",
+        "turned by 90 degrees",
+        "a half",
+        "bowed by 0.4 mm",
+    ),
+    "a quarter": ("a quarter", "a quarter, turned"),
+    "mirrored, inverted, another": (
+        "mirrored",
+        "upside down",
+        "a mould",
+        "a mirrored quarter",
+        "of another texture",
+    ),
+    "stretched, saturated, a bad row": (
+        "x stretched by 2 %",
+        "x stretched by 30 %",
+        "saturated above 80 %",
+        "a bad row",
+    ),
+}
+"""Cases that are counted together."""
 
 
 def main() -> None:
