@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 import retouch
+from benchmarks.prints.clients import FILM, gravel_rougher
 from benchmarks.shared.common import DOCS, load, parser_of, publish, save
 from mitsuba_scenes import find_texture
 from relief.heightmap import load_height_map, save_heights_exr
@@ -20,14 +21,12 @@ from relief.printed import printed
 from relief.printers import find_printer
 
 PRINTERS = ("mask-22", "mask-50", "dlp-75", "laser-140", "polyjet-16", "filament")
-FILMS = (32, 86)
-"""Pixels across the plates in which pictures are compared: of 86 one is a minute of arc wide, 40 cm away."""
 
 
 def measured(pair: list[Path], samples: int) -> dict[str, Any]:
     """JND between two reliefs, and change of their pictures in % of the mean, by pixels of the film."""
     change = {}
-    for film in FILMS:
+    for film in (FILM,):
         both = retouch.compare(*pair, samples=samples, defines={"resolution": str(film)}, quiet=True)
         change[str(film)] = both["look"]["change_percent"]
     return {"jnd_apart": both["jnd_apart"], "picture_change_percent_of_mean": change}
@@ -35,12 +34,15 @@ def measured(pair: list[Path], samples: int) -> dict[str, Any]:
 
 def main() -> None:
     parser = parser_of(__doc__)
-    parser.add_argument("run", type=Path, help="directory of a run of gravel with +2 JND")
+    parser.add_argument(
+        "run", type=Path, nargs="?", help="directory of a run of gravel with +2 JND (default: a new one)"
+    )
     parser.add_argument("--samples", type=int, default=64, help="a pixel, of the pictures")
     arguments = parser.parse_args()
-    reliefs = [load_height_map(find_texture(name)) for name in ("gravel", arguments.run)]
     found: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as folder:
+        run = arguments.run or gravel_rougher(Path(folder) / "run")
+        reliefs = [load_height_map(find_texture(name)) for name in ("gravel", run)]
         for name in ("screen", *PRINTERS):
             pair = [Path(folder, f"{name}-{number}.exr") for number in (0, 1)]
             for path, read in zip(pair, reliefs, strict=True):
@@ -56,7 +58,7 @@ def main() -> None:
 
 def report() -> str:
     """The sentence of docs/evidence/fabrication.md: change in feel and of the pictures, by printer."""
-    found, film = load("as_printed"), str(FILMS[-1])
+    found, film = load("as_printed"), str(FILM)
     each = (
         f"`{name}` {row['jnd_apart']:.2f} JND and {row['picture_change_percent_of_mean'][film]:.1f} %"
         for name, row in found.items()

@@ -129,6 +129,13 @@ def resin_prints(
     return found
 
 
+def gravel_rougher(run: Path) -> Path:
+    """The directory of a new run of gravel with +2 JND."""
+    fast = ["touch.jnd=2", "touch.model=quick", "look.model=auto"]
+    retouch.optimize(retouch.run_from_scene("studio", str(find_texture("gravel")), fast), run, quiet=True)
+    return run
+
+
 def main(argv: Sequence[str] | None = None) -> None:
     parser = parser_of(__doc__)
     parser.add_argument("--slicer", default="prusa-slicer", help="PrusaSlicer's command")
@@ -142,12 +149,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     arguments = parser.parse_args(argv)
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        run = arguments.run
-        if run is None:
-            run = folder / "run"
-            fast = ["touch.jnd=2", "touch.model=quick", "look.model=auto"]
-            gravel = str(find_texture("gravel"))
-            retouch.optimize(retouch.run_from_scene("studio", gravel, fast), run, quiet=True)
+        run = arguments.run or gravel_rougher(folder / "run")
         reliefs = {
             "gravel": load_height_map(find_texture("gravel")),
             "gravel+2": load_height_map(find_texture(run)),
