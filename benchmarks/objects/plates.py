@@ -81,7 +81,13 @@ def rows_of(name: str, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
 
 def main() -> None:
     content = {name: kept(RESULT, "plates", name, partial(measured, name)) for name in TEXTURES}
-    heads = ("texture, 25 mm", "V of the height map", "V of its STL", "places", "all kinds, most JND off")
+    heads = (
+        "texture, 25 mm",
+        "V of the height map",
+        "V of its STL",
+        "contact locations",
+        "all kinds, most JND off",
+    )
     rows = []
     for name, kinds in content.items():
         row, most = kinds["25 mm, stl"], max(abs(each["jnd"]) for each in kinds.values())

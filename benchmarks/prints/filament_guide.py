@@ -109,7 +109,7 @@ def main() -> None:
     }
     for head, rows in given.items():
         found = {name: kept(RESULT, head, name, partial(measured, one), again) for name, one in rows.items()}
-        print(report(head, found))
+        print(f"\n{report(head, found)}")
     picture(dict(zip(fuzzy, (row["V, sides"] for row in found.values()), strict=True)))
 
 

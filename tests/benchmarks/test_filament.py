@@ -65,5 +65,5 @@ def test_results_keep_their_bounds() -> None:
         assert row["reading, CPU s"] < 20.0 and row["GB"] < 1.0, name
 
 
-def test_plain_sides_are_below_the_floor_of_what_is_felt() -> None:
+def test_plain_sides_are_smooth_in_every_profile() -> None:
     assert all(row["V, sides"] < SMOOTH_BELOW for row in load(GUIDE)["profile"].values())
