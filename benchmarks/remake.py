@@ -7,7 +7,7 @@ python -m benchmarks.remake --again          # all of them anew
 
 Each part is a few commands, with a log in runs/remade. Its CPU seconds, and the finger that it was made for,
 are kept in results/remake.json as soon as the part is done, so that an interrupted command goes on. A part
-that fails is told, and the others are made all the same.
+that fails is named, and the others are made all the same.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from typing import IO, Any
 
 from benchmarks.shared.common import ROOT, load, machine, parser_of, save, table
 from benchmarks.shared.finished_studies import FILE, STUDIES
+from benchmarks.whole_run import CASES
 from relief.ground.formatting import duration
 from relief.ground.progress import say
 from tactile.skin import Skin
@@ -72,7 +73,6 @@ PARTS: Mapping[str, Part] = {
             "copy {runs}/nets/touch/touch.json surrogate/weights",
             "-m benchmarks.learned.touch_net --optimised {runs}/optimised",
             "-m benchmarks.learned.fast_look --optimised {runs}/optimised",
-            "-m benchmarks.learned.error_figure",
         ),
     ),
     "shipped": Part("operators of the named round fingers", ("-m benchmarks.touch.shipped",)),
@@ -173,9 +173,8 @@ PARTS: Mapping[str, Part] = {
             "-m benchmarks.objects.bundled",
             "retouch study benchmarks/objects/tiles.toml -o runs/paper-objects",
             "-m benchmarks.objects.paper_objects",
-            "-m benchmarks.objects.curved_figure",
-            "-m benchmarks.objects.objects_figure",
-            "-m benchmarks.objects.direction",
+            "-m benchmarks.objects.curved",
+            "-m benchmarks.objects.pairs_figure",
             "-m benchmarks.touch.mesh_feel",
             "-m benchmarks.objects.plates",
         ),
@@ -195,8 +194,8 @@ PARTS: Mapping[str, Part] = {
         ),
     ),
     "first-mile": Part("pictures from outside, by the README alone", ("-m benchmarks.runs.first_mile",)),
-    "stability": Part("the map of stability", ("-m benchmarks.stability.sweep --again",)),
-    "whole_run": Part("seconds and memory of whole runs", ("-m benchmarks.whole_run",)),
+    "stability": Part("where the models hold", ("-m benchmarks.stability.sweep --again",)),
+    "whole_run": Part("seconds and memory of whole runs", (f"-m benchmarks.whole_run {' '.join(CASES)}",)),
     "pages": Part(
         "the tables of docs/evidence and the numbers of the README", ("-m benchmarks.docs.measured",)
     ),

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.docs import headlines
-from benchmarks.learned import architectures, fast_look, touch_net
 from benchmarks.runs import adam_figure, demo, descents
 from benchmarks.shared.common import DOCS, ROOT, load, put, table
 from benchmarks.sight import gradients, look
@@ -59,7 +58,6 @@ def main() -> None:
         ("appearance", "tables"): (_gradients(), _look()),
         ("optimiser", "runs"): (_runs(), _demo()),
         ("optimiser", "tiles"): (_tiles(), *plates.sections()),
-        ("speed", "fast models"): (_fast_models(),),
     }.items():
         _write(EVIDENCE / f"{page}.md", name, "\n".join(sections))
 
@@ -191,40 +189,6 @@ def _look() -> str:
 
 {look.as_text(load("look"))}
 """
-
-
-def _fast_models() -> str:
-    return f"""## The fast models
-
-![Errors of the fast models, texture by texture](../images/fast-models.png)
-
-`python -m benchmarks.learned.touch_net`: the layer cut short after so many steps of its solver (the bold
-row is `touch.model = "quick"`), and the trained net between three steps (`"net"`), against finite elements,
-on textures of sources that no net has seen. Errors: median / mean / 95th percentile; the paper's nets: V 5.3
-/ 8.0 %, A 2.7 % in the mean. Cosine: median / 5th percentile. Milliseconds of one texture in single
-precision, beside other work: forward / with the gradient of roughness.
-
-{touch_net.as_text(load("touch_net"))}
-
-`python -m benchmarks.learned.fast_look`: shadow sweeps, tabulated materials and the net of ambient light
-against converged renders of the paper's studio, on the same textures (the paper's nets, one for each light:
-2.2 to 2.4 % in the mean). Gradient: against explicit Jacobians of many samples. Milliseconds of three
-pictures.
-
-{fast_look.as_text(load("fast_look"))}
-
-`python -m benchmarks.learned.architectures DATA`: nets trained for {_minutes()} minutes each on one core on
-the same data, errors on its test split: of V before the last solver step, of the pixels of a picture in % of
-its mean. Milliseconds of the net alone, forward / with gradient, one thread.
-
-{architectures.as_text(load("architectures")["rows"])}
-"""
-
-
-def _minutes() -> str:
-    return " and ".join(
-        f"{minutes:g}" for minutes in sorted({r["minutes"] for r in load("architectures")["rows"].values()})
-    )
 
 
 def _models() -> str:

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from benchmarks.prints.dense_beads import dense_heights
 from benchmarks.prints.filament import PARTS, PROFILES, RESULT, apart, counted
 from benchmarks.prints.filament_guide import RESULT as GUIDE
 from benchmarks.shared.common import load
@@ -12,6 +11,7 @@ from relief.solids.filament.bead_surface import BeadSurface
 from relief.solids.filament.beads import Beads, Role
 from relief.solids.meshes.mesh_places import frame_along
 from tactile.jnd import SMOOTH_BELOW
+from tests.relief.solids.dense_beads import dense_heights
 
 LAYER, WIDTH = 0.2, 0.45
 

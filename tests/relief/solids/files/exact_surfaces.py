@@ -1,4 +1,4 @@
-"""Exact surfaces of the STEP parts, by the numbers of `in_build123d`: distances to the formulas of faces."""
+"""Exact surfaces of the parts of `benchmarks/objects/step`: distances to the formulas of their faces."""
 
 from collections.abc import Callable
 

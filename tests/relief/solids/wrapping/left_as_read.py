@@ -1,26 +1,13 @@
-"""Whether what carries no texture comes out of `retouch wrap` as it came in.
-
-python -m benchmarks.objects.bare [--seeds N] [--parts] [--as before] [--again] [NAME ...]
+"""Whether what carries no texture is in the file of a wrapped body as it was read.
 
 Triangles of a file are *touched* where the share of the relief is above 0 somewhere, *rim* where they share
 an edge with touched ones, and *bare* elsewhere. The classes come from masks at dense samples of the file's
-own triangles, and what was written is read back: bare triangles have to be there to the last bit of single
-precision, rim triangles divided in their own planes, and the whole closed and without crossings.
-
-Random masks, falloffs, heights and textures on the twenty parts of `benchmarks/objects/parts`, a seed each;
-resumable. `--parts` wraps the parts and their eight finer exports without a mask instead, at 200,000
-triangles, and `--as before` keeps these numbers as those to compare with.
+own triangles. Bare triangles have to be in the written file to the last bit of single precision, rim
+triangles divided in their own planes, and the whole closed and without crossings. Nothing here is shared
+with `wrap` but the masks.
 """
 
-import signal
-import time
-from argparse import Namespace
-from collections import Counter
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from functools import partial
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -30,25 +17,10 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-import retouch
-from benchmarks.objects.bundled import TEXTURE
-from benchmarks.objects.parts.__main__ import HERE, NAMES
-from benchmarks.objects.random_unions import pierced
-from benchmarks.shared.common import kept, load, parser_of, table
-from optimize.settings.skins import load_skin
-from optimize.verification.solids.mesh_feel import feel_of
 from relief.ground.arrays import Array, Index, extents, units
-from relief.ground.errors import InputError
 from relief.solids.body import Body
-from relief.solids.files import read_mesh
 from relief.solids.wrapping.masks import Points, mask_at
 
-RESULT, COMMAND = "bare", "benchmarks.objects.bare"
-SEEDS, SEED_FACES, FACES, PLACES = 200, 60_000, 200_000, 12
-"""Random masks, triangles of their parts and of the unmasked ones, and places that are felt of these."""
-MOST_CPU_S = 180.0
-"""CPU seconds after which a wrap is ended, as of benchmarks.objects.parts."""
-TILES = ("leather-tile", "gravel-tile", "bark-tile")
 SPACING_MM = 0.25
 """Largest distance of the samples of a triangle, mm: well below the 2 mm over which textures end."""
 TOUCHED = 1e-6
@@ -59,14 +31,15 @@ FAR_MM = 2.5
 """Distance from any texture, mm, at which touched triangles lie on the file: their even edges are 1 mm."""
 RIM_UM = 1.0
 """Largest distance of rim triangles from the file, µm."""
-LEAST_MM2 = 20.0
-"""Least area of a random mask, in areas with the whole relief, mm²; smaller ones are drawn again."""
 TURNS = (20.0, 40.0, 60.0, 180.0)
 """Largest angles, degrees, between neighbours that may share a normal; the last one takes all."""
 PIECE_MM = 0.1
 """Least radius of the pieces by which triangles near one another are sought, mm."""
 FEW_PAIRS = 1_000_000
 """Pairs of triangles that are compared as they are, without a search."""
+DEEP_MM = 5e-3
+"""Length of an edge beyond a triangle and distance of the place from its border, mm, from which it passes
+through: five times the depth from which triangles are said to, as that is measured in the best direction."""
 Chosen = NDArray[np.bool_]
 
 
@@ -365,181 +338,22 @@ def farthest(points: Array, body: Body) -> float:
     return float(np.linalg.norm(nearest - points, axis=1).max())
 
 
-def random_mask(random: np.random.Generator, body: Body) -> str:
-    """One to three conditions of random kinds, joined by & and |, some of them inverted or with ramps."""
-    text = _condition(random, body)
-    for _ in range(random.integers(3)):
-        other = _condition(random, body)
-        other = f"not ({other})" if random.random() < 0.3 else other
-        text = f"({text}) {random.choice(['&', '|'])} {other}"
-    return text
-
-
-def _condition(random: np.random.Generator, body: Body) -> str:
-    """A half-space of x, y or z, an angle of normals or a turn about z, with one number or a ramp."""
-    kind, sign = random.integers(5), random.choice(["<", ">"])
-    if kind < 3:
-        name, low, high = "xyz"[kind], *np.quantile(body.vertices[:, kind], (0.0, 1.0))
-        start = random.uniform(low + 0.1 * (high - low), high - 0.1 * (high - low))
-        width = random.uniform(0.3, 4.0)
-    elif kind == 3:
-        name = random.choice(["angle", "angle:-z", "angle:x", "angle:-y"])
-        start, width = random.uniform(20.0, 120.0), random.uniform(5.0, 40.0)
-    else:
-        name, start, width = "turn", random.uniform(20.0, 340.0), random.uniform(5.0, 40.0)
-    ramp = f"..{start + width:.3f}" if random.random() < 0.3 else ""
-    return f"{name}{sign}{start:.3f}{ramp}"
-
-
-def drawn(seed: int) -> tuple[str, dict[str, Any]]:
-    """A part and options of `retouch wrap` by a seed, with a mask that leaves `LEAST_MM2` at least."""
-    random = np.random.default_rng(seed)
-    name = str(random.choice([name for name in NAMES if not name.endswith("-fine")]))
-    body = read_mesh(HERE / f"{name}.3mf").body
-    samples, still = Samples(body), left_alone(body)
-    options: dict[str, Any] = {
-        "texture": str(random.choice(TILES)),
-        "falloff_mm": float(np.round(np.exp(random.uniform(np.log(0.3), np.log(4.0))), 2)),
-        "level": float(random.integers(2)),
-        "relief_mm": float(np.round(random.uniform(0.2, 0.8), 2)),
-    }
-    while True:
-        mask = random_mask(random, body)
-        share = np.where(still[samples.face], 0.0, shares_at(samples, body, mask, options["falloff_mm"]))
-        count = np.bincount(samples.face, minlength=len(body.faces))
-        mean = np.bincount(samples.face, share, len(body.faces)) / count
-        if (mean * body.areas).sum() >= LEAST_MM2:
-            return name, options | {"mask": mask}
-
-
-def wrapped_and_checked(file: Path, suffix: str, texture: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Outcome of `retouch.wrap` on a file and numbers of `check`, or the line that refuses the file."""
-    body = read_mesh(file).body
-    samples, still = Samples(body), left_alone(body)
-    with TemporaryDirectory() as folder:
-        out, began = Path(folder) / f"out{suffix}", time.process_time()
-        try:
-            with limited(MOST_CPU_S):
-                # Bores carry texture here as masks say, so that shares alone tell the classes.
-                result = retouch.wrap(texture, file, out, quiet=True, keep_holes_mm=0.0, **options)
-        except (InputError, TimeoutError) as fault:
-            return {"refused": str(fault).replace(str(file), file.name), "cpu_s": time.process_time() - began}
-        row = {"cpu_s": time.process_time() - began, "suffix": suffix}
-        share = shares_at(samples, body, options.get("mask"), options.get("falloff_mm", 2.0))
-        row |= check(body, read_mesh(out).body, samples, share, still)
-        row["off_um"] = 1e3 * farthest(result.wrapped.original.vertices, body)
-        row["lowered"] = result.wrapped.lowering.part
-        if "mask" not in options:
-            row |= felt(out, file)
-        numbers = {name: value for name, value in result.as_json().items() if isinstance(value, int | float)}
-    return row | {"faults": faults(row), "told": numbers}
-
-
-@contextmanager
-def limited(most_s: float) -> Iterator[None]:
-    """Raise TimeoutError in what takes more CPU seconds than a limit."""
-
-    def end(*_: object) -> None:
-        raise TimeoutError(f"took more than {most_s:g} CPU s")
-
-    before = signal.signal(signal.SIGPROF, end)
-    signal.setitimer(signal.ITIMER_PROF, most_s)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-        signal.signal(signal.SIGPROF, before)
-
-
-def felt(out: Path, file: Path) -> dict[str, Any]:
-    """Roughness of a wrapped part over its own shape at a few places, where there are places to feel it."""
-    try:
-        feel = feel_of(read_mesh(out), load_skin("paper"), "layer", PLACES, read_mesh(file))
-    except InputError as fault:
-        return {"not_felt": str(fault)}
-    return {"roughness": float(feel.values["roughness"].mean()), "places": len(feel.crops)}
-
-
-def seeded(seed: int) -> dict[str, Any]:
-    """Outcome of a random mask."""
-    name, options = drawn(seed)
-    suffix = (".stl", ".3mf")[seed % 2]
-    texture = str(options.pop("texture"))
-    row = wrapped_and_checked(HERE / f"{name}.3mf", suffix, texture, options | {"faces": SEED_FACES})
-    return {"part": name, "texture": texture, **options, **row}
-
-
-def without_mask(name: str) -> dict[str, Any]:
-    """Outcome of a part without a mask."""
-    return wrapped_and_checked(HERE / f"{name}.3mf", ".3mf", TEXTURE, {"faces": FACES})
-
-
-def summary(rows: Mapping[str, Mapping[str, Any]]) -> str:
-    """How many masks came out, how many of these have faults, and the lines of the others."""
-    out = [row for row in rows.values() if "refused" not in row]
-    counts = [
-        (name, sum(row[name] > most for row in out), max(row[name] for row in out))
-        for name, most in WRONG.items()
-    ]
-    lines = Counter(row["refused"] for row in rows.values() if "refused" in row)
-    cpu = sum(row["cpu_s"] for row in rows.values())
-    wrong = sum(bool(row["faults"]) for row in out)
-    head = f"{len(out)} of {len(rows)} came out, {wrong} with faults; {cpu:.0f} CPU s"
-    refusals = "\n".join(f"{count} refused: {line}" for line, count in lines.items())
-    return "\n\n".join((head, table(("number", "masks with more", "most"), counts), refusals))
-
-
-COLUMNS = (
-    "triangles",
-    "open_edges",
-    "crossings",
-    "lowered",
-    "off_um",
-    "roughness",
-    "cpu_s",
-    "bare_missing",
-    "rim_um",
-)
-"""Numbers of parts without a mask in their table, each before and now."""
-
-
-def compared(before: Mapping[str, Mapping[str, Any]], now: Mapping[str, Mapping[str, Any]]) -> str:
-    """Parts without a mask, before / now."""
-    rows = [
-        (
-            name,
-            *(" / ".join(_shown(rows.get(name, {}).get(key)) for rows in (before, now)) for key in COLUMNS),
-        )
-        for name in sorted({*before, *now})
-    ]
-    return table(("part, before / now", *COLUMNS), rows)
-
-
-def _shown(value: Any) -> str:
-    return "-" if value is None else f"{value:.4g}" if isinstance(value, float) else f"{value:,}"
-
-
-def run(options: Namespace) -> None:
-    """Measure what is asked for and missing, and print the tables."""
-    if options.parts:
-        for name in options.names or NAMES:
-            kept(RESULT, options.key, name, partial(without_mask, name), options.again)
-        print(compared(load(RESULT).get("before", {}), load(RESULT).get("parts", {})))
-    else:
-        for seed in options.names or range(options.seeds):
-            kept(RESULT, "masks", str(seed), partial(seeded, int(seed)), options.again)
-        print(summary(load(RESULT)["masks"]))
-
-
-def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", help="parts, or seeds")
-    parser.add_argument("--seeds", type=int, default=SEEDS, metavar="N")
-    parser.add_argument("--parts", action="store_true", help="the parts without a mask")
-    parser.add_argument("--as", dest="key", default="parts", choices=("parts", "before"))
-    parser.add_argument("--again", action="store_true", help="also what there are results of")
-    run(parser.parse_args())
-
-
-if __name__ == "__main__":
-    main()
+def pierced(corners: Array, one: Index, other: Index) -> NDArray[np.bool_]:
+    """(n,) whether an edge of triangle one passes through triangle other, by more than `DEEP_MM`."""
+    met = np.zeros(len(one), bool)
+    start = corners[other, 0]
+    u, v = corners[other, 1] - start, corners[other, 2] - start
+    normal = np.cross(u, v)
+    unit = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    for k in range(3):
+        foot, way = corners[one, k], corners[one, (k + 1) % 3] - corners[one, k]
+        heights = [((end - start) * unit).sum(axis=1) for end in (foot, foot + way)]
+        through = (heights[0] * heights[1] < 0.0) & (np.abs(heights).min(axis=0) > DEEP_MM)
+        across = np.where(through, (way * unit).sum(axis=1), 1.0)
+        point = foot - (heights[0] / across)[:, None] * way - start
+        area = np.maximum((normal * unit).sum(axis=1), 1e-30)
+        s, t = ((np.cross(*pair) * unit).sum(axis=1) / area for pair in ((point, v), (u, point)))
+        for share, side in ((s, v), (t, u), (1.0 - s - t, v - u)):
+            through &= share * area > DEEP_MM * np.linalg.norm(side, axis=1)
+        met |= through
+    return met
