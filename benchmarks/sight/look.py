@@ -195,7 +195,7 @@ def as_text(costs: dict[str, Any]) -> str:
     for name, measured in costs.items():
         for method in dict.fromkeys(row["method"] for row in measured["rows"]):
             rows = [row for row in measured["rows"] if row["method"] == method]
-            cells = (f"{row['error']:.2g} %, {row['seconds']:.2g} s" for row in (rows[0], rows[-1]))
+            cells = (f"{row['error']:.2g} %, {row['seconds']:.3g} s" for row in (rows[0], rows[-1]))
             lines.append([name, method, *cells])
     return table(("scene", "method", "fewest samples", "most samples"), lines)
 
