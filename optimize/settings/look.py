@@ -16,11 +16,12 @@ class Look(Section):
     """`[look]`: the pictures that are kept.
 
     Attributes:
-        model: model of the pictures in the steps; "auto" is "fast" where that can show the scene, else "exact".
-            To compare with: "shading" has no shadows and no ambient occlusion, "heights" keeps the heights.
+        model: model of the pictures in the steps; "auto" is "fast" where that can show the scene, else
+            "exact". To compare with: "shading" has no shadows and no ambient occlusion, "heights" keeps the
+            heights.
         weight: w1, the weight of the pictures; by default 1 for gauss-newton and 0.1 for adam.
-        samples: samples a pixel, of pictures that Mitsuba renders for the steps of adam; by default fixed samples
-            without noise.
+        samples: samples a pixel, of pictures that Mitsuba renders for the steps of adam; by default fixed
+            samples without noise.
         masking: weight of contrast masking: pixels count 1 / (1 + masking c / mean c), with c the local
             contrast of the original, so that smooth parts are kept better.
         broad: low-pass term of the loss: how much more a change of brightness over several millimetres counts
@@ -41,12 +42,12 @@ class Verify(Section):
     """`[verify]`: the check of the result.
 
     Attributes:
-        model: model of touch that verifies: finite elements; the elastic layer, pressed on the result from a cold
-            start; or no verification.
+        model: model of touch that verifies: finite elements; the elastic layer, pressed on the result from a
+            cold start; or no verification.
         resolution: nodes along a side of the finite elements, which are built once for each skin.
         corrections: largest number of corrections of the surrogate target.
-        samples: samples a pixel, of the pictures before and after; by default as many as their change needs, up to
-            256.
+        samples: samples a pixel, of the pictures before and after; by default as many as their change needs,
+            up to 256.
         distance_cm: from the eye to the plate, cm, for FLIP and JOD.
         baseline: whether the report shows the original scaled in height to the same target.
         jod: whether JOD is computed, which takes two seconds and the extra `jod`.

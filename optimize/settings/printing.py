@@ -23,10 +23,10 @@ class Print(Section):
         printer: name of a printer, or a printer file (.toml); "own" where a number differs from its.
         pixel_um: side of a pixel, or width of the spot or strand, µm; by default that of the named printer.
         layer_um: thickness of a layer, µm; by default that of the named printer.
-        min_feature_um: width of the narrowest ridge or groove that comes out, µm; by default that of the named
-            printer, else three pixels.
-        max_slope_degrees: largest slope that comes out; by default that of the named printer, else 90, upright
-            walls.
+        min_feature_um: width of the narrowest ridge or groove that comes out, µm; by default that of the
+            named printer, else three pixels.
+        max_slope_degrees: largest slope that comes out; by default that of the named printer, else 90,
+            upright walls.
         max_relief_mm: greatest height of a relief; by default that of the named printer, else 20.
         keep_features: whether prints are without ridges and grooves narrower than the smallest feature.
     """

@@ -49,8 +49,8 @@ class DescentSettings(Section):
     """`[descent]`: the method and its settings.
 
     Attributes:
-        method: optimiser: Gauss-Newton, the paper's Adam, or the baseline, which scales the original in height
-            and then sideways.
+        method: optimiser: Gauss-Newton, the paper's Adam, or the baseline, which scales the original in
+            height and then sideways.
         steps: largest number of steps.
         tolerance: largest relative error of a target that counts as met; 0.1 with the stopping rule "paper".
         shadow_edges: whether gradients of pictures include the boundary term of shadows.
@@ -59,7 +59,8 @@ class DescentSettings(Section):
         smoothing: lambda of the smoothed metric of Adam's steps; the paper's is 0, sample by sample.
         stop: when Adam stops: after all its steps, or at the paper's bounds (targets within the tolerance,
             pictures within 2 % of white, root mean square).
-        regularisation: w2, the weight of differences between neighbouring pixels of the change of the pictures.
+        regularisation: w2, the weight of differences between neighbouring pixels of the change of the
+            pictures.
     """
 
     method: Annotated[str, one_of(METHODS)] = "gauss-newton"

@@ -165,11 +165,11 @@ class _TouchModel(SkinKeys):
             which the other fingers miss that change.
         skin: name or file of a finger, whose values the keys of a skin have that are not given; "own" where
             one that is given differs.
-        curved_x_mm: radius of the object that will carry the texture, along x, mm, 3 to 10,000: positive where
-            the object bulges, negative where it is hollow; by default straight.
+        curved_x_mm: radius of the object that will carry the texture, along x, mm, 3 to 10,000: positive
+            where the object bulges, negative where it is hollow; by default straight.
         curved_y_mm: the same along y.
-        axis: axis of `roughness_from` and `roughness_to`: "x", the default, from left to right, or "y" from top
-            to bottom.
+        axis: axis of `roughness_from` and `roughness_to`: "x", the default, from left to right, or "y" from
+            top to bottom.
         region: parts of the surface with a feel of their own; the rest keeps the original's.
         feel_of: height map, name of a bundled one or folder of a run whose feel is the goal.
         feel_of_relief_mm: height of white above black there, mm, if it is a picture; by default that of its

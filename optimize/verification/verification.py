@@ -113,8 +113,8 @@ class Measured(Spread):
         count: number of contact locations where it presses.
         initial_roughness: V of the original, mean over the contact locations.
         roughness: V of the result, mean over the contact locations.
-        jnd_mean: JND between the two means of V; null, as its ends, where a relief is smooth to this finger or to
-            the run's own.
+        jnd_mean: JND between the two means of V; null, as its ends, where a relief is smooth to this finger
+            or to the run's own.
     """
 
     skin: str
