@@ -31,7 +31,7 @@ COMMANDS = {
 """Commands whose documents take little time, by their verbs."""
 
 
-@pytest.mark.parametrize(("page", "name"), tables(), ids=" ".join)
+@pytest.mark.parametrize(("page", "name"), tables())
 def test_tables_are_current(page: str, name: str) -> None:
     text = (REFERENCE / f"{page}.md").read_text(encoding="utf-8")
     shown = text.partition(f"<!-- {name}, made by python -m {COMMAND} -->\n")[2]
