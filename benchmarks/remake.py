@@ -180,7 +180,8 @@ PARTS: Mapping[str, Part] = {
     "stability": Part("where the models hold", ("-m benchmarks.stability.sweep --again",)),
     "whole_run": Part("seconds and memory of whole runs", (f"-m benchmarks.whole_run {' '.join(CASES)}",)),
     "pages": Part(
-        "the tables of docs/evidence and the numbers of the README", ("-m benchmarks.docs.measured",)
+        "the tables of docs/evidence and docs/reference, and the numbers of the README",
+        ("-m benchmarks.docs.measured", "-m benchmarks.docs.reference"),
     ),
 }
 """By name, in the order in which they are made: later parts read what earlier ones left."""

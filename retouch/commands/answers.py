@@ -39,7 +39,7 @@ examples:
       --values rougher:left=first,right=second
   retouch answers runs/gravel-set answers.csv --skin-out mine.toml --press press.csv
 
-SET then holds answers.html and answers.json. docs/tutorials/people.md says how the numbers are computed.
+SET then holds answers.html and answers.json. docs/explanation/answers.md says how the numbers are computed.
 """
 
 
