@@ -12,6 +12,7 @@ from urllib.parse import unquote
 from fastapi import FastAPI, Request
 from fastapi.responses import FileResponse, HTMLResponse, JSONResponse, PlainTextResponse, Response
 from fastapi.staticfiles import StaticFiles
+from starlette.requests import ClientDisconnect
 
 from mitsuba_scenes import FOLDER
 from optimize.run_directory.key import REPORT
@@ -92,6 +93,9 @@ async def _kept(request: Request, folder: Path) -> Response:
         file = await _received(request, name, folder)
     except InputError as error:
         return PlainTextResponse(plain(str(error)), 422)
+    except ClientDisconnect:
+        # Nobody waits for the answer; of the file nothing is kept.
+        return Response(status_code=400)
     except OSError as error:
         full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         text = "the disk is full" if full else str(error.strerror)
