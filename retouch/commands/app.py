@@ -6,12 +6,11 @@ from pathlib import Path
 
 from mitsuba_scenes import find_texture
 from relief.ground.errors import InputError
-from relief.ground.files import only_writer
 from relief.ground.options import whole_number
 
 PORT = 8642
 """Port where none is given; none of the registered services of common machines has it."""
-OPEN = "the app is open in this folder already; go on in its page, or close it first"
+
 
 HELP = "make, feel, run and compare on a page in the browser"
 DESCRIPTION = """\
@@ -51,23 +50,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     if importlib.util.find_spec("nicegui") is None:
         raise InputError("retouch app needs NiceGUI; install it with: pip install 'retouch[app]'")
-    picture = None
-    if arguments.picture is not None:
-        picture = arguments.picture
-        if not find_texture(picture).is_file():
-            raise InputError(f"{picture}: no such file")
+    picture = arguments.picture
+    if picture is not None and not find_texture(picture).is_file():
+        raise InputError(f"{picture}: no such file")
     # Imported here: the other verbs need no server. Its worker starts first, as the server takes a second.
     from retouch.app.state.session import Session
-    from retouch.app.values.folders import RUNS_FOLDER, with_plain_name
 
-    # Two apps in one folder would overwrite what the other keeps of its runs.
-    with only_writer(RUNS_FOLDER, OPEN):
-        chosen, session = None if picture is None else str(with_plain_name(picture)), Session()
-        session.open(chosen)
-        try:
-            from retouch.app.serve import serve
+    session = Session()
+    with session.opened(picture) as chosen:
+        from retouch.app.serve import serve
 
-            serve(session, chosen, arguments.port, arguments.browser)
-        finally:
-            session.close()
+        serve(session, chosen, arguments.port, arguments.browser)
     return 0

@@ -52,7 +52,7 @@ class State(Enum):
         return self in (State.RUNNING, State.STOPPING)
 
 
-class Step(BaseModel, frozen=True):
+class Step(BaseModel, frozen=True, allow_inf_nan=False):
     """A step of a run: what the app shows of a row of its history, under the keys of the row.
 
     Attributes:

@@ -8,10 +8,13 @@ file as well, so that the next start goes on with them.
 import asyncio
 import hashlib
 import itertools
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from relief.ground.files import only_writer
 from retouch.app.computing import pictures
 from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity
@@ -23,8 +26,9 @@ from retouch.app.state.outcomes import Outcomes
 from retouch.app.state.running import Running
 from retouch.app.state.runs import QueuedRun, State
 from retouch.app.values.document import AppDocument
-from retouch.app.values.folders import PICTURES_FOLDER
+from retouch.app.values.folders import PICTURES_FOLDER, RUNS_FOLDER, with_plain_name
 
+OPEN = "the app is open in this folder already; go on in its page, or close it first"
 FIRST_TEXTURE = "gravel"
 """Bundled texture that is shown where no picture was chosen yet."""
 ORDER = ("object", "print", "run", "sides", "picture", "paint", "numbers", "reach")
@@ -68,15 +72,28 @@ class Session:
             self.outcomes.want_sides()
         self.activity.notify()
 
-    def open(self, picture: str | None) -> None:
-        """Take up what was chosen last, and let the worker begin with the picture that is to be shown.
+    @contextmanager
+    def opened(self, picture: Path | None) -> Iterator[str | None]:
+        """Keep the folder to this session until the block ends: two would overwrite what each other keeps.
+
+        What was chosen last is taken up, and the worker begins with the picture that is to be shown.
 
         Args:
             picture: that is chosen now; None: the last one.
+
+        Yields:
+            The picture that is chosen now, under a name that the page can show.
+
+        Raises:
+            InputError: another app is open in the folder, or as of `with_plain_name`.
+            OSError: as of `with_plain_name` and `restore`.
         """
-        self.restore()
-        last = self.document.picture if picture is None else None
-        self._live.begin(pictures.warm, picture or FIRST_TEXTURE, last)
+        with only_writer(RUNS_FOLDER, OPEN), closing(self):
+            chosen = None if picture is None else str(with_plain_name(picture))
+            self.restore()
+            last = self.document.picture if chosen is None else None
+            self._live.begin(pictures.warm, chosen or FIRST_TEXTURE, last)
+            yield chosen
 
     async def choose(self, file: str) -> None:
         """Begin with a picture, or a bundled texture by its name; of several, with the last one."""

@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -40,8 +41,13 @@ def test_a_picture_whose_name_is_no_utf8_is_shown_at_this_start_and_the_next(tmp
     shutil.copy(FOLDER / "textures" / "dots.png", tmp_path / name)
     for words in ([name], []):
         with App(tmp_path, *words) as app:
-            answer = httpx.get(app.address, follow_redirects=True)
-            assert answer.status_code == 200 and "pictures/caf.png" in answer.text
+            end = time.monotonic() + 60.0
+            while (
+                "pictures/caf.png"
+                not in httpx.get(app.address, follow_redirects=True).raise_for_status().text
+            ):
+                assert time.monotonic() < end
+                time.sleep(0.1)
             another = [sys.executable, "-m", "retouch", "app", "--no-browser", "--port", "0"]
             second = subprocess.run(another, cwd=tmp_path, capture_output=True, text=True, check=False)
             assert (second.returncode, second.stdout, second.stderr) == (2, "", BUSY)

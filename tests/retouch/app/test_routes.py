@@ -108,7 +108,7 @@ def test_a_full_disk_is_told_and_leaves_nothing(client: Client, monkeypatch: pyt
     assert left() == []
 
 
-def test_a_cut_off_file_leaves_nothing_and_is_no_error(client: Client) -> None:
+def test_a_cut_off_file_leaves_nothing_and_is_no_fault_of_the_app(client: Client) -> None:
     async def receive() -> Any:
         return next(messages)
 
@@ -124,7 +124,7 @@ def test_a_cut_off_file_leaves_nothing_and_is_no_error(client: Client) -> None:
     for path, name in (("/app/picture", b"stone.png"), ("/app/part", b"knob.stl")):
         messages = iter([begun, {"type": "http.disconnect"}])
         asyncio.run(cut_off(path, name))
-    assert [message["status"] for message in sent if "status" in message] == [400, 400]
+    assert [message["status"] for message in sent if "status" in message] == [422, 422]
     assert left() == [] and list(Path("parts").iterdir()) == []
 
 

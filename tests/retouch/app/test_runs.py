@@ -205,7 +205,8 @@ def test_steps_are_read_while_they_are_written() -> None:
     assert steps(folder) == []
     row = json.dumps(ROW | {"target_roughness": 0.06})
     endless = json.dumps(ROW | {"step": float("inf")})
-    lines = [row, "[]", endless, json.dumps(ROW), '{"step": 2, "rough']
+    unknown = json.dumps(ROW | {"roughness": float("nan")})
+    lines = [row, "[]", endless, unknown, json.dumps(ROW), '{"step": 2, "rough']
     (folder / RUN_HISTORY).write_text("\n".join(lines))
     assert [step.target_roughness for step in steps(folder)] == [0.06, None]
 
