@@ -260,3 +260,30 @@ def test_a_closed_app_leaves_a_run_that_goes_on(window: Window, tmp_path: Path) 
         window.wait(SHOWN)
         to(window, "Run")
         window.wait("document.querySelector('.queue')?.innerText.includes('it can go on')")
+
+
+def test_a_killed_app_leaves_a_run_that_the_next_one_shows_and_stops(window: Window, tmp_path: Path) -> None:
+    (tmp_path / "runs").mkdir()
+    slow = {"settings": [*QUICK, "descent.method=adam", "descent.steps=5000"]}
+    content = {"document": {"feel": slow}, "queue": [], "of_a_later_version": 1}
+    (tmp_path / "runs" / "app.json").write_text(json.dumps(content))
+    dots = "document.querySelectorAll('.step-chart .dot').length"
+    with App(tmp_path, "waves") as app:
+        window.visit(app.address)
+        window.wait(SHOWN)
+        window.wait("document.querySelector('.bar .fault').innerText.includes('runs/app.json.unread-1')")
+        to(window, "Run")
+        window.click_text(".side button", "Run")
+        window.wait(f"{dots} > 1")
+        app.process.kill()
+        app.close()
+    with App(tmp_path) as app:
+        window.visit(app.address)
+        window.wait(SHOWN)
+        assert window.evaluate("document.querySelector('.bar .fault').innerText") == ""
+        to(window, "Run")
+        window.wait("/waves-1: running/.test(document.querySelector('.state')?.innerText)")
+        window.wait("document.querySelector('.stage').innerText.includes('right the best so far')")
+        window.click_text(".side button", "Stop")
+        window.wait("document.querySelector('.queue')?.innerText.includes('it can go on')")
+    assert (tmp_path / "runs" / "waves-1" / "heights.exr").is_file()
