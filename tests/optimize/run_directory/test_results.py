@@ -367,7 +367,7 @@ def test_the_documentation_lists_every_key_of_look_and_heights(problem: Problem,
     listed |= {key.rpartition(".")[2] for key in listed}
     noise = summary["look"]["noise"]
     assert {*summary["look"], *noise, *summary["heights"]} - {"noise"} <= listed
-    assert all(f"`{name}`" in page for name in noise["change_percent_of_mean"])
+    assert noise["change_percent_of_mean"].keys() <= listed
 
 
 def test_the_lift_of_a_relief_is_told_apart_from_its_change(problem: Problem, settings: Run) -> None:
