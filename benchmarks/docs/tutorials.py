@@ -1,0 +1,115 @@
+"""The commands of start page and tutorials, each page from an empty folder: CPU seconds and what is printed.
+
+python -m benchmarks.docs.tutorials                # all pages: about ten CPU minutes
+python -m benchmarks.docs.tutorials print people   # these alone
+
+A page has the files that it links to, as a reader has who downloads them. `app` and `--serve`, which wait for
+a person, are left out. The answers that people.md offers are those of eight simulated people to its plan:
+
+python -m benchmarks.docs.tutorials --simulate SET
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+import resource
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.people.observers import Observer, answered
+from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, save
+from relief.ground.files import write_atomically
+from retouch.laboratory.people.plan import write_plan
+from retouch.laboratory.people.plates import read_plates
+from retouch.laboratory.people.reading import ROUGHER
+from retouch.laboratory.stimulus_sets.stimulus_set import FILE, StimulusSet
+
+PAGES = {path.stem: path for path in (DOCS / "start.md", *sorted((DOCS / "tutorials").glob("*.md")))}
+ANSWERS = DOCS / "tutorials" / "answers-simulated.csv"
+LEFT_OUT = {"settings", "sha256", "versions", "skin", "noise"}
+"""Keys of results that no page shows."""
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("pages", nargs="*", help=f"of: {', '.join(PAGES)}")
+    parser.add_argument("--simulate", type=Path, metavar="SET", help="write the answers to this set")
+    arguments = parser.parse_args()
+    if arguments.simulate is not None:
+        simulate(arguments.simulate)
+        return
+    for name in arguments.pages or PAGES:
+        with tempfile.TemporaryDirectory() as folder:
+            rows = dict(run(PAGES[name], Path(folder)))
+        save("tutorials", load("tutorials") | {name: rows, "machine": machine()})
+
+
+def commands(page: Path) -> list[list[str]]:
+    """Words of the commands in the blocks of a page that end by themselves, in its order."""
+    lines = re.findall(r"^(?:    )?(retouch .+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    each = [shlex.split(line, comments=True) for line in lines]
+    return [words for words in each if words[1] != "app" and "--serve" not in words]
+
+
+def run(page: Path, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Each command by its verb and what it writes, else reads: CPU seconds, exit status and numbers."""
+    for link in re.findall(r"\]\(([^)\s#]+\.(?:jpg|csv|3mf))\)", page.read_text(encoding="utf-8")):
+        shutil.copy(page.parent / link, folder)
+    for words in commands(page):
+        named = words[words.index("-o") + 1] if "-o" in words else words[-1]
+        began = _children_cpu_s()
+        done = subprocess.run(
+            [sys.executable, "-m", *words, "--json"],
+            cwd=folder,
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        cpu_s = round(_children_cpu_s() - began, 1)
+        numbers = scalars(json.loads(done.stdout or "{}"))
+        print(shlex.join(words), done.returncode, f"{cpu_s} CPU s", flush=True)
+        yield f"{words[1]} {Path(named).name}", {"cpu_s": cpu_s, "status": done.returncode, "numbers": numbers}
+
+
+def scalars(value: Any) -> Any:
+    """Numbers, texts and tables of them; of lists those of what names its texture, plate or file."""
+    if isinstance(value, list):
+        tables = [one for one in value if isinstance(one, dict)]
+        key = next((key for key in ("texture", "label", "name", "pairs") if tables and key in tables[0]), None)
+        value = {Path(str(one[key])).stem: one for one in tables} if key is not None else {}
+    if not isinstance(value, dict):
+        return value
+    kept = {key: scalars(one) for key, one in value.items() if key not in LEFT_OUT}
+    return {key: one for key, one in kept.items() if one not in ({}, None)}
+
+
+def simulate(folder: Path) -> None:
+    """Answer "which is rougher?" of a set's plan by eight people whose JND is 0.19, with a spread of 20 %."""
+    rng, plates = np.random.default_rng(1), read_plates(folder)
+    plan = write_plan(folder, StimulusSet.read(folder / FILE).experiment)
+    assert plan is not None
+    people = [
+        Observer(0.19 * math.exp(0.2 * rng.standard_normal()), lambda plate: plate.roughness, lapses=0.02)
+        for _ in plan.trials[ROUGHER]
+    ]
+    write_atomically(ANSWERS, answered(ROUGHER, plan, plates, people, rng))
+
+
+def _children_cpu_s() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+if __name__ == "__main__":
+    main()
