@@ -197,6 +197,10 @@ PARTS: Mapping[str, Part] = {
     "first-mile": Part("pictures from outside, by the README alone", ("-m benchmarks.runs.first_mile",)),
     "stability": Part("the map of stability", ("-m benchmarks.stability.sweep --again",)),
     "whole_run": Part("seconds and memory of whole runs", ("-m benchmarks.whole_run",)),
+    "tutorials": Part(
+        "the commands of start page and tutorials, and their figures",
+        ("-m benchmarks.docs.tutorials", "-m benchmarks.docs.figures"),
+    ),
     "pages": Part(
         "the tables of docs/evidence and the numbers of the README", ("-m benchmarks.docs.measured",)
     ),

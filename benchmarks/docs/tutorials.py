@@ -37,8 +37,10 @@ from retouch.laboratory.stimulus_sets.stimulus_set import FILE, StimulusSet
 
 PAGES = {path.stem: path for path in (DOCS / "start.md", *sorted((DOCS / "tutorials").glob("*.md")))}
 ANSWERS = DOCS / "tutorials" / "answers-simulated.csv"
-LEFT_OUT = {"settings", "sha256", "versions", "skin", "noise"}
+LEFT_OUT = {"settings", "noise", "findings"}
 """Keys of results that no page shows."""
+NAMES = ("texture", "label", "person", "name")
+"""Keys by which entries of lists are named."""
 
 
 def main() -> None:
@@ -77,21 +79,22 @@ def run(page: Path, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
             text=True,
         )
         cpu_s = round(_children_cpu_s() - began, 1)
-        numbers = scalars(json.loads(done.stdout or "{}"))
+        numbers = numbers_of(json.loads(done.stdout or "{}"))
         print(shlex.join(words), done.returncode, f"{cpu_s} CPU s", flush=True)
-        yield f"{words[1]} {Path(named).name}", {"cpu_s": cpu_s, "status": done.returncode, "numbers": numbers}
+        row = {"cpu_s": cpu_s, "status": done.returncode, "numbers": numbers}
+        yield f"{words[1]} {Path(named).name}", row
 
 
-def scalars(value: Any) -> Any:
-    """Numbers, texts and tables of them; of lists those of what names its texture, plate or file."""
+def numbers_of(value: Any) -> Any:
+    """Numbers, and tables of them; of a list those of its entries that name a texture, plate or person."""
     if isinstance(value, list):
         tables = [one for one in value if isinstance(one, dict)]
-        key = next((key for key in ("texture", "label", "name", "pairs") if tables and key in tables[0]), None)
-        value = {Path(str(one[key])).stem: one for one in tables} if key is not None else {}
+        key = next((key for key in NAMES if tables and key in tables[0]), None)
+        value = {Path(one[key]).stem: one for one in tables} if key is not None else {}
     if not isinstance(value, dict):
-        return value
-    kept = {key: scalars(one) for key, one in value.items() if key not in LEFT_OUT}
-    return {key: one for key, one in kept.items() if one not in ({}, None)}
+        return value if isinstance(value, int | float) else None
+    kept = {key: numbers_of(one) for key, one in value.items() if key not in LEFT_OUT}
+    return {key: one for key, one in kept.items() if one is not None and one != {}}
 
 
 def simulate(folder: Path) -> None:
