@@ -87,7 +87,7 @@ PARTS: Mapping[str, Part] = {
         ("-m benchmarks.touch.contact --again", "-m benchmarks.touch.sampling"),
     ),
     "demo": study("demo", "the demo runs and their picture", "-m benchmarks.runs.demo_figure {runs}/demo"),
-    "tiles": study("tiles", "ten tiles all over", "-m benchmarks.surfaces.tile_figure {runs}/tiles"),
+    "tiles": study("tiles", "ten tiles all over"),
     "plates": study(
         "plates",
         "plates of 25 mm",
@@ -179,6 +179,10 @@ PARTS: Mapping[str, Part] = {
     "first-mile": Part("pictures from outside, by the README alone", ("-m benchmarks.runs.first_mile",)),
     "stability": Part("where the models hold", ("-m benchmarks.stability.sweep --again",)),
     "whole_run": Part("seconds and memory of whole runs", (f"-m benchmarks.whole_run {' '.join(CASES)}",)),
+    "tutorials": Part(
+        "the commands of start page and tutorials, and their figures",
+        ("-m benchmarks.docs.tutorials", "-m benchmarks.docs.figures"),
+    ),
     "pages": Part(
         "the tables of docs/evidence and docs/reference, and the numbers of the README",
         ("-m benchmarks.docs.measured", "-m benchmarks.docs.reference"),
