@@ -1,0 +1,102 @@
+"""Drafts: what the feel that is chosen would make of the picture, shown while a person chooses."""
+
+import math
+
+from relief.relief import Relief
+from retouch.app.computing import drafts
+from retouch.app.computing.worker import Worker
+from retouch.app.state.activity import Activity
+from retouch.app.state.history import UndoHistory
+from retouch.app.state.latest import Latest
+from retouch.app.state.numbers import Numbers
+from retouch.app.values.document import FEEL_OF, JND, Wish, goals
+from retouch.app.values.findings import Draft
+from tactile.jnd import ROUGHNESS_JND
+from tactile.quantities import ROUGHNESS
+
+STEPS = 6
+"""Most steps towards a wish; a run of the bundled textures at 2 JND takes three to seven."""
+MOST_KEPT = 48
+"""Most drafts that are kept; one of 256 x 256 samples takes 2 MB."""
+
+
+class Drafts:
+    """Drafts of the picture and the finger that are chosen; others are dropped, and no file holds any.
+
+    The latest wish is drafted, from the nearest result that is known; each step is shown. An error is the
+    fault of the subject "draft".
+    """
+
+    def __init__(self, history: UndoHistory, activity: Activity, numbers: Numbers, slow: Worker) -> None:
+        self._history, self._activity, self._numbers, self._slow = history, activity, numbers, slow
+        self._of: tuple[Relief | None, str] = (None, "")
+        self._made: dict[Wish, Draft] = {}
+        self._finished: set[Wish] = set()
+        self._drafting: Latest[tuple[Relief, Wish], None] = Latest(activity, "draft", self._draft)
+
+    @property
+    def busy(self) -> bool:
+        """Whether a draft is being made."""
+        return self._drafting.busy
+
+    def want(self) -> None:
+        """Ask for a draft of the feel that is chosen, once the picture has been pressed."""
+        relief, wish = self._numbers.relief, self._history.document.feel.wish()
+        if (relief, self._history.document.feel.skin) != self._of:
+            self._of = relief, self._history.document.feel.skin
+            self._made, self._finished = {}, set()
+        if relief is None or wish is None or wish in self._finished or not self._numbers.settled:
+            self._drafting.want(None)
+        else:
+            self._drafting.want((relief, wish), "drafting")
+
+    def shown(self) -> tuple[Draft | None, bool]:
+        """The draft of the feel that is chosen, or the nearest known; and whether it is of this very feel."""
+        feel = self._history.document.feel
+        wish = feel.wish()
+        if wish is None or self._of != (self._numbers.relief, feel.skin):
+            return None, False
+        return (self._made[wish], True) if wish in self._made else (self._nearest(wish), False)
+
+    async def _draft(self, key: tuple[Relief, Wish]) -> None:
+        relief, wish = key
+        own = self._made.get(wish)
+        for _ in range(STEPS):
+            start = own or self._nearest(wish)
+            draft = await self._slow(drafts.step, relief, wish, start, own is not None)
+            if (relief, wish.skin) != self._of:
+                return
+            arrived = own is not None and own.met
+            if draft.met or not arrived:
+                own = self._made[wish] = draft
+            # The step after the one that arrives brings the pictures closer; further ones hardly do.
+            if arrived:
+                break
+            self._activity.notify()
+            self._drafting.check()
+        self._finished.add(wish)
+        for old in [*self._made][:-MOST_KEPT]:
+            del self._made[old]
+            self._finished.discard(old)
+
+    def _nearest(self, wish: Wish) -> Draft | None:
+        """The known result whose feel is nearest to a wish; None if that is the original, or unknown."""
+        name, ratio = _quantity(wish.goal), self._ratio(wish)
+        if ratio is None:
+            return None
+        made = [draft for other, draft in self._made.items() if _quantity(other.goal) == name]
+        known = [*self._numbers.samples, *made] if name == ROUGHNESS.name else made
+        ratios = [(draft.ratios[name], draft) for draft in known if draft.ratios.get(name, 0.0) > 0.0]
+        return min(((1.0, None), *ratios), key=lambda one: abs(math.log(one[0] / ratio)))[1]
+
+    def _ratio(self, wish: Wish) -> float | None:
+        """What a wish makes of its quantity, in units of the original's; None if that is not known here."""
+        if wish.goal == FEEL_OF:
+            other, felt = self._numbers.scale.get(str(wish.value)), self._numbers.felt
+            return None if other is None or felt is None else other / float(felt[ROUGHNESS.name].mean())
+        return ROUGHNESS_JND ** float(wish.value) if wish.goal == JND else float(wish.value)
+
+
+def _quantity(goal: str) -> str:
+    """Name of the quantity that a goal changes."""
+    return ROUGHNESS.name if goal == FEEL_OF else goals()[goal].name
