@@ -1,54 +1,164 @@
 """Drafts of the app beside the runs that follow them, on the twelve bundled textures, rougher and smoother.
 
 python -m benchmarks.docs.drafts            # what is missing: 24 runs of half a minute, and their drafts
-python -m benchmarks.docs.drafts --again    # the drafts anew, which take a minute; the runs stay
+python -m benchmarks.docs.drafts --again    # the drafts anew, which take two minutes; the runs stay
 
-A run is what the app starts: the commands at the foot of its page, by its usual settings. Each row is kept as
-soon as it is there, so that an interrupted command goes on.
+A run is what the app starts: the commands at the foot of its page, by its usual settings. A draft is what the
+app's session makes from nothing; both the first that reaches the goal and the last are kept. Each row is
+saved as soon as it is there, so that an interrupted command goes on.
 """
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import json
+import math
 import os
 import statistics
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.shared.common import ROOT, again_given, kept
+from benchmarks.shared.common import DOCS, ROOT, again_given, kept, load, publish, table
 from retouch.app.computing import pictures
-from retouch.app.values.document import JND, FeelChoice
+from retouch.app.state.session import Session
+from retouch.app.values.document import JND, FeelChoice, usual_numbers
 from retouch.app.values.folders import textures
+from tactile.jnd import ROUGHNESS_JND
+from tactile.quantities import ROUGHNESS
 
 NAME = "app_drafts"
 JNDS = (2.0, -2.0)
+SHORT = 3
+"""Exit status of a run that ends short of its target, with a result."""
 
 
 def main() -> None:
-    again_given(__doc__)
-    for name in textures():
-        for jnd in JNDS:
-            kept(NAME, "runs", f"{name} {jnd:+g}", lambda name=name, jnd=jnd: run(name, jnd))
+    again = again_given(__doc__)
+    rows = [(name, jnd) for name in textures() for jnd in JNDS]
+    for name, jnd in rows:
+        kept(NAME, "runs", key(name, jnd), partial(run, name, jnd))
+    with in_folder():
+        asyncio.run(drafted(rows, again))
+    publish(DOCS / "evidence" / "app.md", "drafts", "benchmarks.docs.drafts", text())
+
+
+def key(name: str, jnd: float) -> str:
+    """The name of a row."""
+    return f"{name} {jnd:+g}"
+
+
+@contextlib.contextmanager
+def in_folder() -> Iterator[None]:
+    """Work in a folder of its own."""
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        yield
 
 
 def run(name: str, jnd: float) -> dict[str, Any]:
-    """What the run of a texture reaches."""
+    """What the run of a texture reaches, verified."""
     feel = FeelChoice(numbers={JND: jnd})
-    with tempfile.TemporaryDirectory() as folder:
-        heights, out = "heights.png", "run"
-        for words in (pictures.source(name).picture.command(heights), feel.command(heights, out)):
+    with in_folder():
+        for words in (
+            pictures.source(name).picture.command("heights.png"),
+            feel.command("heights.png", "run"),
+        ):
             command = [sys.executable, "-m", "retouch", *words]
             path = os.environ | {"PYTHONPATH": str(ROOT)}
-            subprocess.run(command, cwd=folder, env=path, check=True, capture_output=True)
-        result = json.loads((Path(folder) / out / "result.json").read_text())
+            done = subprocess.run(command, env=path, capture_output=True, text=True)
+            if done.returncode not in (0, SHORT):
+                raise RuntimeError(done.stderr)
+        result = json.loads(Path("run", "result.json").read_text())
     return {
         "jnd": result["touch"]["jnd_from_original"],
         "change_percent_of_white": result["look"]["change_percent_of_white"],
         "seconds": result["time_s"]["total"],
     }
+
+
+async def drafted(rows: Sequence[tuple[str, float]], again: bool) -> None:
+    """The drafts of the rows that are missing, or of all of them."""
+    session = Session()
+    try:
+        for name, jnd in rows:
+            if again or key(name, jnd) not in load(NAME).get("drafts", {}):
+                steps = await draft(session, name, jnd)
+                kept(NAME, "drafts", key(name, jnd), partial(list, steps), again)
+    finally:
+        session.close()
+
+
+async def draft(session: Session, name: str, jnd: float) -> list[dict[str, Any]]:
+    """The steps of a draft from nothing."""
+    picture = session.document.picture
+    if picture is None or picture.file != name:
+        await session.choose(name)
+    while not (session.numbers.settled and session.activity.idle):
+        await asyncio.sleep(0.05)
+    session.history.change_feel(numbers=usual_numbers() | {JND: jnd})
+    steps: list[Any] = []
+
+    def look() -> None:
+        one, own = session.drafts.shown()
+        if own and one is not None and one not in steps:
+            steps.append(one)
+
+    ending = session.activity.listen(look)
+    session.drafts.want()
+    while session.drafts.busy:
+        await asyncio.sleep(0.05)
+    ending()
+    return [
+        {
+            "jnd": math.log(one.ratios[ROUGHNESS.name]) / math.log(ROUGHNESS_JND),
+            "change_percent_of_white": one.change_percent_of_white,
+            "met": one.met,
+        }
+        for one in steps
+    ]
+
+
+def shown(steps: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The first step that reaches the goal, which the page calls a draft; or the last one."""
+    return next((step for step in steps if step["met"]), steps[-1])
+
+
+def agreement(
+    which: Callable[[Sequence[dict[str, Any]]], dict[str, Any]] = shown,
+) -> dict[str, dict[str, float]]:
+    """Median and worst distance of drafts from the runs: in JND, and as the ratio of the picture changes.
+
+    A ratio and its reciprocal count as equally far; the worst is the one farther from 1.
+    """
+    content = load(NAME)
+    pairs = [(which(steps), content["runs"][row]) for row, steps in content["drafts"].items()]
+    off = [abs(one["jnd"] - other["jnd"]) for one, other in pairs]
+    ratios = [one["change_percent_of_white"] / other["change_percent_of_white"] for one, other in pairs]
+    return {
+        "draft_jnd_off": {"median": statistics.median(off), "worst": max(off)},
+        "draft_change_ratio": {
+            "median": statistics.median(ratios),
+            "worst": max(ratios, key=lambda ratio: abs(math.log(ratio))),
+        },
+    }
+
+
+def text() -> str:
+    """The table of drafts beside runs."""
+    content, rows = load(NAME), []
+    for row, steps in content["drafts"].items():
+        first, last, other = shown(steps), steps[-1], content["runs"][row]
+        changes = [one["change_percent_of_white"] for one in (first, last, other)]
+        name = row if first["met"] else f"{row}, nearest so far"
+        jnds = [f"{one['jnd']:+.2f}" for one in (first, last, other)]
+        rows.append([name, *jnds, *(f"{one:.3f}" for one in changes), f"{changes[0] / changes[2]:.2f}"])
+    head = ("", "draft, JND", "one step on", "run", "draft, % of white", "one step on", "run", "draft to run")
+    return table(head, rows)
 
 
 if __name__ == "__main__":

@@ -74,6 +74,8 @@ class AppPage:
         if self._panels.value == FeelStage.name:
             session.drafts.want()
             session.want_reach()
+        else:
+            session.drafts.warm()
         session.outcomes.want_sides()
         for stage in self._stages:
             stage.refresh()

@@ -12,7 +12,7 @@ from optimize.estimates.change_curves import Reach
 from relief.relief import Relief
 from retouch.app.computing.results import change_map
 from retouch.app.computing.touch import touch
-from retouch.app.values.document import FEEL_OF, Wish
+from retouch.app.values.document import FEEL_OF, JND, Wish
 from retouch.app.values.findings import Draft
 from retouch.app.values.folders import picture_file
 from tactile.jnd import ROUGHNESS_JND
@@ -31,7 +31,7 @@ def reach(relief: Relief, skin: str) -> tuple[Reach, tuple[Draft, ...]]:
     """How far the feel can change, as `retouch evaluate --reach` reports, and the samples of its curve."""
     from optimize.estimates.reach import reach as reach_of
 
-    samples = list[tuple[Iterate, float, float]]()
+    samples: list[tuple[Iterate, float, float]] = []
     scene = retouch.load_scene(DEFAULT_SCENE, relief=relief)
     found = reach_of(scene, retouch.load_skin(skin), lambda *sample: samples.append(sample))
     drafts = []
@@ -40,6 +40,11 @@ def reach(relief: Relief, skin: str) -> tuple[Reach, tuple[Draft, ...]]:
         ratios = {ROUGHNESS.name: ROUGHNESS_JND**jnd}
         drafts.append(_draft(relief, replace(reached, memory={}), ratios, (change, of_mean), met=True))
     return found, tuple(drafts)
+
+
+def warm(skin: str) -> None:
+    """Load and compile what drafts need, before anybody asks for one, by a step on a bundled texture."""
+    step(Relief.read(picture_file("gravel")), Wish(skin, JND, 1.0), None, False)
 
 
 def step(relief: Relief, wish: Wish, start: Draft | None, going_on: bool) -> Draft:

@@ -39,20 +39,27 @@ MOST_MASK = 900_000
 
 
 DRAFT_NOTE = (
-    "A draft is a few steps by fast models, at four places of a tile, and no result: it leaves out the printer "
-    "and the check by exact models, and a run begins anew."
+    "A draft is a few steps by fast models, at four places of a tile, and no result: it leaves out "
+    "the printer and the check by exact models, and a run begins anew."
 )
 
 
-def _reached(draft: Draft, goal: str) -> str:
-    """What a draft reaches, in words."""
+def draft_line(draft: Draft, own: bool, goal: str) -> str:
+    """What a draft reaches, in words.
+
+    Args:
+        own: whether it was made for the feel that is chosen.
+        goal: of this feel.
+    """
+    name = ("Draft" if draft.met else "Nearest so far") if own else "Nearest known"
     words = []
     if (ratio := draft.ratios.get(CONTACT_AREA.name)) is not None and goal not in (JND, FEEL_OF):
         words.append(f"{ratio:.2f} of the original's {CONTACT_AREA.label}")
     if (ratio := draft.ratios.get(ROUGHNESS.name)) is not None:
         words.append(f"{math.log(ratio) / math.log(ROUGHNESS_JND):+.2f} JND")
     of_mean = f"{draft.change_percent:.1f} % of the mean picture"
-    return f"{', '.join(words)}; pictures change by {draft.change_percent_of_white:.2f} % of white, {of_mean}"
+    white = f"{draft.change_percent_of_white:.2f} % of white"
+    return f"{name}: {', '.join(words)}; the pictures change by {white}, {of_mean}"
 
 
 class FactorGoal:
@@ -169,17 +176,16 @@ class FeelStage(PageStage):
     def _show_draft(self) -> None:
         session = self.session
         draft, own = session.drafts.shown()
-        busy = "draft" in session.activity.under_way
-        text = "A draft is being made." if busy else "The original: move the goal for a draft."
         if draft is not None:
-            name = ("Draft" if draft.met else "Nearest so far") if own else "Nearest known"
-            text = f"{name}: {_reached(draft, session.document.feel.goal)}"
-        self._draft.set_text(text)
+            self._draft.set_text(draft_line(draft, own, session.document.feel.goal))
+        else:
+            drafting = "draft" in session.activity.under_way
+            self._draft.set_text("A draft is being made." if drafting else "This is the original.")
         self._draft_fault.set_text("" if self._smooth.text else session.activity.faults.get("draft", ""))
         self._change.element.set_visibility(draft is not None)
         if draft is not None:
             self._change.show(draft.change)
-        self.window.light_up(self._view, session.numbers.relief, draft and draft.relief)
+        self.window.light_up(self._view, session.numbers.relief, None if draft is None else draft.relief)
 
     def _show_goals(self) -> None:
         numbers, feel = self.session.numbers, self.session.document.feel

@@ -29,22 +29,27 @@ class Drafts:
 
     def __init__(self, history: UndoHistory, activity: Activity, numbers: Numbers, slow: Worker) -> None:
         self._history, self._activity, self._numbers, self._slow = history, activity, numbers, slow
-        self._of: tuple[Relief | None, str] = (None, "")
+        self._of = self._now()
         self._made: dict[Wish, Draft] = {}
         self._finished: set[Wish] = set()
-        self._drafting: Latest[tuple[Relief, Wish], None] = Latest(activity, "draft", self._draft)
+        self._drafting = Latest[tuple[Relief, Wish], None](activity, "draft", self._draft)
+        self._warming = Latest[str, None](activity, "warm", lambda skin: slow(drafts.warm, skin))
 
     @property
     def busy(self) -> bool:
         """Whether a draft is being made."""
         return self._drafting.busy
 
+    def warm(self) -> None:
+        """Load the models of drafts once the first picture has been pressed and nothing is under way."""
+        if self._warming.key is None and self._numbers.settled and self._activity.idle:
+            self._warming.want(self._history.document.feel.skin, "loading the models of drafts")
+
     def want(self) -> None:
         """Ask for a draft of the feel that is chosen, once the picture has been pressed."""
         relief, wish = self._numbers.relief, self._history.document.feel.wish()
-        if (relief, self._history.document.feel.skin) != self._of:
-            self._of = relief, self._history.document.feel.skin
-            self._made, self._finished = {}, set()
+        if self._of != self._now():
+            self._of, self._made, self._finished = self._now(), {}, set()
         if relief is None or wish is None or wish in self._finished or not self._numbers.settled:
             self._drafting.want(None)
         else:
@@ -52,19 +57,23 @@ class Drafts:
 
     def shown(self) -> tuple[Draft | None, bool]:
         """The draft of the feel that is chosen, or the nearest known; and whether it is of this very feel."""
-        feel = self._history.document.feel
-        wish = feel.wish()
-        if wish is None or self._of != (self._numbers.relief, feel.skin):
+        wish = self._history.document.feel.wish()
+        if wish is None or self._of != self._now():
             return None, False
         return (self._made[wish], True) if wish in self._made else (self._nearest(wish), False)
 
+    def _now(self) -> tuple[object, ...]:
+        """What drafts are of: picture, its relief, and finger."""
+        document = self._history.document
+        return self._numbers.relief, document.picture, document.feel.skin
+
     async def _draft(self, key: tuple[Relief, Wish]) -> None:
-        relief, wish = key
+        (relief, wish), of = key, self._of
         own = self._made.get(wish)
         for _ in range(STEPS):
             start = own or self._nearest(wish)
             draft = await self._slow(drafts.step, relief, wish, start, own is not None)
-            if (relief, wish.skin) != self._of:
+            if of != self._now():
                 return
             arrived = own is not None and own.met
             if draft.met or not arrived:
