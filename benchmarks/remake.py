@@ -197,6 +197,7 @@ PARTS: Mapping[str, Part] = {
     "first-mile": Part("pictures from outside, by the README alone", ("-m benchmarks.runs.first_mile",)),
     "stability": Part("the map of stability", ("-m benchmarks.stability.sweep --again",)),
     "whole_run": Part("seconds and memory of whole runs", ("-m benchmarks.whole_run",)),
+    "drafts": Part("drafts of the app beside the runs that follow", ("-m benchmarks.docs.drafts --again",)),
     "pages": Part(
         "the tables of docs/evidence and the numbers of the README", ("-m benchmarks.docs.measured",)
     ),

@@ -38,7 +38,7 @@ def reach(relief: Relief, skin: str) -> tuple[Reach, tuple[Draft, ...]]:
     for reached, jnd, change in samples:
         of_mean = 100.0 * change / found.mean_percent_of_white
         ratios = {ROUGHNESS.name: ROUGHNESS_JND**jnd}
-        drafts.append(_draft(relief, replace(reached, memory={}), ratios, (change, of_mean), met=True))
+        drafts.append(_draft(relief, replace(reached, memory={}), ratios, (change, of_mean), 0.0))
     return found, tuple(drafts)
 
 
@@ -66,7 +66,7 @@ def step(relief: Relief, wish: Wish, start: Draft | None, going_on: bool) -> Dra
     original = means(drafter.original)
     ratios = {name: value / original[name] for name, value in reached.means.items() if original[name] > 0.0}
     changes = change, 100.0 * change / drafter.mean_percent_of_white
-    return _draft(relief, reached, ratios, changes, targets.met(reached.values))
+    return _draft(relief, reached, ratios, changes, targets.relative_error(reached.values))
 
 
 @lru_cache(maxsize=1)
@@ -105,7 +105,8 @@ def _roughness(file: str, _written_ns: int, skin: str) -> float:
 
 
 def _draft(
-    relief: Relief, reached: "Iterate", ratios: dict[str, float], changes: tuple[float, float], met: bool
+    relief: Relief, reached: "Iterate", ratios: dict[str, float], changes: tuple[float, float], error: float
 ) -> Draft:
     made = replace(relief, heights=reached.heights)
-    return Draft(made, ratios, *changes, met, change_map(relief, made), reached.memory)
+    change = change_map(relief, made)
+    return Draft(made, ratios, *changes, error, error <= TOLERANCE, change, reached.memory)

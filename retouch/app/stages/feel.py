@@ -59,7 +59,7 @@ def draft_line(draft: Draft, own: bool, goal: str) -> str:
         words.append(f"{math.log(ratio) / math.log(ROUGHNESS_JND):+.2f} JND")
     of_mean = f"{draft.change_percent:.1f} % of the mean picture"
     white = f"{draft.change_percent_of_white:.2f} % of white"
-    return f"{name}: {', '.join(words)}; the pictures change by {white}, {of_mean}"
+    return f"{name}: {', '.join(words)}; the pictures change by {white}, {of_mean}".replace("-", "−")
 
 
 class FactorGoal:
@@ -176,16 +176,19 @@ class FeelStage(PageStage):
     def _show_draft(self) -> None:
         session = self.session
         draft, own = session.drafts.shown()
+        drafting = "draft" in session.activity.under_way
+        line = "A draft is being made." if drafting else "This is the original."
         if draft is not None:
-            self._draft.set_text(draft_line(draft, own, session.document.feel.goal))
-        else:
-            drafting = "draft" in session.activity.under_way
-            self._draft.set_text("A draft is being made." if drafting else "This is the original.")
+            line = draft_line(draft, own, session.document.feel.goal)
+        self._draft.set_text(line)
         self._draft_fault.set_text("" if self._smooth.text else session.activity.faults.get("draft", ""))
         self._change.element.set_visibility(draft is not None)
         if draft is not None:
             self._change.show(draft.change)
-        self.window.light_up(self._view, session.numbers.relief, None if draft is None else draft.relief)
+        original = session.numbers.relief
+        # While a draft is being made the original stands in for it, as a view of two is slow to build.
+        after = draft.relief if draft is not None else original if drafting else None
+        self.window.light_up(self._view, original, after)
 
     def _show_goals(self) -> None:
         numbers, feel = self.session.numbers, self.session.document.feel

@@ -70,7 +70,8 @@ class Draft:
         relief: the result of a few steps.
         ratios: means of the quantities of touch over the original's, by name, as far as they are known.
         change_percent_of_white, change_percent: mean change of the pictures, in % of white and of their mean.
-        met: whether the goal is reached.
+        relative_error: distance from the goal.
+        met: whether that counts as reached.
         change: heights less those of the original.
         memory: of the descent, to go on from here.
     """
@@ -79,6 +80,7 @@ class Draft:
     ratios: Mapping[str, float]
     change_percent_of_white: float
     change_percent: float
+    relative_error: float
     met: bool
     change: Map
     memory: Mapping[str, Array]

@@ -24,7 +24,9 @@ NO_MAP = Map("", "", -1.0, 1.0, "µm")
 
 
 def draft_of(relief: Relief, ratios: Mapping[str, float], met: bool = True) -> Draft:
-    return Draft(replace(relief, heights=relief.heights + 0.0), ratios, 0.1, 1.0, met, NO_MAP, {})
+    return Draft(
+        replace(relief, heights=relief.heights + 0.0), ratios, 0.1, 1.0, 0.0 if met else 0.5, met, NO_MAP, {}
+    )
 
 
 class Steps:
@@ -99,7 +101,11 @@ def shown(one: Session) -> tuple[float | None, bool]:
 
 def test_the_latest_wish_is_drafted_and_those_between_never(steps: Steps) -> None:
     def dragged(one: Session) -> None:
-        steps.then[1.0] = lambda: [want(one, jnd) for jnd in (1.5, 2.0, 2.5)]
+        def move_on() -> None:
+            for jnd in (1.5, 2.0, 2.5):
+                want(one, jnd)
+
+        steps.then[1.0] = move_on
         want(one, 1.0)
 
     one = with_picture(dragged)

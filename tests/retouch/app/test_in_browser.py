@@ -224,7 +224,7 @@ def test_a_draft_follows_the_slider_by_mouse_and_by_keys(window: Window, tmp_pat
     def drafted() -> float:
         """Wait for a draft of the feel at which the slider stands; returns how many JND it reaches."""
         value = "Number(document.querySelector('.jnd-slider input').value)"
-        reached = f"Number({state}.match(/([+-][0-9.]+) JND/)[1])"
+        reached = f"Number({state}.match(/([+−][0-9.]+) JND/)[1].replace('−', '-'))"
         window.wait(f"{COMMAND}.includes(`--jnd=${{{value}}} `)")
         window.wait("document.querySelector('.busy').innerText != 'drafting'")
         window.wait(f"/^Draft: /.test({state}) && Math.abs({reached} - {value}) < 0.15")
