@@ -46,7 +46,7 @@ IDLE = "!document.querySelector('.busy').innerText"
 DRAFTED = """(() => {{
   const state = document.querySelector(".draft .state")?.innerText.replace("\u2212", "-") ?? "";
   const reached = Number(state.match(/^Draft: ([+-][0-9.]+) JND/)?.[1]);
-  const [before, after] = document.querySelector(".relief-stage").dataset.shown.split(" ");
+  const [before, after] = document.querySelector(".relief-stage")?.dataset.shown?.split(" ") ?? [];
   return Math.abs(reached - {jnd}) < 0.12 && after && before !== after;
 }})()"""
 """Script: whether a draft of this many JND is lit, beside the original."""

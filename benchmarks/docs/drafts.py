@@ -151,11 +151,8 @@ def text() -> str:
     """The table of drafts beside runs."""
     content, rows = load(NAME), []
     for row, steps in content["drafts"].items():
-        first, settled, other = (
-            next((one for one in steps if one["met"]), None),
-            steps[-1],
-            content["runs"][row],
-        )
+        settled, other = steps[-1], content["runs"][row]
+        first = next((one for one in steps if one["met"]), None)
         rows.append(
             [
                 row,
@@ -172,9 +169,9 @@ def text() -> str:
     off, ratio = found["draft_jnd_off"], found["draft_change_ratio"]
     reached = len(rows) - len(found["drafts_short_of_their_goal"])
     summary = (
-        f"{reached} of {len(rows)} reach their goal. Of these the feel is off by {off['median']:.3f} JND in the "
-        f"median and {off['worst']:.3f} at worst; the pictures change {ratio['median']:.2f} times as much as "
-        f"those of the run, at worst {ratio['worst']:.2f} times."
+        f"{reached} of {len(rows)} reach their goal. Of these the feel is off by {off['median']:.3f} JND in "
+        f"the median and {off['worst']:.3f} at worst. Their pictures change {ratio['median']:.2f} times as "
+        f"much as those of the run in the median, and {ratio['worst']:.2f} times at worst."
     )
     head = ("", "shown", "first draft : run", "draft, JND", "run", "draft, % of white", "run", "draft : run")
     return f"{table(head, rows)}\n\n{summary}"

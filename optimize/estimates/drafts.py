@@ -25,6 +25,8 @@ from visual.scene import Scene
 
 SPACING_MM = 5.0
 """Greatest distance between neighbouring contact locations, mm, twice a run's: four on a tile of 10 mm."""
+BROAD = LookSettings().broad
+"""Weight of broad changes of the pictures, that of a run with the usual settings."""
 MOST_SAMPLES = 256 * 256
 """Most height samples: a step takes half a second on 128 x 128, and grows in proportion."""
 
@@ -51,16 +53,8 @@ class Drafter:
         if scene.heights.size > MOST_SAMPLES:
             raise InputError("no drafts of more than 256 x 256 samples; a run takes them")
         scene.look(FAST).check()
-        # The pictures are kept as those of a run with the usual settings.
         self._problem = Problem(
-            scene.relief,
-            skin,
-            Targets(),
-            scene,
-            broad=LookSettings().broad,
-            touch="quick",
-            look=FAST,
-            spacing_mm=SPACING_MM,
+            scene.relief, skin, Targets(), scene, broad=BROAD, touch="quick", look=FAST, spacing_mm=SPACING_MM
         )
         self._look = _PicturesFirst(self._problem)
         self.original = self._problem.press(scene.heights, gradients=False).values

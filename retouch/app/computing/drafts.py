@@ -15,7 +15,7 @@ from retouch.app.computing.touch import touch
 from retouch.app.values.document import FEEL_OF, JND, Wish
 from retouch.app.values.findings import Draft
 from retouch.app.values.folders import picture_file
-from tactile.jnd import ROUGHNESS_JND
+from tactile.jnd import ROUGHNESS_JND, SMOOTH_BELOW
 from tactile.quantities import ROUGHNESS, Values, goal_keys, means
 
 if TYPE_CHECKING:
@@ -64,7 +64,9 @@ def step(relief: Relief, wish: Wish, start: Draft | None, going_on: bool) -> Dra
     heights, memory = (None, {}) if start is None else (start.relief.heights, start.memory)
     reached, change = drafter.step(targets, heights, memory if going_on else {})
     original = means(drafter.original)
-    ratios = {name: value / original[name] for name, value in reached.means.items() if original[name] > 0.0}
+    least = {ROUGHNESS.name: SMOOTH_BELOW}
+    felt = reached.means.items()
+    ratios = {key: v / original[key] for key, v in felt if min(v, original[key]) > least.get(key, 0.0)}
     changes = change, 100.0 * change / drafter.mean_percent_of_white
     return _draft(relief, reached, ratios, changes, targets.relative_error(reached.values))
 

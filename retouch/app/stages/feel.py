@@ -51,15 +51,17 @@ def draft_line(draft: Draft, own: bool, goal: str) -> str:
         own: whether it was made for the feel that is chosen.
         goal: of this feel.
     """
-    name = ("Draft" if draft.met else "Nearest so far") if own else "Nearest known"
     words = []
     if (ratio := draft.ratios.get(CONTACT_AREA.name)) is not None and goal not in (JND, FEEL_OF):
         words.append(f"{ratio:.2f} of the original's {CONTACT_AREA.label}")
     if (ratio := draft.ratios.get(ROUGHNESS.name)) is not None:
         words.append(f"{math.log(ratio) / math.log(ROUGHNESS_JND):+.2f} JND")
-    of_mean = f"{draft.change_percent:.1f} % of the mean picture"
-    white = f"{draft.change_percent_of_white:.2f} % of white"
-    return f"{name}: {', '.join(words)}; the pictures change by {white}, {of_mean}".replace("-", "−")
+    change = (
+        f"{draft.change_percent_of_white:.2f} % of white, {draft.change_percent:.1f} % of the mean picture"
+    )
+    words.append(f"pictures change by {change}")
+    name = ("Draft" if draft.met else "Nearest so far") if own else "Nearest known"
+    return f"{name}: {', '.join(words)}".replace("-", "−")
 
 
 class FactorGoal:
@@ -248,6 +250,7 @@ class FeelStage(PageStage):
         if not painting:
             return "The feel changes all over."
         paint = "Paint where the feel is to change." if feel.region is None else "The rest keeps its feel."
+        paint += " A painted feel has no draft."
         return f"{paint} A finger covers {PATCH_SIDE_MM:g} mm and feels the mean of what is painted under it."
 
     def _other_goal(self, event: events.ValueChangeEventArguments) -> None:

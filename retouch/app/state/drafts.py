@@ -77,16 +77,21 @@ class Drafts:
                 return
             arrived = own is not None and own.met
             if own is None or going_on.met or going_on.relative_error < own.relative_error:
-                own = self._made[wish] = going_on
+                own = self._keep(wish, going_on)
             # The step after the one that arrives brings the pictures closer; further ones hardly do.
             if arrived:
                 break
             self._activity.notify()
             self._drafting.check()
         self._finished.add(wish)
-        for old in [*self._made][:-MOST_KEPT]:
-            del self._made[old]
-            self._finished.discard(old)
+
+    def _keep(self, wish: Wish, draft: Draft) -> Draft:
+        self._made[wish] = draft
+        if len(self._made) > MOST_KEPT:
+            oldest = next(iter(self._made))
+            del self._made[oldest]
+            self._finished.discard(oldest)
+        return draft
 
     def _nearest(self, wish: Wish) -> Draft | None:
         """The known result whose feel is nearest to a wish; None if that is the original, or unknown."""
