@@ -18,6 +18,7 @@ from relief.ground.files import only_writer
 from retouch.app.computing import pictures
 from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity
+from retouch.app.state.drafts import Drafts
 from retouch.app.state.history import UndoHistory
 from retouch.app.state.kept import KEPT, read_kept, write_kept
 from retouch.app.state.latest import Latest
@@ -31,7 +32,7 @@ from retouch.app.values.folders import PICTURES_FOLDER, RUNS_FOLDER, with_plain_
 OPEN = "the app is open in this folder already; go on in its page, or close it first"
 FIRST_TEXTURE = "gravel"
 """Bundled texture that is shown where no picture was chosen yet."""
-ORDER = ("object", "print", "run", "sides", "picture", "paint", "numbers", "reach")
+ORDER = ("object", "print", "run", "sides", "picture", "paint", "draft", "numbers", "reach")
 """Subjects of what is under way, those first that a person waits for."""
 
 
@@ -42,6 +43,7 @@ class Session:
         activity: what is under way, and what has gone wrong.
         history: the document, and its earlier states.
         numbers: heights and feel of the picture.
+        drafts: what the feel that is chosen would make of it.
         running: the runs.
         outcomes: what the run that is looked at has made.
 
@@ -53,6 +55,7 @@ class Session:
         self._live, self._slow, self._idle = Worker(), Worker(), Worker()
         self.activity, self.history = Activity(), UndoHistory()
         self.numbers = Numbers(self.history, self.activity, self._live, self._idle)
+        self.drafts = Drafts(self.history, self.activity, self.numbers, self._slow)
         self.running = Running(self.history, self.activity, self._live, self._slow)
         self.outcomes = Outcomes(self.history, self.activity, self._live, self._slow)
         self._choosing = Latest(self.activity, "picture", self._choose)
@@ -139,8 +142,9 @@ class Session:
         self.activity.notify()
 
     def want_reach(self) -> None:
-        """Estimate in the background how far the feel can change, unless a run has the cores or begins."""
-        if not self.running.queue.under_way() and "run" not in self.activity.under_way:
+        """Estimate in the background how far the feel can change, unless others have the cores or begin."""
+        busy = self.drafts.busy or self.running.queue.under_way() or "run" in self.activity.under_way
+        if not busy:
             self.numbers.want_reach()
 
     def look(self) -> None:
@@ -162,7 +166,8 @@ class Session:
         subject = next((one for one in ORDER if one in under_way), None)
         if subject is None:
             return next(iter(under_way.values()), "")
-        progress = {"reach": self._idle.progress, "numbers": ""}.get(subject, self._slow.progress)
+        live = {"reach": self._idle.progress, "numbers": "", "draft": ""}
+        progress = live.get(subject, self._slow.progress)
         return f"{under_way[subject]}: {progress}" if progress else under_way[subject]
 
     def fault(self) -> str:

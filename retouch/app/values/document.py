@@ -92,6 +92,15 @@ class PictureChoice:
 
 
 @dataclass(frozen=True)
+class Wish:
+    """What a draft is made for: the finger, a goal, and its number or whose feel it is."""
+
+    skin: str
+    goal: str
+    value: float | str
+
+
+@dataclass(frozen=True)
 class FeelChoice:
     """The feel to reach, and how it is made.
 
@@ -120,6 +129,14 @@ class FeelChoice:
     def number(self) -> float | None:
         """The number of the goal; None where the goal is another texture."""
         return None if self.goal == FEEL_OF else self.numbers[self.goal]
+
+    def wish(self) -> Wish | None:
+        """What a draft is to reach; None where nothing changes, or where it varies over the surface."""
+        number = self.number()
+        if number is None:
+            return Wish(self.skin, FEEL_OF, self.feel_of)
+        as_it_is = 0.0 if self.goal == JND else 1.0
+        return None if self.region is not None or number == as_it_is else Wish(self.skin, self.goal, number)
 
     def sentence(self) -> str:
         """What is to be reached, in a sentence."""

@@ -17,7 +17,7 @@ from optimize.estimates.change_curves import ChangeCurve, Reach
 from optimize.run_directory.key import RESULT
 from relief.ground.formats import RUN_HEIGHTS
 from relief.relief import Relief
-from retouch.app.computing import results, touch
+from retouch.app.computing import drafts, results, touch
 from retouch.app.state import kept, numbers, running, session
 from retouch.app.state.kept import KEPT
 from retouch.app.state.runs import State
@@ -356,7 +356,7 @@ def test_of_strokes_in_quick_succession_none_is_lost() -> None:
 
 def test_how_far_the_feel_can_change_is_of_the_picture_that_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
     found = Reach(ChangeCurve(1.0, True, ()), ChangeCurve(2.0, True, ()), "quick", "fast", 50.0)
-    monkeypatch.setattr(touch, "reach", lambda *_: found)
+    monkeypatch.setattr(drafts, "reach", lambda *_: (found, ()))
 
     async def estimated(one: Session) -> None:
         await chosen(one)
@@ -378,11 +378,11 @@ def test_how_far_the_feel_can_change_is_estimated_again_after_an_undone_change(
 ) -> None:
     reliefs = []
 
-    def reach(relief: Relief, skin: str) -> Reach:
+    def reach(relief: Relief, skin: str) -> tuple[Reach, tuple[()]]:
         reliefs.append(relief)
-        return Reach(ChangeCurve(1.0, True, ()), ChangeCurve(2.0, True, ()), "quick", "fast", 50.0)
+        return Reach(ChangeCurve(1.0, True, ()), ChangeCurve(2.0, True, ()), "quick", "fast", 50.0), ()
 
-    monkeypatch.setattr(touch, "reach", reach)
+    monkeypatch.setattr(drafts, "reach", reach)
 
     async def undone(one: Session) -> None:
         await chosen(one)
