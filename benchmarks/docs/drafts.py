@@ -179,8 +179,8 @@ def summary() -> str:
     return (
         f"{count - len(short)} of {count} drafts reach their goal. Of these the feel is off by "
         f"{off['median']:.3f} JND in the median and {off['worst']:.3f} at worst. Their pictures change "
-        f"{ratio['median']:.2f} times as much as those of the run in the median, and {ratio['worst']:.2f} times "
-        "at worst."
+        f"{ratio['median']:.2f} times as much as those of the run in the median, and {ratio['worst']:.2f} "
+        "times at worst."
     )
 
 

@@ -1,7 +1,7 @@
 """Drafts of runs: steps of a descent by fast models, at few places of the finger, from any relief.
 
 A draft is shown while a person chooses the feel, and is no result: nothing verifies it, exact light, printers
-and the places between are left out. docs/evidence/app.md compares drafts with the runs that follow.
+and the places between are left out. docs/evidence/speed.md compares drafts with the runs that follow.
 """
 
 from collections.abc import Iterator, Mapping

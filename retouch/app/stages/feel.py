@@ -39,8 +39,8 @@ MOST_MASK = 900_000
 
 
 DRAFT_NOTE = (
-    "A draft is a few steps by fast models, at four places of a tile, and no result: it leaves out "
-    "the printer and the check by exact models, and a run begins anew."
+    "A draft is a few steps by fast models, at four contact locations of a tile, and no result: it leaves "
+    "out the printer and the check by exact models, and a run begins anew."
 )
 
 

@@ -23,7 +23,7 @@ from tests.visual.scenes import hills
 from visual.scene import Scene, load_scene
 
 CHANGE_RATIO, JND_OFF = 1.3, 0.15
-"""How far drafts may be from what follows: as docs/evidence/app.md has it for the bundled textures."""
+"""How far drafts may be from what follows: as docs/evidence/speed.md has it for the bundled textures."""
 
 
 def scene_of(heights: Array) -> Scene:
