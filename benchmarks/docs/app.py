@@ -152,7 +152,7 @@ def times(window: Window, folder: Path) -> dict[str, Any]:
 def _from_nothing(window: Window, relief_mm: float) -> float:
     """Seconds from turning to the feel of another relief to the draft of the usual +2 JND."""
     window.click_text("nav button", "Picture")
-    window.wait("document.querySelector('input.range')")
+    window.wait("document.querySelector('input.range') && document.querySelector('.number .value')")
     window.evaluate(MOVED.format(relief_mm=relief_mm))
     window.wait(IDLE)
     window.click_text("nav button", "Feel")
@@ -182,7 +182,7 @@ def _tell(result: dict[str, Any]) -> None:
     for name, words in (
         ("near", "a move of 0.3 JND to its draft: a plate"),
         ("cold", "a draft from nothing: a plate"),
-        ("tiles", "a draft from nothing: a tile, 4 places"),
+        ("tiles", "a draft from nothing: a tile, 4 contact locations"),
     ):
         values = result[f"draft_{name}_s"]["each"]
         spread_of = f"{statistics.median(values):.2f} ({min(values):.2f} to {max(values):.2f})"
