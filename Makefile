@@ -103,7 +103,7 @@ lint: setup  ## ruff and mypy
 # The last commit is built, by the packages of constraints.txt. setuptools leaves times, owners and modes of files in
 # the source archive, which is therefore packed anew.
 dist: $(TESTS)  ## build the source archive and the wheel of the last commit into dist/, the same bytes each time
-	@rm -rf dist && export SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct) && \
+	@rm -rf dist && umask 022 && export SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct) && \
 	folder=$$(mktemp -d) && trap 'rm -rf "$$folder"' EXIT && mkdir "$$folder"/{commit,sdist} && \
 	git archive HEAD | tar -x -C "$$folder/commit" && \
 	$(BIN)/python -m build --no-isolation --outdir dist "$$folder/commit" > "$$folder/log" 2>&1 \

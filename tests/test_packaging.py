@@ -214,6 +214,16 @@ def test_the_wheel_works_outside_the_checkout(installed: Path, tmp_path: Path) -
     # The paper's range of natural textures.
     assert 0.03 < json.loads(told)[0]["roughness"] < 0.12
 
+    small = ["-D", "resolution=32", "--samples", "4"]
+    run(installed / "retouch", "render", f"{folder.strip()}/studio.xml", "-o", "pictures", *small, cwd=tmp_path)
+    assert len([*(tmp_path / "pictures").glob("*.exr")]) == 3
+    script = (
+        "import retouch, mitsuba_scenes; "
+        "heights = retouch.load_heights(mitsuba_scenes.FOLDER / 'textures/gravel.png', relief_mm=1.2); "
+        "touch = retouch.press(heights); print(float(retouch.roughness(touch.strain, touch.size_mm)))"
+    )
+    assert 0.03 < float(run(installed / "python", "-c", script, cwd=tmp_path)) < 0.12
+
     small = ["descent.steps=1", "verify.model=none", "verify.samples=4", "define.resolution=32"]
     settings = [part for setting in small for part in ("--set", setting)]
     run(installed / "retouch", "optimize", "gravel", *settings, cwd=tmp_path, status=(0, 3))
