@@ -275,7 +275,7 @@ def _passing_folder() -> tempfile.TemporaryDirectory[str]:
 def damage_named(path: Path, kind: str) -> Iterator[None]:
     """Raise any error of another package on a hostile file as InputError, and drop its output."""
     try:
-        with warnings.catch_warnings(), redirect_stdout(io.StringIO()), _no_stderr():
+        with warnings.catch_warnings(), redirect_stdout(io.StringIO()), no_stderr():
             warnings.simplefilter("ignore")
             yield
     except InputError:
@@ -286,7 +286,7 @@ def damage_named(path: Path, kind: str) -> Iterator[None]:
 
 
 @contextmanager
-def _no_stderr() -> Iterator[None]:
+def no_stderr() -> Iterator[None]:
     """Drop what libraries in C print on stderr, where one line of the error takes its place."""
     with ExitStack() as ending:
         with suppress(OSError):  # It may be closed.
