@@ -54,7 +54,9 @@ def main() -> None:
         return
     for name in arguments.pages or PAGES:
         with tempfile.TemporaryDirectory() as folder:
-            rows = dict(run(PAGES[name], Path(folder)))
+            rows = dict[str, Any]()
+            for command, row in run(PAGES[name], Path(folder)):
+                rows.setdefault(command, row)
         save("tutorials", load("tutorials") | {name: rows, "machine": machine()})
 
 
