@@ -26,7 +26,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # A process for each core, four at most, of some GB each. Tests of a file share what it makes.
 PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadfile
 
-.PHONY: help setup llvm clients demo test test-slow test-all truths lint textures viewer clean
+.PHONY: help setup llvm clients demo test test-slow test-all truths names lint dist textures viewer clean
 .DEFAULT_GOAL := help
 
 help:  ## list the targets
@@ -100,6 +100,19 @@ lint: setup  ## ruff and mypy
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
+# The last commit is built, by the packages of constraints.txt. setuptools leaves times, owners and modes of files in
+# the source archive, which is therefore packed anew.
+dist: $(TESTS)  ## build the source archive and the wheel of the last commit into dist/, the same bytes each time
+	@rm -rf dist && umask 022 && export SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct) && \
+	folder=$$(mktemp -d) && trap 'rm -rf "$$folder"' EXIT && mkdir "$$folder"/{commit,sdist} && \
+	git archive HEAD | tar -x -C "$$folder/commit" && \
+	$(BIN)/python -m build --no-isolation --outdir dist "$$folder/commit" > "$$folder/log" 2>&1 \
+	    || { cat "$$folder/log" >&2; exit 1; }; \
+	sdist=$$(echo dist/*.tar.gz) && tar -x -C "$$folder/sdist" -f "$$sdist" && \
+	tar -c -C "$$folder/sdist" --sort=name --mtime=@$$SOURCE_DATE_EPOCH --owner=0 --group=0 --numeric-owner \
+	    --mode=u=rwX,go=rX --format=ustar "$$(ls "$$folder/sdist")" | gzip -9 -n > "$$sdist" && \
+	ls dist/*
+
 textures: setup  ## make the input textures anew
 	$(BIN)/python -m surrogate.corpus.bundled_textures
 
@@ -107,6 +120,9 @@ viewer:  ## build the 3-D viewer of the pages anew, after a change of its source
 	@folder=$$(mktemp -d) && trap 'rm -rf "$$folder"' EXIT && cd retouch/pages/viewer && \
 	cp -r package.json package-lock.json build.mjs source "$$folder" && cd "$$folder" && \
 	npm ci --silent && node build.mjs && cp viewer.js "$(CURDIR)/retouch/pages/viewer/"
+
+names: setup  ## list the public names, commands and options anew, after a change that is meant
+	$(BIN)/python -m tests.test_public_names
 
 clean:  ## remove what make has made, except runs/
 	rm -rf .venv build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache

@@ -183,8 +183,10 @@ PARTS: Mapping[str, Part] = {
         "the commands of start page and tutorials, and their figures",
         ("-m benchmarks.docs.tutorials", "-m benchmarks.docs.figures"),
     ),
+    "drafts": Part("drafts of the app beside the runs that follow", ("-m benchmarks.docs.drafts --again",)),
     "pages": Part(
-        "the tables of docs/evidence and the numbers of the README", ("-m benchmarks.docs.measured",)
+        "the tables of docs/evidence and docs/reference, and the numbers of the README",
+        ("-m benchmarks.docs.measured", "-m benchmarks.docs.reference"),
     ),
 }
 """By name, in the order in which they are made: later parts read what earlier ones left."""

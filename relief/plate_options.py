@@ -57,7 +57,7 @@ def fill_option(key: str = "") -> Option:
 def printer_option(what: str, default: str = "none", key: str = "", python: str = "") -> Option:
     """The option of a printer, with which `what` is done."""
     return Option(
-        f"{what}: {', '.join(PRINTERS)}, or a printer file (.toml); docs/howto/printers.md has their numbers",
+        f"{what}: {', '.join(PRINTERS)}, or a printer file (.toml)",
         "PRINTER",
         default=default,
         python=python,

@@ -12,7 +12,7 @@ from retouch.commands.main import parse
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 EVIDENCE = DOCS / "evidence"
-PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted(DOCS.rglob("*.md"))]
 MOST_WORDS = 25_000
 """Of a page of evidence."""
 CODE = ("*.py", "*.toml", "*.xml", "*.html")

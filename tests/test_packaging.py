@@ -23,6 +23,9 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PACKAGES = {"mitsuba_scenes", "optimize", "relief", "retouch", "surrogate", "tactile", "visual"}
 INSTALLED_BY = {"benchmarks": "dev", "tests": "dev"}
 """Folders outside the wheel, and the extra that brings what they import."""
+BESIDE = {"CHANGELOG.md", "CITATION.cff", "LICENSE", "MANIFEST.in", "PKG-INFO", "README.md"}
+BESIDE |= {"pyproject.toml", "setup.cfg"}
+"""Files of the source archive beside those of the packages."""
 COMPARED_WITH = {"bpy", "build123d", "mathutils", "tamaas"}
 """A solver, Blender and a CAD kernel, for benchmarks run by hand; they do not install everywhere."""
 
@@ -80,31 +83,55 @@ def test_every_package_is_in_the_lock() -> None:
 
 
 @pytest.fixture(scope="module")
-def archives(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """The source archive of a copy of the checkout, and the wheel made of that archive alone."""
-    folder = tmp_path_factory.mktemp("build")
-    copy = folder / "checkout"
+def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A repository whose only commit holds this checkout, changes that are not committed here included."""
+    copy = tmp_path_factory.mktemp("build") / "checkout"
     copy.mkdir()
     for path in ROOT.iterdir():
         if path.is_file():
             shutil.copy(path, copy)
         elif path.name == "tests" or (path / "__init__.py").is_file():
             shutil.copytree(path, copy / path.name, ignore=shutil.ignore_patterns("__pycache__"))
-    (sdist,) = build("sdist", copy, folder)
-    (folder / "unpacked").mkdir()
-    # Python 3.11.2, that of Debian 12, has no filters in tarfile.
-    subprocess.run(["tar", "-xf", sdist, "-C", folder / "unpacked"], check=True)
-    (source,) = (folder / "unpacked").iterdir()
-    (wheel,) = build("wheel", source, folder)
+    author = ["-c", "user.name=nobody", "-c", "user.email=nobody@example.org"]
+    for command in (["init", "-q"], ["add", "--all"], [*author, "commit", "-q", "--message", "all"]):
+        subprocess.run(["git", *command], cwd=copy, check=True)
+    return copy
+
+
+@pytest.fixture(scope="module")
+def archives(copy: Path) -> tuple[Path, Path]:
+    """The source archive and the wheel of `make dist`."""
+    make_dist(copy)
+    (sdist,), (wheel,) = (copy / "dist").glob("*.tar.gz"), (copy / "dist").glob("*.whl")
     return sdist, wheel
 
 
-def build(kind: str, source: Path, folder: Path) -> list[Path]:
-    """Call the build backend as pip does, with the packages that are installed here."""
-    script = f"import sys; from setuptools.build_meta import build_{kind}; build_{kind}(sys.argv[1])"
-    out = folder / kind
-    subprocess.run([sys.executable, "-c", script, out], cwd=source, capture_output=True, check=True)
-    return list(out.iterdir())
+def make_dist(copy: Path) -> None:
+    """Run `make dist` with the packages that are installed here."""
+    own = ["--old-file", ".venv/.tests", f"BIN={Path(sys.executable).parent}"]
+    subprocess.run(["make", "dist", *own], cwd=copy, capture_output=True, check=True)
+
+
+@pytest.mark.slow
+def test_archives_of_a_commit_have_the_same_bytes_each_time(
+    copy: Path, archives: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whenever and in whatever folder they are made, by `make dist` or of the source archive alone."""
+    first = [path.read_bytes() for path in archives]
+    subprocess.run(["git", "clone", "-q", copy, copy.parent / "clone"], check=True)
+    make_dist(copy.parent / "clone")
+    assert [(copy.parent / "clone" / "dist" / path.name).read_bytes() for path in archives] == first
+
+    unpacked = copy.parent / "unpacked"
+    unpacked.mkdir()
+    # Python 3.11.2, that of Debian 12, has no filters in tarfile.
+    subprocess.run(["tar", "-xf", archives[0], "-C", unpacked], check=True)
+    (source,) = unpacked.iterdir()
+    time = subprocess.check_output(["git", "log", "-1", "--format=%ct"], cwd=copy, text=True)
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", time.strip())
+    script = "import sys; from setuptools.build_meta import build_wheel; build_wheel(sys.argv[1])"
+    subprocess.run([sys.executable, "-c", script, unpacked], cwd=source, capture_output=True, check=True)
+    assert (unpacked / archives[1].name).read_bytes() == first[1]
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +159,7 @@ def run(program: Path, *argv: str, cwd: Path, status: tuple[int, ...] = (0,)) ->
 
 
 @pytest.mark.slow
-def test_the_archives_hold_every_file_of_the_packages_and_no_tests(archives: tuple[Path, Path]) -> None:
+def test_the_archives_hold_every_file_of_the_packages_and_nothing_else(archives: tuple[Path, Path]) -> None:
     sdist, wheel = archives
     expected = set[str]().union(*map(checkout_files, PACKAGES))
     assert {"surrogate/weights/touch.safetensors", "mitsuba_scenes/textures/gravel.png"} <= expected
@@ -141,9 +168,36 @@ def test_the_archives_hold_every_file_of_the_packages_and_no_tests(archives: tup
         held = {name for name in archive.namelist() if ".dist-info/" not in name}
     assert held == expected
     with tarfile.open(sdist) as archive:
-        sources = {name.partition("/")[2] for name in archive.getnames()}
-    assert expected | {"LICENSE", "README.md", "pyproject.toml"} <= sources
-    assert not [name for name in sources if name.startswith("benchmarks")]
+        files = {member.name.partition("/")[2] for member in archive if member.isfile()}
+    sources = {name for name in files if not name.startswith("retouch.egg-info/")}
+    assert sources == expected | BESIDE
+
+
+def test_texts_of_an_installed_package_name_pages_by_their_titles() -> None:
+    """Paths of pages lead nowhere there. A name is the first words of one title of guide or evidence."""
+    pages = [path.read_text(encoding="utf-8").partition("\n")[0] for path in (ROOT / "docs").rglob("*.md")]
+    titles = [title.removeprefix("# ").removeprefix("Tutorial: ").lower() for title in pages]
+    named = set()
+    for file in sorted(set[str]().union(*map(checkout_files, PACKAGES))):
+        for text in texts(ROOT / file):
+            assert "docs/" not in text, file
+            named |= set(re.findall(r"""(?:guide's page|evidence,)\s+"([^"]+)\"""", text))
+    assert "Palettes" in named
+    assert [name for name in named if sum(title.startswith(name.lower()) for title in titles) != 1] == []
+
+
+def texts(path: Path) -> list[str]:
+    """What users may see of a file: settings, scenes and templates whole, and the texts of modules."""
+    if path.suffix not in (".py", ".toml", ".xml", ".j2"):
+        return []
+    whole = path.read_text(encoding="utf-8")
+    # Most modules name no page; parsing all takes a second.
+    if path.suffix != ".py" or not re.search("docs/|guide's page|evidence,", whole):
+        return [whole]
+    nodes = [*ast.walk(ast.parse(whole))]
+    docstrings = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    constants = [node for node in nodes if isinstance(node, ast.Constant) and id(node) not in docstrings]
+    return [node.value for node in constants if isinstance(node.value, str)]
 
 
 @pytest.mark.slow
@@ -159,6 +213,24 @@ def test_the_wheel_works_outside_the_checkout(installed: Path, tmp_path: Path) -
     told = run(installed / "retouch", *pressed, cwd=tmp_path)
     # The paper's range of natural textures.
     assert 0.03 < json.loads(told)[0]["roughness"] < 0.12
+
+    small = ["-D", "resolution=32", "--samples", "4"]
+    run(
+        installed / "retouch",
+        "render",
+        f"{folder.strip()}/studio.xml",
+        "-o",
+        "pictures",
+        *small,
+        cwd=tmp_path,
+    )
+    assert len([*(tmp_path / "pictures").glob("*.exr")]) == 3
+    script = (
+        "import retouch, mitsuba_scenes; "
+        "heights = retouch.load_heights(mitsuba_scenes.FOLDER / 'textures/gravel.png', relief_mm=1.2); "
+        "touch = retouch.press(heights); print(float(retouch.roughness(touch.strain, touch.size_mm)))"
+    )
+    assert 0.03 < float(run(installed / "python", "-c", script, cwd=tmp_path)) < 0.12
 
     small = ["descent.steps=1", "verify.model=none", "verify.samples=4", "define.resolution=32"]
     settings = [part for setting in small for part in ("--set", setting)]

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 
 
 class InputError(ValueError):
@@ -29,6 +30,18 @@ def option_error(name: str, fault: str, file: object = "") -> InputError:
     """The error of a value that Python takes as the argument `name`, and the command as an option."""
     prefix = f"{file}: " if file else ""
     return InputError(f"{prefix}{name}: {fault}", f"{prefix}--{name.replace('_', '-')}: {fault}")
+
+
+def require_extra(extra: str, package: str, file: object) -> None:
+    """Raise InputError where a file takes a package of an extra that is not installed.
+
+    Args:
+        extra: Name of the extra, an optional set of dependencies of `retouch`.
+        package: Name by which Python imports the package.
+        file: The file, for the message.
+    """
+    if find_spec(package) is None:
+        raise InputError(f"{file}: needs the extra {extra}: pip install 'retouch[{extra}]'")
 
 
 class PictureError(InputError):

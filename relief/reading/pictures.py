@@ -6,7 +6,7 @@ import numpy as np
 from PIL import Image, ImageOps
 
 from relief.ground.arrays import AnyArray
-from relief.ground.errors import InputError
+from relief.ground.errors import InputError, require_extra
 from relief.ground.files import damage_named
 from relief.ground.lengths import lengths_of
 from relief.reading.samples import (
@@ -107,7 +107,7 @@ def _channels(image: Image.Image) -> dict[str, AnyArray]:
 
 def _png_of_16_bits(path: Path, image: Image.Image) -> dict[str, AnyArray]:
     """The channels of a PNG of colours or transparency with 16 bits, of which Pillow reads 8."""
-    # Imported here: other pictures do without.
+    require_extra("images", "imagecodecs", path)
     import imagecodecs
 
     image.load()  # Pillow checks the file's parts, and whether it ends early.

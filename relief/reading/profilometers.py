@@ -6,14 +6,13 @@ import re
 import subprocess
 import sys
 from functools import lru_cache
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from relief.ground.arrays import Array
-from relief.ground.errors import InputError
+from relief.ground.errors import InputError, require_extra
 from relief.ground.formats import GRIDS, MEASURED, is_step
 from relief.reading.samples import Check, Samples
 from relief.reading.tiff import MAGIC, opened
@@ -67,8 +66,7 @@ def read_measured(path: Path, check: Check) -> Samples | None:
         return None
     if is_step(path):
         raise InputError(f"{path}: a part of a CAD program (STEP), no height map; it goes where a mesh does")
-    if find_spec("SurfaceTopography") is None:
-        raise InputError(f"{path}: needs the extra metrology: pip install 'retouch[metrology]'")
+    require_extra("metrology", "SurfaceTopography", path)
     state = path.stat()
     header, heights = _read(path, state.st_mtime_ns, state.st_size)
     check(heights.shape, path)

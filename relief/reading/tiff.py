@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.ground.arrays import AnyArray
-from relief.ground.errors import InputError
+from relief.ground.errors import InputError, require_extra
 from relief.ground.files import damage_named
 from relief.ground.lengths import shown
 from relief.reading.samples import (
@@ -137,10 +137,19 @@ def _check(page: Any, path: Path, check: Check) -> None:
 
 
 def _decoded(page: Any, path: Path) -> AnyArray:
-    """The values of a picture, (rows, cols, channels). Raises InputError where the file lacks a part."""
+    """The values of a picture, (rows, cols, channels).
+
+    Raises:
+        InputError: The file lacks a part, or its compression takes a package that is not installed.
+    """
     if not all(page.databytecounts) and _no_data(page) is None:
         raise InputError(f"{path}: damaged: a part of the picture has no data")
-    values = page.asarray(maxworkers=1)
+    try:
+        values = page.asarray(maxworkers=1)
+    except (ImportError, ValueError) as error:
+        if isinstance(error, ImportError) or "imagecodecs" in str(error):
+            require_extra("images", "imagecodecs", path)
+        raise
     if page.axes.startswith("S"):
         values = np.moveaxis(values, 0, -1)
     if values.dtype == bool:

@@ -25,8 +25,8 @@ tables of answers (CSV; a column `trial` names the trial of the plan):
   person, sort, place, plate         1 for the smoothest plate of a sort
   person, plate, magnitude           a number above 0
   person, rougher 1, rougher 2, ...  one row a person, a column for each trial of the plan
---columns and --values read the tables of PsychoPy, jsPsych and Qualtrics; docs/tutorials/people.md has
-an example each.
+--columns and --values read the tables of PsychoPy, jsPsych and Qualtrics; the guide's page
+"A study with people" has an example of each.
 """
 EPILOG = """\
 examples:
@@ -39,7 +39,8 @@ examples:
       --values rougher:left=first,right=second
   retouch answers runs/gravel-set answers.csv --skin-out mine.toml --press press.csv
 
-SET then holds answers.html and answers.json. docs/tutorials/people.md says how the numbers are computed.
+SET then holds answers.html and answers.json. The guide's page "Statistics of answers" says how
+the numbers are computed.
 """
 
 

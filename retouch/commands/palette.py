@@ -23,7 +23,8 @@ examples:
   retouch palette gravel-tile -o runs/gravel-fills
   retouch palette brick-tile grass-tile leather-tile --apart 3 -o runs/map
 
-DIR then holds index.html, tiles/, print/palette.3mf, palette.json and rows/: docs/howto/palettes.md.
+DIR then holds index.html, tiles/, print/palette.3mf, palette.json and rows/; see the guide's page
+"Palettes".
 
 exit status: 0 if fills are as far apart as asked for; 1 if not; 2 for bad input, or more fills than there is
 room for; 130 if interrupted, after which the same command goes on.

@@ -37,7 +37,7 @@ examples:
   retouch study my-study.toml --redraw
 
 DIR then holds index.html (the page), rows.csv, study.json with every number, and rows/, the run directories.
-docs/howto/studies.md describes study files and columns. `published` is no table of runs: it presses the
+The guide's page "Studies" describes study files and columns. `published` is no table of runs: it presses the
 stimuli of published experiments, and says which finger predicts what was found.
 
 exit status: 0 if every row is done; 1 if some have failed or cannot be computed; 2 for bad input; 130 if

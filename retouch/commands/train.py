@@ -22,7 +22,7 @@ examples:
   retouch train touch --data data -o nets/touch --resume
   retouch train look --data data -o nets/look        (a data set with pictures)
 
-docs/howto/surrogates.md describes the nets and their errors.
+The guide's page "Surrogates" describes the nets and their errors.
 """
 MOST_EPOCHS = 100_000
 

@@ -92,7 +92,7 @@ def compare(
         quiet, progress: as in `optimize`.
 
     Returns:
-        What `retouch compare --json` prints; docs/howto/python.md says what each key means.
+        What `retouch compare --json` prints.
 
     Raises:
         InputError: what is wrong with the input, in one line.

@@ -1,6 +1,5 @@
 """Checks of the machine: packages, libraries, cache and memory, with remedies."""
 
-import contextlib
 import importlib.metadata
 import importlib.resources
 import os
@@ -19,6 +18,7 @@ from relief.ground.progress import Progress, stage
 from retouch.verbs.progress_display import followed
 from tactile.sparse import has_pardiso
 from visual.backend import llvm
+from visual.backend.mitsuba import load
 from visual.backend.variants import choose_variant, is_differentiable
 
 OLDEST_PYTHON = (3, 11)
@@ -32,7 +32,8 @@ WHERE = (
 )
 """What runs where, on every machine."""
 
-INSTALL = "make setup, or pip install -c constraints.txt -e ."
+INSTALL = "pip install --upgrade retouch, or in a checkout: make setup"
+"""Remedy where packages are missing or of other versions."""
 
 
 @dataclass(frozen=True)
@@ -137,11 +138,8 @@ def _llvm() -> Finding:
 
 def _variants() -> Finding:
     """The Mitsuba variants that run here."""
-    # Without libLLVM the scalar variants still run.
-    with contextlib.suppress(llvm.LLVMMissing):
-        llvm.prepare()
     try:
-        import mitsuba
+        mitsuba = load("mitsuba")
     except ImportError as error:
         return Finding("Mitsuba", False, f"does not import: {error}", INSTALL)
     usable = [name for name in mitsuba.variants() if _runs(name)]

@@ -4,13 +4,27 @@ Modules of this package name both at their top: importing one of them loads neit
 Mitsuba each time, because they belong to the variant that is set.
 """
 
-from contextlib import suppress
 from functools import cached_property
 from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from relief.ground.files import no_stderr
 from visual.backend import llvm
+
+
+def load(name: str) -> ModuleType:
+    """Import Dr.Jit or Mitsuba by its name, after the choice of libLLVM, which Dr.Jit takes at its import.
+
+    Without a libLLVM the scalar variants render, and what Dr.Jit prints about it is dropped.
+    """
+    try:
+        llvm.prepare()
+    except llvm.LLVMMissing:
+        with no_stderr():
+            return import_module(name)
+    return import_module(name)
+
 
 if TYPE_CHECKING:
     import drjit as dr
@@ -25,10 +39,7 @@ else:
 
         @cached_property
         def _module(self) -> ModuleType:
-            with suppress(llvm.LLVMMissing):
-                # Dr.Jit would take another libLLVM; without any, the scalar variant renders.
-                llvm.prepare()
-            return import_module(self._name)
+            return load(self._name)
 
         def __getattr__(self, attribute: str) -> Any:
             return getattr(self._module, attribute)

@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from relief.ground.errors import InputError
+from relief.ground.errors import InputError, require_extra
 from relief.ground.files import damage_named, read_limited
 
 LARGEST_TEXT = 1 << 28
@@ -99,10 +99,9 @@ def _unpacked(block: bytes, compression: int, path: Path) -> bytes:
     """Data of a block."""
     if compression < 2:
         return zlib.decompressobj().decompress(block, LARGEST_BLOCK + 1) if compression else block
-    try:
-        import heatshrink2
-    except ImportError as error:
-        raise InputError(f"{path}: needs the extra bgcode: pip install 'retouch[bgcode]'") from error
+    require_extra("bgcode", "heatshrink2", path)
+    import heatshrink2
+
     return bytes(heatshrink2.decompress(block, window_sz2=WINDOWS[compression], lookahead_sz2=4))
 
 

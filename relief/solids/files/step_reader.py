@@ -3,10 +3,9 @@
 import subprocess
 import sys
 from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
 
-from relief.ground.errors import InputError
+from relief.ground.errors import InputError, require_extra
 from relief.ground.formats import MARKED, STEP_MARK
 from relief.solids.files.glb_reader import read_glb
 from relief.solids.files.parsed_mesh import Parsed
@@ -26,8 +25,7 @@ def read_step(content: bytes, path: Path) -> Parsed:
     """
     if STEP_MARK not in content[:MARKED]:
         raise InputError(f"{path}: not a STEP file (ISO 10303-21); heights of a microscope are a texture")
-    if find_spec("cascadio") is None:
-        raise InputError(f"{path}: needs the extra step: pip install 'retouch[step]'")
+    require_extra("step", "cascadio", path)
     # The kernel may crash or never return on a hostile file.
     command = [sys.executable, "-P", str(CHILD), str(FINE_MM)]
     try:

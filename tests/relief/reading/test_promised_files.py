@@ -1,8 +1,11 @@
-"""Files of every kind that docs/howto/height-maps.md promises hold what was written into them."""
+"""Files of every kind that docs/reference/formats.md promises hold what was written into them."""
 
 import logging
+import subprocess
+import sys
 from pathlib import Path
 
+import imagecodecs
 import numpy as np
 import OpenEXR
 import pytest
@@ -93,3 +96,28 @@ def test_what_tifffile_logs_of_damage_is_dropped(tmp_path: Path, caplog: pytest.
     file.write_bytes(content)
     holds_mm(file)
     assert not caplog.records
+
+
+def test_without_the_extra_a_line_names_it_where_it_is_needed(tmp_path: Path) -> None:
+    """tifffile unpacks deflate by itself; a missing package takes a process of its own."""
+    heights = stored("uint16")
+    tifffile.imwrite(tmp_path / "deflate.tif", heights, compression="zlib", predictor=True)
+    for compression in ("lzw", "zstd"):
+        tifffile.imwrite(tmp_path / f"{compression}.tif", heights, compression=compression)
+    (tmp_path / "colour.png").write_bytes(imagecodecs.png_encode(np.repeat(heights[..., None], 3, 2)))
+    script = """
+import sys
+sys.modules["imagecodecs"] = None
+from relief.ground.errors import InputError
+from relief.heightmap import load_heights
+for name in sys.argv[1:]:
+    try:
+        print(load_heights(name, relief_mm=1.0).shape)
+    except InputError as error:
+        print(error)
+"""
+    names = ["deflate.tif", "lzw.tif", "zstd.tif", "colour.png"]
+    command = [sys.executable, "-c", script, *names]
+    child = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    lines = [f"{name}: needs the extra images: pip install 'retouch[images]'" for name in names[1:]]
+    assert child.stdout.splitlines() == [str(heights.shape), *lines]
