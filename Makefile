@@ -21,12 +21,13 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check \
 # Marks: what a run needs is installed, and what tests and linters need besides.
 RUNS := .venv/.runs
 TESTS := .venv/.tests
+DOCS := .venv-docs/.made
 # Tests start hundreds of processes; without compiled files each compiles all modules that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 # A process for each core, four at most, of some GB each. Tests of a file share what it makes.
 PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadfile
 
-.PHONY: help setup llvm clients demo test test-slow test-all truths names lint dist textures viewer clean
+.PHONY: help setup llvm clients demo test test-slow test-all truths names lint docs dist textures viewer clean
 .DEFAULT_GOAL := help
 
 help:  ## list the targets
@@ -102,6 +103,15 @@ lint: setup  ## ruff and mypy
 
 # The last commit is built, by the packages of constraints.txt. setuptools leaves times, owners and modes of files in
 # the source archive, which is therefore packed anew.
+$(DOCS): docs/site/requirements.txt
+	@echo "Installing what the site needs into .venv-docs."
+	@$(or $(PYTHON),python3) -m venv --clear .venv-docs && .venv-docs/bin/python -m pip install --quiet \
+	    --disable-pip-version-check $(PIP_EXTRA) -r docs/site/requirements.txt
+	@touch $@
+
+docs: $(DOCS)  ## build the site of the documentation, build/site/index.html, in an environment of its own
+	.venv-docs/bin/python -m sphinx -q -W --keep-going -b html -c docs/site . build/site
+
 dist: $(TESTS)  ## build the source archive and the wheel of the last commit into dist/, the same bytes each time
 	@rm -rf dist && umask 022 && export SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct) && \
 	folder=$$(mktemp -d) && trap 'rm -rf "$$folder"' EXIT && mkdir "$$folder"/{commit,sdist} && \
@@ -125,5 +135,5 @@ names: setup  ## list the public names, commands and options anew, after a chang
 	$(BIN)/python -m tests.test_public_names
 
 clean:  ## remove what make has made, except runs/
-	rm -rf .venv build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache
+	rm -rf .venv .venv-docs build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

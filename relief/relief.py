@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
+from relief.ground.formatting import html_table, number
 from relief.ground.lengths import Lengths, in_range
 from relief.ground.limits import PATCH_SIDE_MM
 from relief.heightmap import check_heights, fitting_repeats, load_height_map
@@ -96,6 +97,22 @@ class Relief:
     def pitch_mm(self) -> float:
         """Distance between neighbouring samples, mm."""
         return self.surface.pitch_mm
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows of this relief."""
+        # Imported here: nothing else of a relief draws pictures.
+        from relief.relief_shading import html_picture
+
+        rows, cols = self.heights.shape
+        table = {
+            "name": self.name,
+            "size": f"{number(self.width_mm)} x {number(rows * self.pitch_mm)} mm",
+            "samples": f"{cols} x {rows}",
+            "relief": f"{number(float(np.ptp(self.heights)))} mm",
+            "periodic": " and ".join(axis for axis, on in zip("yx", self.repeats, strict=True) if on) or "no",
+            "print of": self.printer and self.printer.name,
+        }
+        return html_picture(self.heights, self.pitch_mm) + html_table(table)
 
     def printed(self, printer: Printer) -> Self:
         """The print of this relief. Raises InputError if it is a print, or the printer cannot make it."""

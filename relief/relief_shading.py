@@ -1,11 +1,16 @@
 """Shading of a relief under one parallel light, without a renderer, for small pictures."""
 
+import base64
+import io
+
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
 from relief.ground.arrays import Array, FloatArray
 
+THUMBNAIL = 128
+"""Most pixels a side of the picture of a relief in a notebook."""
 SKY_DIRECTIONS = 8
 """Number of directions, evenly all around, in which the horizon is computed."""
 
@@ -79,6 +84,23 @@ def averaged(values: FloatArray, side: int) -> FloatArray:
     target = (max(1, round(cols * scale)), max(1, round(rows * scale)))
     small = Image.fromarray(values.astype(np.float32)).resize(target, Image.Resampling.BOX)
     return np.asarray(small, dtype=np.float64)
+
+
+def html_picture(heights: Array, pitch_mm: float) -> str:
+    """A relief under a lamp at the upper left, 45 degrees up, as an `<img>` that holds its PNG.
+
+    Args:
+        heights: (rows, cols) mm, row 0 at +y.
+        pitch_mm: distance between neighbouring samples.
+    """
+    small = averaged(heights, THUMBNAIL)
+    side = max(small.shape)
+    square = np.pad(small, [(0, side - count) for count in small.shape], mode="edge")
+    light = facing(square, pitch_mm * max(heights.shape), 135.0, 45.0)[: small.shape[0], : small.shape[1]]
+    file = io.BytesIO()
+    Image.fromarray((255.0 * np.clip(light, 0.0, 1.0)).astype(np.uint8)).save(file, "png")
+    data = base64.b64encode(file.getvalue()).decode("ascii")
+    return f'<img alt="relief under raking light" src="data:image/png;base64,{data}">'
 
 
 def _horizon(heights: Array, size_mm: float, azimuth_deg: float, farthest_mm: float) -> Array:

@@ -79,10 +79,12 @@ def links(page: Path) -> set[Path]:
     return {(page.parent / target).resolve() for target in targets if "://" not in target}
 
 
-def test_every_page_is_in_an_index() -> None:
-    assert {page for page in DOCS.rglob("*.md") if page.parent != EVIDENCE} <= links(ROOT / "README.md")
-    index = DOCS / "evidence" / "README.md"
-    assert {*EVIDENCE.glob("*.md")} - {index} <= links(index)
+def test_every_page_is_in_the_navigation_of_the_site() -> None:
+    named = re.findall(r"^(?!```|:)(\S+)$", (DOCS / "site" / "navigation.txt").read_text("utf-8"), re.M)
+    pages = [(DOCS / f"{name}{suffix}").resolve() for name in named for suffix in (".md", ".ipynb")]
+    here = {DOCS / "index.md", *(page for page in pages if page.is_file())}
+    assert len(here) == len(named) + 1
+    assert {*DOCS.rglob("*.md"), *DOCS.rglob("*.ipynb")} <= here
 
 
 def test_the_index_of_the_evidence_has_a_line_for_each_page() -> None:

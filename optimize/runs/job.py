@@ -35,6 +35,7 @@ from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
 from relief.ground.files import only_writer, remove_partial
 from relief.ground.progress import say, stage
+from relief.relief import Relief
 from tactile.quantities import QUANTITIES
 from visual.backend.user_settings import user_settings_kept
 
@@ -75,16 +76,21 @@ class Result:
     """The result of a run.
 
     Attributes:
-        heights: (rows, cols) of the best relief, mm.
+        relief: the best relief.
         stop: why the descent stopped.
         verification: the content of result.json.
         run_dir: folder with all files of the run.
     """
 
-    heights: Array
+    relief: Relief
     stop: StopReason
     verification: Verification
     run_dir: Path
+
+    @property
+    def heights(self) -> Array:
+        """Of the best relief, (rows, cols) mm."""
+        return self.relief.heights
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -99,6 +105,11 @@ class Result:
         ]
         pictures = f"pictures changed by {self.verification.look.change_percent:.2g} %"
         return f"<{self.run_dir}: {self.stop.name.lower()}, {', '.join(changes)}, {pictures}>"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows of this result."""
+        shown = replace(self.relief, name=str(self.run_dir))._repr_html_()
+        return shown + self.verification._repr_html_()
 
 
 @user_settings_kept
@@ -215,7 +226,8 @@ def _descend_and_write(
         descent, verified, state = descend_with_correction(plan, state, segment, recorder)
         descent_seconds = recorder.seconds
         _log.info("the descent has ended at step %d: %s", descent.last.step, descent.reason.value)
-        results.write_relief(run_dir, replace(problem.relief, heights=descent.best.heights))
+        relief = replace(problem.relief, heights=descent.best.heights)
+        results.write_relief(run_dir, relief)
         unmeasured = descent.best.step == 0 or (verified is None and plan.verify is not None)
         if descent.reason is StopReason.INTERRUPTED and unmeasured:
             raise KeyboardInterrupt
@@ -234,7 +246,7 @@ def _descend_and_write(
             verification = results.write(run_dir, settings, problem, outcome, times)
             if publish is not None:
                 publish(Finished(run_dir, prepared, outcome, verification, history.rows))
-    return Result(descent.best.heights, descent.reason, verification, run_dir)
+    return Result(relief, descent.reason, verification, run_dir)
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from pydantic import Field
 
 from optimize.settings.run_file import Run
 from optimize.verification.section import Keys, Section
+from relief.ground.formatting import duration, html_table, number, percent
 from tactile.quantities import QUANTITIES, ROUGHNESS
 
 LARGEST_NUMBER = 1e300
@@ -522,6 +523,23 @@ class Verification(Section):
     seed: int | None = None
     settings: Mapping[str, Any] = Field(default_factory=dict)
     sha256: Mapping[str, str] = Field(default_factory=dict)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows of this verification."""
+        touch, places = self.touch, self.touch.places
+        rows: dict[str, str | None] = {"stopped": self.stop.message}
+        for name, one in QUANTITIES.items():
+            by = touch.verified_by if touch.verified.get(name) is not None else touch.model
+            ends = " to ".join(number(end) for end in touch.ends_of(name))
+            target = f", target {number(touch.target[name])}" if name in touch.target else ""
+            rows[one.label] = f"{ends} {one.unit}".rstrip() + f"{target} (by {by})"
+        rows["rougher by"] = f"{number(touch.jnd_from_original)} JND"
+        if places is not None and places.between is not None:
+            ends = f"{number(places.between.jnd_min)} to {number(places.between.jnd_max)} JND"
+            rows[f"at {places.between.count} held-out contact locations"] = ends
+        rows["change of the pictures"] = f"{percent(self.look.change_percent)} of their mean"
+        rows["time"] = duration(self.time_s["total"]) if "total" in self.time_s else None
+        return html_table(rows)
 
     @classmethod
     def from_json(cls, content: object) -> Verification:

@@ -2,6 +2,8 @@
 
 import math
 import re
+from collections.abc import Mapping
+from html import escape
 
 OBEYED = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufeff]")
 """Characters that a terminal or a browser obeys or cannot show: control characters beside the ends of lines,
@@ -11,6 +13,20 @@ marks of the direction of writing, halves of pairs (of names that are no Unicode
 def plain(text: str) -> str:
     """The text with a question mark for each character of `OBEYED`, for example in file names."""
     return OBEYED.sub("?", text)
+
+
+LONGEST_CELL = 200
+"""Most characters of a name or a value in a table of a notebook."""
+
+
+def html_table(rows: Mapping[str, object]) -> str:
+    """A table for a notebook: a name and a value a row, both escaped; rows of None are left out."""
+    shown = [(name, value) for name, value in rows.items() if value is not None]
+    return f"<table>{''.join(f'<tr>{_cell(name)}{_cell(value)}</tr>' for name, value in shown)}</table>"
+
+
+def _cell(content: object) -> str:
+    return f"<td>{escape(plain(str(content)[:LONGEST_CELL]))}</td>"
 
 
 def number(value: float | None, digits: int = 3) -> str:

@@ -268,7 +268,7 @@ class ProgressKeywords:
     progress: "Callable[[Progress], None] | None" = None
 
 
-def _in_python(one: Declared) -> str:
+def in_python(one: Declared) -> str:
     """What a keyword does, with its choices or its range."""
     option = one.option
     text = f"{'False: ' * (one.value is True)}{option.python or _help(one)}"
@@ -285,7 +285,7 @@ def _describe(called: Any, function: Callable[..., Any], options: Any) -> None:
         annotation = getattr(annotation, "__forward_arg__", annotation)
         parameters.append(keyword.replace(annotation=annotation))
     called.__signature__ = own.replace(parameters=parameters)
-    lines = [f"    {name}: {_in_python(one)}." for name, one in declared(options).items()]
+    lines = [f"    {name}: {in_python(one)}." for name, one in declared(options).items()]
     lines += ["    quiet, progress: how progress is shown, as in `optimize`."] * hasattr(options, "quiet")
     called.__doc__ = "\n".join((inspect.getdoc(function) or "", "", "Keywords:", *lines))
 

@@ -18,7 +18,7 @@ from optimize.verification.tilt import warn_of_tilt
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
 from relief.ground.formats import is_gcode, is_mesh
-from relief.ground.formatting import number, percent
+from relief.ground.formatting import html_table, number, percent
 from relief.ground.lengths import Lengths, scale_of
 from relief.ground.progress import Progress, stage
 from relief.patches import Patches
@@ -33,7 +33,7 @@ from retouch.verbs.reliefs import Source, refuse, relief_of
 from tactile.jnd import SMOOTH_BELOW, jnd_unless_smooth, smooth_clause
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
-from tactile.quantities import CONTACT_AREA, LARGEST_JND, LIMIT_PERCENT, ROUGHNESS, means
+from tactile.quantities import CONTACT_AREA, LARGEST_JND, LIMIT_PERCENT, QUANTITIES, ROUGHNESS, means
 from tactile.readouts import READ_OUTS
 from tactile.skin import Skin
 
@@ -159,6 +159,15 @@ class Evaluation:
     def readouts(self) -> dict[str, float]:
         """Means of the read-outs over the places, by name; none if not asked for."""
         return means(self.touch.readouts) if isinstance(self.touch, TouchMeasures) else {}
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows of this evaluation."""
+        shown = (
+            self.relief._repr_html_() if isinstance(self.relief, Relief) else html_table({"name": self.name})
+        )
+        rows = {one.label: f"{number(self.touch.means[name])} {one.unit}" for name, one in QUANTITIES.items()}
+        finger = {"contact locations": self.places.count, "finger": self.skin_name, "model": self.model}
+        return shown + html_table(rows | finger)
 
     def jnd_from(self, first: Self) -> float | None:
         """Just-noticeable differences by which this is rougher (+) or smoother (-); None if one is smooth."""
