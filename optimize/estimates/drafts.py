@@ -14,17 +14,21 @@ from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.gauss_newton.step_look import Look, Residual, StepLook
 from optimize.descent.gauss_newton.trust import LARGEST_SHARE
 from optimize.descent.problem import Problem
-from optimize.descent.targets import Targets
+from optimize.descent.targets import Target, Targets
 from optimize.estimates.reach import picture_change
+from optimize.runs.goal_bounds import check_counted, check_distance
 from optimize.settings.look import Look as LookSettings
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
+from tactile.quantities import GoalKey, Quantity
 from tactile.skin import Skin
 from visual.looks import FAST
 from visual.scene import Scene
 
 SPACING_MM = 5.0
 """Greatest distance between neighbouring contact locations, mm, twice a run's: four on a tile of 10 mm."""
+TOLERANCE = 0.01
+"""Relative error of a quantity at which a draft has reached its goal, as in a run."""
 BROAD = LookSettings().broad
 """Weight of broad changes of the pictures, that of a run with the usual settings."""
 MOST_SAMPLES = 256 * 256
@@ -59,6 +63,18 @@ class Drafter:
         self._look = _PicturesFirst(self._problem)
         self.original = self._problem.press(scene.heights, gradients=False).values
         self._changed, self.mean_percent_of_white = picture_change(scene, FAST)
+
+    def targets(self, quantity: Quantity, key: GoalKey, number: float) -> Targets:
+        """The number of a key as goals at the places of the drafts, checked as those of a run.
+
+        Raises:
+            InputError: the relief is smooth, or the goal is farther away than any run goes.
+        """
+        own = self.original[quantity.name]
+        check_counted(quantity, key, own)
+        goals = key.goals(number, own)
+        check_distance(quantity, float(goals.mean()), float(own.mean()))
+        return Targets((Target(quantity, goals, TOLERANCE),))
 
     def step(
         self, targets: Targets, heights: Array | None = None, memory: Mapping[str, Array] | None = None

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,22 +16,17 @@ from retouch.app.values.document import FEEL_OF, JND, Wish
 from retouch.app.values.findings import Draft
 from retouch.app.values.folders import picture_file
 from tactile.jnd import ROUGHNESS_JND, SMOOTH_BELOW
-from tactile.quantities import ROUGHNESS, Values, goal_keys, means
+from tactile.quantities import ROUGHNESS, GoalKey, Quantity, goal_keys, means
 
 if TYPE_CHECKING:
-    from optimize.descent.driver import Iterate
-    from optimize.descent.targets import Targets
     from optimize.estimates.drafts import Drafter
-
-TOLERANCE = 0.01
-"""Relative error of a quantity at which a draft has reached its goal, as in a run."""
 
 
 def reach(relief: Relief, skin: str) -> tuple[Reach, tuple[Draft, ...]]:
     """How far the feel can change, as `retouch evaluate --reach` reports, and the samples of its curve."""
     from optimize.estimates.reach import reach as reach_of
 
-    samples: list[tuple[Iterate, float, float]] = []
+    samples: list[Any] = []
     scene = retouch.load_scene(DEFAULT_SCENE, relief=relief)
     found = reach_of(scene, retouch.load_skin(skin), lambda *sample: samples.append(sample))
     drafts = []
@@ -60,7 +55,7 @@ def step(relief: Relief, wish: Wish, start: Draft | None, going_on: bool) -> Dra
     """
     size = relief.width_mm, relief.repeats
     drafter = _drafter(relief.heights.tobytes(), relief.heights.shape, *size, wish.skin)
-    targets = _targets(wish, drafter.original)
+    targets = drafter.targets(*_goal(wish))
     heights, memory = (None, {}) if start is None else (start.relief.heights, start.memory)
     reached, change = drafter.step(targets, heights, memory if going_on else {})
     original = means(drafter.original)
@@ -82,22 +77,12 @@ def _drafter(
     return Drafter(retouch.load_scene(DEFAULT_SCENE, relief=relief), retouch.load_skin(skin))
 
 
-def _targets(wish: Wish, original: Values) -> "Targets":
-    """The goal of a wish at the places of a draft, checked as that of a run."""
-    from optimize.descent.targets import Target, Targets
-    from optimize.runs.goal_bounds import check_counted, check_distance
-
-    if wish.goal == FEEL_OF:
-        quantity, key = ROUGHNESS, ROUGHNESS.goals[0]
-        file = picture_file(str(wish.value))
-        number = _roughness(str(file), file.stat().st_mtime_ns, wish.skin)
-    else:
-        (quantity, key), number = goal_keys()[wish.goal], float(wish.value)
-    own = original[quantity.name]
-    check_counted(quantity, key, own)
-    goals = key.goals(number, own)
-    check_distance(quantity, float(goals.mean()), float(own.mean()))
-    return Targets((Target(quantity, goals, TOLERANCE),))
+def _goal(wish: Wish) -> tuple[Quantity, GoalKey, float]:
+    """Quantity, key and number of the goal of a wish."""
+    if wish.goal != FEEL_OF:
+        return *goal_keys()[wish.goal], float(wish.value)
+    file = picture_file(str(wish.value))
+    return ROUGHNESS, ROUGHNESS.goals[0], _roughness(str(file), file.stat().st_mtime_ns, wish.skin)
 
 
 @lru_cache(maxsize=16)
@@ -107,8 +92,14 @@ def _roughness(file: str, _written_ns: int, skin: str) -> float:
 
 
 def _draft(
-    relief: Relief, reached: "Iterate", ratios: dict[str, float], changes: tuple[float, float], error: float
+    relief: Relief,
+    reached: Any,
+    ratios: dict[str, float],
+    changes: tuple[float, float],
+    error: float,
 ) -> Draft:
+    from optimize.estimates.drafts import TOLERANCE
+
     made = replace(relief, heights=reached.heights)
     change = change_map(relief, made)
     return Draft(made, ratios, *changes, error, error <= TOLERANCE, change, reached.memory)
