@@ -1,4 +1,4 @@
-"""What notebooks show of reliefs, results and verifications: a picture and a table without markup of names."""
+"""What notebooks show of reliefs, results and verifications: a picture, and a table free of markup."""
 
 import base64
 import io
