@@ -152,7 +152,7 @@ def times(window: Window, folder: Path) -> dict[str, Any]:
 def _from_nothing(window: Window, relief_mm: float) -> float:
     """Seconds from turning to the feel of another relief to the draft of the usual +2 JND."""
     window.click_text("nav button", "Picture")
-    window.wait("document.querySelector('input.range')")
+    window.wait("document.querySelector('.number .value')")
     window.evaluate(MOVED.format(relief_mm=relief_mm))
     window.wait(IDLE)
     window.click_text("nav button", "Feel")

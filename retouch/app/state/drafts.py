@@ -16,6 +16,8 @@ from tactile.quantities import ROUGHNESS
 
 STEPS = 12
 """Most steps towards a wish: most bundled textures take two or three at 2 JND, knit at -2 JND all."""
+CLOSER = 0.95
+"""Factor by which a step at the goal has to lower the change of the pictures for another one to follow."""
 MOST_KEPT = 48
 """Most drafts that are kept; one of 256 x 256 samples takes 2 MB."""
 
@@ -71,37 +73,45 @@ class Drafts:
         (relief, wish), of = key, self._of
         own = going_on = self._made.get(wish)
         for _ in range(STEPS):
-            start = going_on or self._nearest(wish)
+            start = going_on or self._nearest(wish, start=True)
             going_on = await self._slow(drafts.step, relief, wish, start, going_on is not None)
             if of != self._now():
                 return
-            arrived = own is not None and own.met
-            if own is None or going_on.met or going_on.relative_error < own.relative_error:
-                own = self._keep(wish, going_on)
-            # The step after the one that arrives brings the pictures closer; further ones hardly do.
-            if arrived:
+            before, own = own, self._better(wish, own, going_on)
+            if before is not None and before.met and own.change_percent > CLOSER * before.change_percent:
                 break
             self._activity.notify()
             self._drafting.check()
         self._finished.add(wish)
 
-    def _keep(self, wish: Wish, draft: Draft) -> Draft:
-        self._made[wish] = draft
+    def _better(self, wish: Wish, one: Draft | None, other: Draft) -> Draft:
+        """The draft that reaches its goal, which is kept; of two such the closer look; else the nearer."""
+        if one is not None and _rank(one) <= _rank(other):
+            return one
+        self._made[wish] = other
         if len(self._made) > MOST_KEPT:
             oldest = next(iter(self._made))
             del self._made[oldest]
             self._finished.discard(oldest)
-        return draft
+        return other
 
-    def _nearest(self, wish: Wish) -> Draft | None:
-        """The known result whose feel is nearest to a wish; None if that is the original, or unknown."""
+    def _nearest(self, wish: Wish, start: bool = False) -> Draft | None:
+        """The known result whose feel is nearest to a wish; None if that is the original, or unknown.
+
+        Args:
+            start: whether only results between the original and the wish count: the pictures of a draft that
+                comes back from beyond change up to 1.7 times as much.
+        """
         name, ratio = _quantity(wish.goal), self._ratio(wish)
         if ratio is None:
             return None
         made = [draft for other, draft in self._made.items() if _quantity(other.goal) == name]
         known = [*self._numbers.samples, *made] if name == ROUGHNESS.name else made
-        ratios = [(draft.ratios[name], draft) for draft in known if draft.ratios.get(name, 0.0) > 0.0]
-        return min(((1.0, None), *ratios), key=lambda one: abs(math.log(one[0] / ratio)))[1]
+        wanted = math.log(ratio)
+        ways: list[tuple[float, Draft | None]] = [(0.0, None)]
+        ways += [(math.log(draft.ratios[name]), draft) for draft in known if name in draft.ratios]
+        fit = [way for way in ways if not start or 0.0 <= way[0] * wanted <= wanted * wanted]
+        return min(fit, key=lambda way: abs(way[0] - wanted))[1]
 
     def _ratio(self, wish: Wish) -> float | None:
         """What a wish makes of its quantity, in units of the original's; None if that is not known here."""
@@ -114,3 +124,7 @@ class Drafts:
 def _quantity(goal: str) -> str:
     """Name of the quantity that a goal changes."""
     return ROUGHNESS.name if goal == FEEL_OF else goals()[goal].name
+
+
+def _rank(draft: Draft) -> tuple[bool, float]:
+    return not draft.met, draft.change_percent if draft.met else draft.relative_error

@@ -141,6 +141,12 @@ def test_the_nearest_known_result_is_shown_at_once_and_a_wish_that_comes_back_is
     asyncio.run(on())
     assert seen == [(pytest.approx(4.0), False), (None, False), (pytest.approx(-2.0), False)]
     assert [wish for wish, *_ in steps.begun] == [3.4, 3.4, 0.6, 0.6, -1.2, -1.2]
+    # No draft begins beyond its goal.
+    assert [start for _, start, going_on in steps.begun if not going_on] == [
+        pytest.approx(ROUGHNESS_JND**2),
+        None,
+        None,
+    ]
     assert shown(one) == (pytest.approx(3.4), True)
 
 
