@@ -44,6 +44,8 @@ SAMPLES = 64
 """Samples a pixel of rendered pictures. The noise of their change is far below the limit: on gravel 0.1 %."""
 
 
+Changed = Callable[[Array], float]
+"""From heights (rows, cols) to the mean change of their pictures in % of white."""
 Keep = Callable[[Iterate, float, float], object]
 """Called with the end of each short descent, its JND, and the change of its pictures in % of white."""
 
@@ -84,12 +86,7 @@ def reach(scene: Scene, skin: Skin, keep: Keep = lambda *sample: None) -> Reach:
 
 
 def _curve(
-    problem: Problem,
-    original: Array,
-    sense: float,
-    changed: Callable[[Array], float],
-    keep: Keep,
-    advance: Stage,
+    problem: Problem, original: Array, sense: float, changed: Changed, keep: Keep, advance: Stage
 ) -> ChangeCurve:
     ends: list[tuple[float, float]] = []
     mean = float(original.mean())
@@ -118,7 +115,7 @@ def _curve(
     return ChangeCurve(min(crossed, counted), crossed <= counted, tuple(ends))
 
 
-def picture_change(scene: Scene, look: str) -> tuple[Callable[[Array], float], float]:
+def picture_change(scene: Scene, look: str) -> tuple[Changed, float]:
     """From heights to the mean change of the scene's pictures by a look without noise, and the mean picture.
 
     Both are means over the plate in % of white.
@@ -133,7 +130,7 @@ def picture_change(scene: Scene, look: str) -> tuple[Callable[[Array], float], f
     return changed, 100.0 * float((weights * original).mean()) / scene.white
 
 
-def _rendered_change(scene: Scene) -> tuple[Callable[[Array], float], float]:
+def _rendered_change(scene: Scene) -> tuple[Changed, float]:
     """The same by rendered pictures: mean of an estimate that noise enlarges and one that noise lowers."""
     weights = pixel_weights(scene.plate_weights(), scene.weights)
     original = batched(scene, scene.heights, SAMPLES).pictures

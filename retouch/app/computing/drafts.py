@@ -8,6 +8,7 @@ import numpy as np
 
 import retouch
 from mitsuba_scenes import DEFAULT_SCENE
+from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.estimates.change_curves import Reach
 from relief.relief import Relief
 from retouch.app.computing.results import change_map
@@ -37,9 +38,16 @@ def reach(relief: Relief, skin: str) -> tuple[Reach, tuple[Draft, ...]]:
     return found, tuple(drafts)
 
 
-def warm(skin: str) -> None:
-    """Load and compile what drafts need, before anybody asks for one, by a step on a bundled texture."""
-    step(Relief.read(picture_file("gravel")), Wish(skin, JND, 1.0), None, False)
+def warm(relief: Relief, skin: str) -> None:
+    """Prepare drafts of a relief before anybody asks for one; raises as of `step`."""
+    _load()
+    _drafter_of(relief, skin)
+
+
+@lru_cache(maxsize=1)
+def _load() -> None:
+    """Load and compile the models, by a step on a bundled texture."""
+    step(Relief.read(picture_file("gravel")), Wish(DEFAULT_SKIN, JND, 1.0), None, False)
 
 
 def step(relief: Relief, wish: Wish, start: Draft | None, going_on: bool) -> Draft:
@@ -53,8 +61,7 @@ def step(relief: Relief, wish: Wish, start: Draft | None, going_on: bool) -> Dra
         InputError: the relief is flat, smooth or too large, or the wish is farther away than any run goes.
         ContactError: the contact does not converge.
     """
-    size = relief.width_mm, relief.repeats
-    drafter = _drafter(relief.heights.tobytes(), relief.heights.shape, *size, wish.skin)
+    drafter = _drafter_of(relief, wish.skin)
     targets = drafter.targets(*_goal(wish))
     heights, memory = (None, {}) if start is None else (start.relief.heights, start.memory)
     reached, change = drafter.step(targets, heights, memory if going_on else {})
@@ -64,6 +71,11 @@ def step(relief: Relief, wish: Wish, start: Draft | None, going_on: bool) -> Dra
     ratios = {key: v / original[key] for key, v in felt if min(v, original[key]) > least.get(key, 0.0)}
     changes = change, 100.0 * change / drafter.mean_percent_of_white
     return _draft(relief, reached, ratios, changes, targets.relative_error(reached.values))
+
+
+def _drafter_of(relief: Relief, skin: str) -> "Drafter":
+    heights = relief.heights
+    return _drafter(heights.tobytes(), heights.shape, relief.width_mm, relief.repeats, skin)
 
 
 @lru_cache(maxsize=1)

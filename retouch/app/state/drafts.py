@@ -19,7 +19,7 @@ STEPS = 12
 CLOSER = 0.95
 """Factor by which a step at the goal has to lower the change of the pictures for another one to follow."""
 MOST_KEPT = 48
-"""Most drafts that are kept; one of 256 x 256 samples takes 2 MB."""
+"""Most drafts that are kept, after which all are dropped; one of 256 x 256 samples takes 2 MB."""
 
 
 class Drafts:
@@ -35,7 +35,9 @@ class Drafts:
         self._made: dict[Wish, Draft] = {}
         self._finished: set[Wish] = set()
         self._drafting = Latest[tuple[Relief, Wish], None](activity, "draft", self._draft)
-        self._warming = Latest[str, None](activity, "warm", lambda skin: slow(drafts.warm, skin))
+        self._warming = Latest[tuple[Relief, str], None](
+            activity, "warm", lambda key: slow(drafts.warm, *key)
+        )
 
     @property
     def busy(self) -> bool:
@@ -43,9 +45,11 @@ class Drafts:
         return self._drafting.busy
 
     def warm(self) -> None:
-        """Load the models of drafts once the first picture has been pressed and nothing is under way."""
-        if self._warming.key is None and self._numbers.settled and self._activity.idle:
-            self._warming.want(self._history.document.feel.skin, "loading the models of drafts")
+        """Prepare drafts of the picture once it has been pressed and nothing is under way."""
+        relief, busy = self._numbers.relief, self._activity.under_way
+        if relief is not None and self._numbers.settled and not busy:
+            doing = "" if self._warming.key else "loading the models of drafts"
+            self._warming.want((relief, self._history.document.feel.skin), doing)
 
     def want(self) -> None:
         """Ask for a draft of the feel that is chosen, once the picture has been pressed."""
@@ -88,11 +92,9 @@ class Drafts:
         """The draft that reaches its goal, which is kept; of two such the closer look; else the nearer."""
         if one is not None and _rank(one) <= _rank(other):
             return one
+        if len(self._made) >= MOST_KEPT:
+            self._made, self._finished = {}, set()
         self._made[wish] = other
-        if len(self._made) > MOST_KEPT:
-            oldest = next(iter(self._made))
-            del self._made[oldest]
-            self._finished.discard(oldest)
         return other
 
     def _nearest(self, wish: Wish, start: bool = False) -> Draft | None:
