@@ -7,7 +7,7 @@ python -m benchmarks.remake --again          # all of them anew
 
 Each part is a few commands, with a log in runs/remade. Its CPU seconds, and the finger that it was made for,
 are kept in results/remake.json as soon as the part is done, so that an interrupted command goes on. A part
-that fails is told, and the others are made all the same.
+that fails is named, and the others are made all the same.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from typing import IO, Any
 
 from benchmarks.shared.common import ROOT, load, machine, parser_of, save, table
 from benchmarks.shared.finished_studies import FILE, STUDIES
+from benchmarks.whole_run import CASES
 from relief.ground.formatting import duration
 from relief.ground.progress import say
 from tactile.skin import Skin
@@ -72,44 +73,27 @@ PARTS: Mapping[str, Part] = {
             "copy {runs}/nets/touch/touch.json surrogate/weights",
             "-m benchmarks.learned.touch_net --optimised {runs}/optimised",
             "-m benchmarks.learned.fast_look --optimised {runs}/optimised",
-            "-m benchmarks.learned.error_figure",
         ),
     ),
     "shipped": Part("operators of the named round fingers", ("-m benchmarks.touch.shipped",)),
-    "skin": Part("facts of touch, calibration of the measured finger", ("-m benchmarks.skin --again",)),
+    "skin": Part("calibration of the measured finger", ("-m benchmarks.skin --again",)),
     "published": Part("the scoreboard of published findings", ("-m benchmarks.skin.published --again",)),
     "round": Part("elements of a round pad", ("-m benchmarks.skin.round_truth --again",)),
     "own_finger": Part(
         "spherical fingertips of tetrahedra beside round fingers", ("-m benchmarks.touch.own_finger --again",)
     ),
     "contact": Part(
-        "models of touch: time against error",
-        ("-m benchmarks.touch.contact --again", "-m benchmarks.touch.pareto", "-m benchmarks.touch.times"),
+        "models of touch beside the finest",
+        ("-m benchmarks.touch.contact --again", "-m benchmarks.touch.sampling"),
     ),
     "demo": study("demo", "the demo runs and their picture", "-m benchmarks.runs.demo_figure {runs}/demo"),
-    "descents": study(
-        "descents",
-        "ways down on the demo textures",
-        "-m benchmarks.runs.descents",
-        "-m benchmarks.runs.adam_figure",
-        file="benchmarks/runs/descents.toml",
-        kept=False,
-    ),
-    "pareto": study(
-        "pareto",
-        "whole runs: time against error",
-        "-m benchmarks.runs.pareto {runs}/pareto",
-        file="benchmarks/runs/pareto.toml",
-        kept=False,
-    ),
-    "tiles": study("tiles", "ten tiles all over", "-m benchmarks.surfaces.tile_figure {runs}/tiles"),
+    "tiles": study("tiles", "ten tiles all over"),
     "plates": study(
         "plates",
         "plates of 25 mm",
-        "-m benchmarks.surfaces.plates",
         "-m benchmarks.surfaces.plates_figure {runs}/plates",
         file="benchmarks/surfaces/plates.toml",
-        before=("-m benchmarks.surfaces.plates textures",),
+        before=("-m benchmarks.surfaces.plates",),
     ),
     "varied": study(
         "varied",
@@ -129,9 +113,8 @@ PARTS: Mapping[str, Part] = {
     ),
     "crossed": study(
         "crossed",
-        "tiles steered for one finger, felt by others",
+        "tiles optimised for one finger, felt by others",
         "-m benchmarks.surfaces.fingers_crossed {runs}/crossed",
-        "-m benchmarks.surfaces.steered_truth {runs}/crossed",
         file="benchmarks/surfaces/fingers_crossed.toml",
         kept=False,
     ),
@@ -173,9 +156,8 @@ PARTS: Mapping[str, Part] = {
             "-m benchmarks.objects.bundled",
             "retouch study benchmarks/objects/tiles.toml -o runs/paper-objects",
             "-m benchmarks.objects.paper_objects",
-            "-m benchmarks.objects.curved_figure",
-            "-m benchmarks.objects.objects_figure",
-            "-m benchmarks.objects.direction",
+            "-m benchmarks.objects.curved",
+            "-m benchmarks.objects.pairs_figure",
             "-m benchmarks.touch.mesh_feel",
             "-m benchmarks.objects.plates",
         ),
@@ -195,10 +177,16 @@ PARTS: Mapping[str, Part] = {
         ),
     ),
     "first-mile": Part("pictures from outside, by the README alone", ("-m benchmarks.runs.first_mile",)),
-    "stability": Part("the map of stability", ("-m benchmarks.stability.sweep --again",)),
-    "whole_run": Part("seconds and memory of whole runs", ("-m benchmarks.whole_run",)),
+    "stability": Part("where the models hold", ("-m benchmarks.stability.sweep --again",)),
+    "whole_run": Part("seconds and memory of whole runs", (f"-m benchmarks.whole_run {' '.join(CASES)}",)),
+    "tutorials": Part(
+        "the commands of start page and tutorials, and their figures",
+        ("-m benchmarks.docs.tutorials", "-m benchmarks.docs.figures"),
+    ),
+    "drafts": Part("drafts of the app beside the runs that follow", ("-m benchmarks.docs.drafts --again",)),
     "pages": Part(
-        "the tables of docs/evidence and the numbers of the README", ("-m benchmarks.docs.measured",)
+        "the tables of docs/evidence and docs/reference, and the numbers of the README",
+        ("-m benchmarks.docs.measured", "-m benchmarks.docs.reference"),
     ),
 }
 """By name, in the order in which they are made: later parts read what earlier ones left."""

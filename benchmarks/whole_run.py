@@ -1,129 +1,131 @@
-"""Whole runs: wall and CPU seconds of their parts, before and after a change; what each rule saves; memory.
+"""Whole runs: seconds, CPU seconds and peak memory, each a process of its own, as a user starts it.
 
-python -m benchmarks.whole_run                            # every case of benchmarks.runs.turns
-python -m benchmarks.whole_run --before 340f9f0           # an earlier commit beside this tree, in turns
-python -m benchmarks.whole_run --before 340f9f0 --cases tile 256x256 --repeats 3
-python -m benchmarks.whole_run change                     # error of the picture change by samples
-python -m benchmarks.whole_run rules                      # seconds with and without each rule of visual.needs
-python -m benchmarks.whole_run memory                     # peak memory of each verb
-python -m benchmarks.whole_run start --before 3b5b75a0    # commands that are over soon, in turns
+python -m benchmarks.whole_run [CASE ...]      # cases that results/whole_run.json lacks, or these anew
 
 Cases: the six demo runs, exact and fast, the tile demo, gravel of 256 x 256 samples, and plates of 25, 40 and
-80 mm (two JND rougher all over, by the fast look; 80 mm are solved window by window). Every run is a process
-of its own, as a user starts it. Run the seconds on a quiet machine: all cases by two versions take about 40
-minutes. The row of each run is kept at once in results/whole_run.json, with its commit and machine, and the
-same command goes on where it was stopped. Runs of code with changes that are not committed (a "+" behind the
-commit) are made anew.
+80 mm (two just-noticeable differences rougher all over, by the fast look). A short run of the same case comes
+first, which builds operators and kernels. Run the cases on a quiet machine; all take about 20 minutes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+import json
+import statistics
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 from typing import Any
 
-from benchmarks.runs import turns
-from benchmarks.runs.costs import change_by_samples, memory, start
-from benchmarks.runs.rules import rules
-from benchmarks.shared.checkouts import NOW, checkouts, version_of
-from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, publish, save, table
+import numpy as np
+from skimage.transform import resize
 
-PAGE = DOCS / "evidence" / "speed.md"
-COMMAND = "benchmarks.whole_run"
-OTHERS = {"change": change_by_samples, "rules": rules, "memory": memory}
-HEADINGS = {
-    **{"wall_s": "seconds", "cpu_s": "CPU seconds", "touch_cpu_s": "touch, CPU s", "peak_mb": "peak MB"},
-    **{"set_up_cpu_s": "set-up, CPU s", "descent_cpu_s": "descent", "verify_cpu_s": "verification"},
-    **{"off_target_percent": "off target, %", "least_jnd": "least JND", "largest_jnd": "largest"},
-    **{"change_percent": "pictures, %", "change_rms_percent": "rms, %"},
-    **{"render_cpu_s": "pictures, CPU s", "step_cpu_s": "with Jacobians, CPU s"},
-}
-"""Column headings of keys that are not their own."""
+from benchmarks.shared.checkouts import DEMO_RUNS, MODELS, process
+from benchmarks.shared.common import DOCS, ROOT, kept, load, parser_of, publish, table
+from mitsuba_scenes import find_texture
+from optimize.settings.run_file import load_run
+from relief.heightmap import load_heights, save_heights_exr
+from relief.preparing.picture_preparation import prepare
+
+RESULT, COMMAND, PAGE = "whole_run", "benchmarks.whole_run", DOCS / "evidence" / "speed.md"
+PLATES = ((25, 320), (25, 500), (40, 512), (80, 1024))
+"""Sides of the plates, mm, and samples along them; 500 are one each 50 µm, as resin printers have pixels."""
+ON_PLATES = (
+    *("touch.jnd=2", "repeats=false", "look.model=fast", "verify.baseline=false", "verify.samples=64"),
+    # Gravel takes 2 to 4 steps at every size; the limit bounds the time of a run that goes wrong.
+    "descent.steps=12",
+)
+SHORT = ("descent.steps=1", "verify.corrections=0")
+"""Settings of the run that warms up."""
+DONE = (0, 3)
+"""Exit statuses of a run that has a result: the target is met, or is not."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A run: the line of the table that it is counted in, options of `optimize`, width in mm, and samples."""
+
+    group: str
+    options: Sequence[str]
+    size_mm: int = 10
+    samples: int = 128
+
+
+def _cases() -> Iterator[tuple[str, Case]]:
+    for models, options in MODELS.items():
+        for texture, jnd in DEMO_RUNS:
+            name = f"{texture}{jnd:+d}{'-fast' * bool(options)}"
+            yield name, Case(f"demo runs, {models}", (texture, *_set(f"touch.jnd={jnd}"), *options))
+    yield "tile", Case("tile, 10 mm", ("mitsuba_scenes/gravel-tile.toml",))
+    yield "256x256", Case("10 mm, 256², exact", ("gravel", "-D", "resolution=256"), 10, 256)
+    for size_mm, samples in PLATES:
+        words = f"{size_mm} mm, {samples}²"
+        yield f"{size_mm}mm-{samples}", Case(words, ("gravel", *_set(*ON_PLATES)), size_mm, samples)
+
+
+def _set(*settings: str) -> Sequence[str]:
+    return [part for setting in settings for part in ("--set", setting)]
+
+
+CASES: Mapping[str, Case] = dict(_cases())
+
+
+def texture_of(case: Case, folder: Path) -> Sequence[str]:
+    """Options that name the texture of a case, which is written into a folder if none of Retouch serves."""
+    if case.size_mm == 10:
+        return () if case.samples == 128 else ("--texture", str(finer(folder, case.samples)))
+    path = folder / f"gravel-{case.size_mm}x{case.samples}.png"
+    prepare(find_texture("gravel-tile"), plate_mm=case.size_mm).save(path)
+    prepare(path, samples=case.samples).save(path)
+    return "--texture", str(path)
+
+
+def finer(folder: Path, samples: int) -> Path:
+    """Write gravel, 10 mm wide, at more samples than come with Retouch."""
+    run = load_run("gravel")
+    coarse = load_heights(run.texture, relief_mm=run.relief_mm)
+    fine = np.clip(resize(coarse, (samples, samples), order=3, mode="edge"), 0.0, 3.0)
+    path = folder / f"gravel-{samples}.exr"
+    save_heights_exr(path, fine, 10.0, float(fine.max()))
+    return path
+
+
+def run(case: Case) -> dict[str, Any]:
+    """Seconds, memory and results of a run."""
+    with tempfile.TemporaryDirectory() as name:
+        out = Path(name) / "run"
+        options = [*case.options, *texture_of(case, Path(name)), "-o", str(out), "--force", "-q"]
+        process(ROOT, ["-m", "retouch", "optimize", *options, *_set(*SHORT)], DONE)
+        found = process(ROOT, ["-m", "retouch", "optimize", *options], DONE)
+        result = json.loads((out / "result.json").read_text())
+    return {
+        **found,
+        "places": ((result["touch"]["places"] or {}).get("steered") or {"count": 1})["count"],
+        "off_target_percent": result["verification"]["miss_percent"],
+        "change_percent": result["look"]["change_percent"],
+    }
+
+
+def as_table(runs: Mapping[str, Mapping[str, Any]]) -> str:
+    """Cases by group: medians of seconds and memory, largest distance from the target."""
+    rows = []
+    for group in dict.fromkeys(case.group for case in CASES.values()):
+        some = [row for name, row in runs.items() if CASES[name].group == group]
+        middle = {key: statistics.median(row[key] for row in some) for key in ("wall_s", "cpu_s", "peak_mb")}
+        cells = f"{middle['wall_s']:.0f}", f"{middle['cpu_s']:.0f}", f"{middle['peak_mb'] / 1000.0:.1f}"
+        off = max(row["off_target_percent"] for row in some)
+        rows.append((group, some[0]["places"], *cells, f"{off:.1f}"))
+    return table(("run", "contact locations", "s", "CPU s", "GB", "off target, % at most"), rows)
 
 
 def main() -> None:
     parser = parser_of(__doc__)
-    parser.add_argument("what", nargs="?", default="seconds", choices=("seconds", "start", *OTHERS))
-    parser.add_argument("--before", metavar="COMMIT")
-    parser.add_argument("--cases", nargs="+", choices=turns.CASES, default=list(turns.CASES), metavar="NAME")
-    parser.add_argument("--repeats", type=int, default=1, help="of cases below 40 mm; medians are shown")
-    arguments = parser.parse_args()
-    if arguments.what == "seconds":
-        texts = seconds(arguments.before, arguments.cases, arguments.repeats)
-    elif arguments.what == "start":
-        rows = start(arguments.before)
-        save("whole_run", load("whole_run") | {"start": {"machine": machine(), "rows": rows}})
-        texts = {"start": as_text(by_version(rows))}
-    else:
-        rows = OTHERS[arguments.what]()
-        save("whole_run", load("whole_run") | {"machine": machine(), arguments.what: rows})
-        texts = {arguments.what: as_text(rows)}
-    for what, text in texts.items():
-        print(f"\n{what}")
-        publish(PAGE, what, f"{COMMAND} {what}", text)
-
-
-def seconds(before: str | None, names: Sequence[str], repeats: int) -> dict[str, str]:
-    """Make the runs that are due, keep the row of each, and return the texts of all rows."""
-    here = machine()
-    with checkouts(before) as folders:
-        trees = {version_of(ROOT) if name == NOW else name: folder for name, folder in folders.items()}
-        rows = [row for row in load("whole_run").get("runs", ()) if not stale(row, names, here, trees)]
-        due = turns.missing(rows, names, list(trees), repeats)
-        print(f"{len(due)} runs to make, {len(rows)} rows are kept", flush=True)
-        for row in turns.in_turns(due, trees):
-            rows.append(row | {"machine": here})
-            save("whole_run", load("whole_run") | {"runs": rows})
-            cost = f"{row['wall_s']:.1f} s, {row['cpu_s']:.1f} CPU seconds"
-            print(f"{row['case']}, {row['version']}: {cost}", flush=True)
-    return texts_of(rows, list(trees), here)
-
-
-def by_version(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """CPU seconds of each command, one column a version."""
-    commands = dict.fromkeys(row["command"] for row in rows)
-    return [
-        {"command": name, **{row["version"]: row["cpu_s"] for row in rows if row["command"] == name}}
-        for name in commands
-    ]
-
-
-def stale(
-    row: Mapping[str, Any], names: Sequence[str], here: Mapping[str, Any], versions: Collection[str]
-) -> bool:
-    """Whether a row of these cases is of another machine or version, or of code that was not committed."""
-    elsewhere = row["machine"] != here or row["version"] not in versions
-    return row["case"] in names and (elsewhere or row["version"].endswith("+"))
-
-
-def texts_of(
-    rows: Sequence[Mapping[str, Any]], versions: Sequence[str], here: Mapping[str, Any]
-) -> dict[str, str]:
-    """Text of the rows of versions on one machine, by its place on the page."""
-    each = {v: turns.medians([row for row in rows if row["machine"] == here], v) for v in versions}
-
-    def every(plates: bool) -> str:
-        names = [name for name, case in turns.CASES.items() if (case.size_mm > 10) == plates]
-        found = [(name, version) for name in names for version in versions if name in each[version]]
-        return as_text([{"case": name, "version": version, **each[version][name]} for name, version in found])
-
-    parts = {
-        "seconds": [turns.beside_aims(*each.values()) if len(versions) > 1 else "", every(plates=False)],
-        "sizes": [turns.growth(each), every(plates=True)],
-    }
-    return {what: "\n\n".join(filter(None, texts)) for what, texts in parts.items() if any(texts)}
-
-
-def as_text(rows: Sequence[Mapping[str, Any]]) -> str:
-    """A table of rows that may differ in their columns."""
-    if not rows:
-        return ""
-    head = list(dict.fromkeys(key for row in rows for key in row))
-    cells = [[_short(row.get(key)) for key in head] for row in rows]
-    return table([HEADINGS.get(key, key) for key in head], cells)
-
-
-def _short(value: Any) -> Any:
-    return round(value) if isinstance(value, float) and abs(value) >= 100.0 else value
+    parser.add_argument("names", nargs="*", metavar="CASE", help=", ".join(CASES))
+    names = parser.parse_args().names
+    for name in names or CASES:
+        kept(RESULT, "runs", name, partial(run, CASES[name]), name in names)
+    publish(PAGE, "seconds", COMMAND, as_table(load(RESULT)["runs"]))
 
 
 if __name__ == "__main__":

@@ -12,8 +12,8 @@ SMOOTH_BELOW = 0.004
 """Least roughness that published subjects judged, where Weber's law ends for want of evidence.
 
 V of the finest texture of Drewing (2016, Low-amplitude textures explored with the bare finger), sine waves
-0.3 mm high with a half period of 0.25 mm, is 0.0042 by the default finger; square waves have 0.0045, and dots
-0.35 mm high and 6.2 mm apart 0.0090 (`benchmarks/results/skin.json`)."""
+0.3 mm high with a half period of 0.25 mm, is 0.0046 by the default finger; square waves have 0.0048, and dots
+0.35 mm high and 6.2 mm apart 0.0088 (`benchmarks/results/published.json`)."""
 
 
 def jnd_apart(roughness: float, reference: float) -> float:

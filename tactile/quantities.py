@@ -77,8 +77,10 @@ class MapKeys(NamedTuple):
     """Keys of `[touch]` that state a goal which varies over the surface.
 
     Attributes:
-        file: a map of the quantity; `ends` are its values of black and of white, if the map is a picture.
-        first, last: values at the first and the last finger along an axis.
+        file: map of the goal over the whole surface: a picture, or an array (NPY, EXR, TIFF) that holds it.
+        ends: goals at black and at white of a map that is a picture.
+        first: goal at the first contact location along the axis; in between the goal is linear.
+        last: goal at the last contact location along the axis.
     """
 
     file: str

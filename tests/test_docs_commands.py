@@ -5,6 +5,7 @@ A page is read from top to bottom, as a user types it. What a user has before, s
 """
 
 import os
+import re
 import shlex
 import shutil
 from argparse import Namespace
@@ -66,6 +67,12 @@ def path_of(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
+def downloads(page: Path) -> list[Path]:
+    """The files that a reader of a page gets from it: photographs, tables of answers, parts."""
+    links = re.findall(r"\]\(([^)\s#]+\.(?:jpg|csv|3mf))\)", page.read_text(encoding="utf-8"))
+    return [(page.parent / link).resolve() for link in links]
+
+
 @dataclass(frozen=True)
 class Command:
     """A command of a page: its words after `retouch`, and the line that is shown below it."""
@@ -124,7 +131,8 @@ def comes_with_retouch(name: str) -> bool:
 def test_what_a_command_reads_was_made_before_it(page: Path) -> None:
     before = [other for other in PAGES if path_of(other) in KNOWN_BEFORE and other != page]
     others = [one for other in before for one in commands(other)]
-    made = [*GIVEN, *OTHER_COMMANDS, *filter(None, (output(one.parsed) for one in others))]
+    given = (*GIVEN, *(file.name for file in downloads(page)))
+    made = [*given, *OTHER_COMMANDS, *filter(None, (output(one.parsed) for one in others))]
     for command in commands(page):
         parsed = command.parsed
         for name in inputs(parsed):
@@ -160,7 +168,8 @@ def test_quick_commands_work(
     monkeypatch.chdir(tmp_path)
     grey = np.random.default_rng(0).integers(0, 256, (48, 64), np.uint8)
     Image.fromarray(grey).save("stone.jpg")
-    shutil.copy(ROOT / PART, ".")
+    for file in (ROOT / PART, *downloads(page)):
+        shutil.copy(file, ".")
     # What the scan of a coupon, which takes over ten seconds, makes.
     Path("mine.toml").write_text("pixel_um = 50\nlayer_um = 50\n")
     read = [Path(name) for one in commands(page) for name in inputs(one.parsed)]

@@ -21,6 +21,7 @@ import numpy as np
 import skimage.data
 from PIL import Image
 
+from benchmarks.docs import drafts
 from benchmarks.shared.app_window import COMMAND, FELT, SHOWN, App, Window
 from benchmarks.shared.common import DOCS, machine, parser_of, publish, save, table
 
@@ -41,6 +42,26 @@ MOVED = """(async () => {{
   return [here / 1000, (performance.now() - since) / 1000];
 }})()"""
 """Script: seconds from a move of the slider of the relief to the feel at one place, and all over."""
+IDLE = "!document.querySelector('.busy').innerText"
+DRAFTED = """(() => {{
+  const state = document.querySelector(".draft .state")?.innerText.replace("\u2212", "-") ?? "";
+  const reached = Number(state.match(/^Draft: ([+-][0-9.]+) JND/)?.[1]);
+  const [before, after] = document.querySelector(".relief-stage")?.dataset.shown?.split(" ") ?? [];
+  return Math.abs(reached - {jnd}) < 0.12 && after && before !== after;
+}})()"""
+"""Script: whether a draft of this many JND is lit, beside the original."""
+SLID = """(async () => {{
+  const input = document.querySelector(".jnd-slider input"), since = performance.now();
+  const shown = () => document.querySelector(".relief-stage").dataset.shown, before = shown();
+  input.value = {jnd};
+  input.dispatchEvent(new Event("input"));
+  while (shown() === before || !{drafted}) await new Promise((done) => setTimeout(done, 5));
+  return (performance.now() - since) / 1000;
+}})()"""
+"""Script: seconds from a move of the slider of the feel to a draft of this many JND."""
+NEAR_JND = (2.3, 2.6, 2.9, 3.2, 1.7, 1.4, 1.1, 0.8)
+"""Moves of the slider after the usual +2 JND, each 0.3 JND from a result that is known by then."""
+COLD = 5
 FRAMES = """(async () => {
   const stage = document.querySelector(".relief-stage"), box = stage.getBoundingClientRect();
   const at = (k) => ({
@@ -93,15 +114,25 @@ def times(window: Window, folder: Path) -> dict[str, Any]:
             window.wait(f"{SHOWN} && {FELT}")
             # The scale of the textures is pressed once, after which nothing is under way.
             window.wait("document.querySelectorAll('.scale-mark').length > 11")
+            # A moment later the models of drafts are loaded.
+            time.sleep(2.0)
+            window.wait(IDLE)
             if name == "plate":
                 result["frames"] = window.evaluate(FRAMES)
             moves = [window.evaluate(MOVED.format(relief_mm=0.5 + 0.15 * k)) for k in range(MOVES)]
             result[f"{name}_one_place_s"] = [one for one, _ in moves]
             result[f"{name}_all_over_s"] = [whole for _, whole in moves]
-            window.click_text("nav button", "Feel")
+            cold = [_from_nothing(window, 0.55 + 0.2 * k) for k in range(COLD)]
+            result["draft_cold_s" if name == "plate" else "draft_tiles_s"] = _median_and_worst(cold)
             begun = time.monotonic()
             window.wait(REACH, 120)
             result[f"{name}_reach_s"] = time.monotonic() - begun
+            if name == "plate":
+                near = []
+                for jnd in NEAR_JND:
+                    window.wait(IDLE)
+                    near.append(window.evaluate(SLID.format(jnd=jnd, drafted=DRAFTED.format(jnd=jnd))))
+                result["draft_near_s"] = _median_and_worst(near)
     noise = np.random.default_rng(0).integers(0, 256, (LARGE_SIDE, LARGE_SIDE, 3), dtype=np.uint8)
     Image.fromarray(noise).save(folder / "large.png", compress_level=0)
     (own := folder / "large").mkdir()
@@ -118,8 +149,24 @@ def times(window: Window, folder: Path) -> dict[str, Any]:
     return result
 
 
+def _from_nothing(window: Window, relief_mm: float) -> float:
+    """Seconds from turning to the feel of another relief to the draft of the usual +2 JND."""
+    window.click_text("nav button", "Picture")
+    window.wait("document.querySelector('input.range') && document.querySelector('.number .value')")
+    window.evaluate(MOVED.format(relief_mm=relief_mm))
+    window.wait(IDLE)
+    window.click_text("nav button", "Feel")
+    begun = time.monotonic()
+    window.wait(f"document.querySelector('.draft') && {DRAFTED.format(jnd=2.0)}")
+    return time.monotonic() - begun
+
+
+def _median_and_worst(seconds: list[float]) -> dict[str, Any]:
+    return {"median": statistics.median(seconds), "worst": max(seconds), "each": seconds}
+
+
 def _tell(result: dict[str, Any]) -> None:
-    save("app", result)
+    save("app", result | drafts.agreement())
 
     def spread(name: str) -> str:
         values = result[name]
@@ -132,6 +179,14 @@ def _tell(result: dict[str, Any]) -> None:
             [f"to the feel all over: {words}", spread(f"{name}_all_over_s")],
             [f"how far the look is kept: {words}", f"{result[f'{name}_reach_s']:.1f}"],
         ]
+    for name, words in (
+        ("near", "a move of 0.3 JND to its draft: a plate"),
+        ("cold", "a draft from nothing: a plate"),
+        ("tiles", "a draft from nothing: a tile, 4 contact locations"),
+    ):
+        values = result[f"draft_{name}_s"]["each"]
+        spread_of = f"{statistics.median(values):.2f} ({min(values):.2f} to {max(values):.2f})"
+        rows.append([words, spread_of])
     megabytes = f"{result['large_bytes'] / 1e6:.0f} MB"
     rows.append([f"a picture of {megabytes} to its relief", f"{result['large_shown_s']:.1f}"])
     rows.append([f"a picture of {megabytes} to its feel", f"{result['large_felt_s']:.1f}"])
@@ -178,9 +233,6 @@ def pictures(window: Window, folder: Path, images: Path) -> None:
         shot("feel")
         stage("Run")
         window.click_text(".side button", "Run")
-        window.wait("document.querySelectorAll('.step-chart .dot').length > 2")
-        window.wait("document.querySelector('.caption').innerText.includes('best')")
-        shot("run")
         window.wait("/-1: (done|ended)/.test(document.querySelector('.state')?.innerText)", 300)
         stage("Compare")
         window.wait("document.querySelector('.side').innerText.includes('verified by')")
@@ -192,10 +244,6 @@ def pictures(window: Window, folder: Path, images: Path) -> None:
         window.wait("document.querySelector('iframe').src.includes('page')", 120)
         time.sleep(5)
         shot("object")
-        stage("Print")
-        window.click_text(".side button", "Write the file")
-        window.wait("document.querySelector('.side').innerText.includes('MiB')")
-        shot("print")
         stage("Feel")
         window.click(".side .q-toggle")
         window.wait("document.querySelector('.brush')?.offsetParent")

@@ -24,7 +24,7 @@ import torch
 from torch import Tensor
 
 from benchmarks.learned.unseen_textures import Reliefs, arguments, kept, milliseconds, sets, spread, unseen
-from benchmarks.shared.common import load, machine, save, table
+from benchmarks.shared.common import DOCS, load, machine, publish, save, table
 from relief.ground.arrays import Array
 from retouch.laboratory.training.fields import STUDIO
 from visual.exact.discontinuities import EdgeSamples
@@ -62,7 +62,12 @@ def main() -> None:
         pictures, loss = model.pictures, partial(_squared, model)
         times = {str(threads): milliseconds(pictures, loss, timed, threads) for threads in (1, 2)}
         save("fast_look", {**load("fast_look"), name: times, "machine": machine()})
-    print(as_text(load("fast_look")))
+    publish(
+        DOCS / "evidence" / "speed.md",
+        "fast look",
+        "benchmarks.learned.fast_look",
+        as_table(load("fast_look")),
+    )
 
 
 def _squared(look: FastRenderer, heights: Tensor) -> Tensor:
@@ -147,29 +152,17 @@ def _gradient(look: FastRenderer, heights: Tensor) -> Tensor:
     return torch.autograd.grad(0.5 * (look.pictures(field) - target).square().sum(), field)[0]
 
 
-def as_text(results: Mapping[str, Any]) -> str:
-    """The tables."""
-    parts = []
+def as_table(results: Mapping[str, Any]) -> str:
+    """Errors of the pixels by light, on unseen and on optimised textures: medians and 95th percentiles."""
+    rows = []
     for kind in ("unseen", "optimised"):
-        if kind in results:
-            errors = {name: values for name, values in results[kind].items() if name != "gradient_cosine"}
-            rows = [
-                [name, *(f"{spread(values)[which]:.2f}" for which in ("median", "mean", "95th"))]
-                for name, values in errors.items()
-            ]
-            count = len(errors["studio"])
-            head = [f"{kind}, {count}: error of pixels, % of the mean", "median", "mean", "95th percentile"]
-            cosine = results[kind]["gradient_cosine"]
-            line = f"cosine of the gradient: median {np.median(cosine):.4f}, "
-            parts += [table(head, rows), line + f"5th percentile {np.percentile(cosine, 5):.3f}"]
-    names = {"milliseconds": "three", "milliseconds of one picture": "one"}
-    rows = [
-        [pictures, threads, *(f"{t:.0f}" for t in both)]
-        for name, pictures in names.items()
-        for threads, both in results.get(name, {}).items()
-    ]
-    parts.append(table(["pictures", "threads", "ms forward", "ms with gradient"], rows))
-    return "\n\n".join(parts)
+        each = [spread(results[kind][name]) for name in LIGHTS]
+        numbers = (f"{of['median']:.2f} ({of['95th']:.2f})" for of in each)
+        rows.append((f"{kind}, {len(results[kind]['studio'])}", *numbers))
+    return table(("textures; pixels, % of the mean: median (95 %)", *LIGHTS), rows)
+
+
+LIGHTS = ("lights alone", "ambient", "studio")
 
 
 if __name__ == "__main__":

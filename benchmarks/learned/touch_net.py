@@ -23,7 +23,7 @@ from torch import Tensor
 
 import tactile
 from benchmarks.learned.unseen_textures import Reliefs, arguments, kept, milliseconds, sets, spread, unseen
-from benchmarks.shared.common import load, machine, save, table
+from benchmarks.shared.common import DOCS, load, machine, publish, save, table
 from retouch.laboratory.training.touch_accuracy import (
     LEAST_ROUGHNESS,
     Press,
@@ -62,7 +62,12 @@ def main() -> None:
     for name, press in models.items():
         ms = {str(threads): milliseconds(press, partial(_felt, press), timed, threads) for threads in (1, 2)}
         save_row(name, "milliseconds", ms)
-    print(as_text(load("touch_net")))
+    publish(
+        DOCS / "evidence" / "speed.md",
+        "touch net",
+        "benchmarks.learned.touch_net",
+        as_table(load("touch_net")),
+    )
 
 
 def _felt(press: Press, heights: Tensor) -> Tensor:
@@ -121,33 +126,40 @@ def accuracy(press: Press, reliefs: Reliefs, truth: TextureMeasures) -> dict[str
     return {name: [float(f"{value:.4g}") for value in values] for name, values in errors.items()}
 
 
-def as_text(results: Mapping[str, Any]) -> str:
-    """A table for each set of textures."""
-    parts = []
-    for kind in ("unseen", "optimised"):
-        rows = [
-            [f"**{name}**" if name == f"layer, {STEPS} steps" else name, *_cells(measures[kind], measures)]
-            for name, measures in results["models"].items()
-            if kind in measures
-        ]
-        if rows:
-            count = max(
-                len(measures[kind]["contact_area_percent"]) for measures in results["models"].values()
+def as_table(results: Mapping[str, Any]) -> str:
+    """Errors on textures that no net has seen, and milliseconds on one thread, of some of the models."""
+    rows = []
+    for name, words in SHOWN.items():
+        measures = results["models"][name]
+        errors = measures["unseen"]
+        felt = spread(errors["roughness_percent"])
+        forward, both = measures["milliseconds"]["1"]
+        cosine = errors["gradient_cosine"]
+        rows.append(
+            (
+                words,
+                f"{felt['median']:.2f} ({felt['95th']:.2f})",
+                f"{np.median(errors['contact_area_percent']):.2f}",
+                f"{np.median(cosine):.4f} ({np.percentile(cosine, 5):.3f})",
+                f"{forward:.0f}, {both:.0f}",
             )
-            head = (f"{kind}, {count}", "V, %", "A, %", "cosine of dV/dh", "ms, 1 thread", "ms, 2 threads")
-            parts.append(table(head, rows))
-    return "\n\n".join(parts)
+        )
+    head = (
+        "model",
+        "V, %: median (95 %)",
+        "A, %: median",
+        "cosine of dV/dh: median (5 %)",
+        "ms, with gradient",
+    )
+    return table(head, rows)
 
 
-def _cells(errors: Mapping[str, list[float]], measures: Mapping[str, Any]) -> list[str]:
-    cells = [
-        " / ".join(f"{spread(errors[f'{what}_percent'])[which]:.2f}" for which in ("median", "mean", "95th"))
-        for what in ("roughness", "contact_area")
-    ]
-    cosine = errors["gradient_cosine"]
-    cells.append(f"{np.median(cosine):.4f} / {np.percentile(cosine, 5):.3f}")
-    times = measures.get("milliseconds", {})
-    return cells + [" / ".join(f"{t:.0f}" for t in times.get(n, ())) or "-" for n in ("1", "2")]
+SHOWN = {
+    "layer, converged": "`layer`",
+    f"layer, {STEPS} steps": f"`quick`: after {STEPS} steps",
+    "net": "`net`",
+}
+"""Models of the table, in words."""
 
 
 if __name__ == "__main__":

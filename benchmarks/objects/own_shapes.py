@@ -4,24 +4,21 @@ python -m benchmarks.objects.own_shapes [--texture TILE] [NAME ...]
 
 At 20 places of each bundled object in gravel or another tile, the roughness of the texture against the
 patch's own smooth shape (`optimize.verification.solids.own_shape`) beside that over the unrolled object,
-as with `--object`. And the roughness of smooth bodies, as pressed and of the texture alone, of which they
-have none.
+as with `--object`.
 """
 
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
 from scipy.spatial import cKDTree
 
 from benchmarks.objects.bundled import TEXTURE, roughness, tile_of
-from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
+from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.mesh_feel import feel_of
 from optimize.verification.solids.own_shape import textures_alone
 from relief.ground.arrays import Array
-from relief.solids.body import Body
 from relief.solids.files.mesh import Mesh
 from relief.solids.meshes.crops import Cropper
 from relief.solids.meshes.mesh_places import frames, surface_points
@@ -32,44 +29,6 @@ from tactile.jnd import ROUGHNESS_JND, jnd_apart
 
 PLACES, FACES = 20, 400_000
 RESULT, COMMAND = "own_shapes", "benchmarks.objects.own_shapes"
-
-
-def rounded_box(radius_mm: float) -> Body:
-    """A box of 34 x 28 x 22 mm whose edges are rounded."""
-    half = np.array([17.0, 14.0, 11.0])
-    box = trimesh.creation.box(extents=2.0 * half)
-    vertices, faces = trimesh.remesh.subdivide_to_size(box.vertices, box.faces, 0.35, max_iter=20)
-    fine = trimesh.Trimesh(vertices, faces)
-    fine.merge_vertices()
-    core = np.clip(fine.vertices, radius_mm - half, half - radius_mm)
-    away = fine.vertices - core
-    away *= radius_mm / np.linalg.norm(away, axis=1, keepdims=True)
-    return Body(np.array(core + away), np.array(fine.faces))
-
-
-def smooth_bodies() -> dict[str, Body]:
-    """Bodies without a texture."""
-    ball = trimesh.creation.icosphere(subdivisions=7, radius=15.0)
-    ring = trimesh.creation.torus(20.0, 6.0, major_sections=600, minor_sections=200)
-    round_things = {"ball, 30 mm": ball, "torus, 52 mm, tube 12 mm": ring}
-    bodies = {
-        name: Body(np.array(body.vertices), np.array(body.faces)) for name, body in round_things.items()
-    }
-    bodies["cylinder"] = OBJECTS["cylinder"].make()
-    return bodies | {f"box, edges of {radius} mm": rounded_box(radius) for radius in (2, 4, 6)}
-
-
-def bare(body: Body) -> dict[str, Any]:
-    """Roughness of a smooth body, as pressed and of its texture."""
-    felt = feel_of(Mesh(body, None, Path("body")), load_skin("paper"), most=PLACES)
-    alone = felt.values["roughness"]
-    pressed = float(felt.as_pressed["roughness"].mean())
-    return {
-        "pressed": pressed,
-        "alone": float(alone.mean()),
-        "most": float(alone.max()),
-        "places": len(alone),
-    }
 
 
 def compared(name: str, texture: str) -> dict[str, Any]:
@@ -105,20 +64,15 @@ def _jnd(values: Array, reference: Array) -> Array:
     return np.asarray(np.log(values / reference) / np.log(ROUGHNESS_JND))
 
 
-def tables(content: dict[str, Any]) -> str:
-    """The two tables of the page."""
+def as_table(content: dict[str, Any]) -> str:
+    """The table of the page."""
     heads = ["object", "V over the object", "V over its own shape", "off, JND", "spread, JND"]
-    heads += ["as pressed, JND", "places"]
+    heads += ["as pressed, JND", "contact locations"]
     rows = [
         (name, *(f"{row[key]:{how}}" if key in row else None for key, how in FORMATS), row["places"])
         for name, row in content["objects"].items()
     ]
-    smooth = [
-        (name, *(f"{row[key]:.4f}" for key in ("pressed", "alone", "most")))
-        for name, row in content["smooth"].items()
-    ]
-    ends = ("smooth body", "V as pressed", "V of the texture", "most at a place")
-    return f"{table(heads, rows)}\n\n{table(ends, smooth)}\n"
+    return table(heads, rows)
 
 
 FORMATS = (
@@ -137,14 +91,12 @@ def main() -> None:
     parser.add_argument("--texture", default=TEXTURE, metavar="TILE", help=f"default: {TEXTURE}")
     arguments = parser.parse_args()
     content = {"machine": machine(), "objects": load(RESULT).get("objects", {})}
-    content["smooth"] = {name: bare(body) for name, body in smooth_bodies().items()}
     for name in arguments.names or list(OBJECTS):
         key = name if arguments.texture == TEXTURE else f"{name} in {arguments.texture}"
         content["objects"][key] = compared(name, arguments.texture)
         save(RESULT, content)
         print(key, content["objects"][key], flush=True)
-    put(DOCS / "evidence" / "objects.md", "own shapes", COMMAND, tables(content))
-    print(tables(content))
+    publish(DOCS / "evidence" / "objects.md", "own shapes", COMMAND, as_table(content))
 
 
 if __name__ == "__main__":

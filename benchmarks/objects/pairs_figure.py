@@ -1,12 +1,9 @@
-"""Objects with two feels and one look: python -m benchmarks.objects.pairs_figure [starfish|bracelet].
+"""Two starfishes that look alike and feel different: python -m benchmarks.objects.pairs_figure.
 
-Writes docs/images/starfish.png and docs/images/bracelet.png, under a low sun from the side.
+Writes docs/images/starfish.png, under a low sun from the side.
 """
 
 from __future__ import annotations
-
-import sys
-from dataclasses import dataclass
 
 import numpy as np
 from PIL import Image, ImageDraw
@@ -20,48 +17,22 @@ MARGIN, LINE = 12, 20
 """White around an object, and height of a line of text, pixels."""
 
 
-@dataclass(frozen=True)
-class Drawing:
-    """A picture of the gallery.
-
-    Attributes:
-        titles: Names of cases, and what is written below each.
-        view: Where the camera stands: azimuth from +x and elevation, degrees.
-        sun: Where the sun stands, likewise.
-        size: Pixels along a side of one picture, before its white margins are cut off.
-    """
-
-    titles: dict[str, str]
-    view: tuple[float, float]
-    sun: tuple[float, float]
-    size: int
-
-
-DRAWINGS = {
-    "starfish": Drawing(
-        {"starfish-smooth": "roughness 0.050", "starfish-rough": "roughness 0.092"},
-        (-90.0, 60.0),
-        (165.0, 25.0),
-        480,
-    ),
-    "bracelet": Drawing(
-        {"bracelet": "links of roughness 0.06 and 0.09 take turns"}, (-90.0, 35.0), (-160.0, 25.0), 720
-    ),
-}
+TITLES = {"starfish-smooth": "roughness 0.050", "starfish-rough": "roughness 0.092"}
+"""Names of cases, and what is written below each."""
+VIEW, SUN, SIZE = (-90.0, 60.0), (165.0, 25.0), 480
+"""Azimuth from +x and elevation of camera and sun, degrees, and pixels along a side of one picture."""
 
 
 def main() -> None:
-    for name in sys.argv[1:] or DRAWINGS:
-        drawing = DRAWINGS[name]
-        looks = []
-        for shape in drawing.titles:
-            case = CASES[shape]
-            body, (bare, _) = wrapped(case.bare, case.coverings).body, object_of(case.bare)
-            looks.append(pictures(body, bare, {"": drawing.view}, {"": drawing.sun}, drawing.size))
-        save(name, list(drawing.titles.values()), np.split(sheet(looks, 0), len(looks)))
+    looks = []
+    for shape in TITLES:
+        case = CASES[shape]
+        body, (bare, _) = wrapped(case.bare, case.coverings).body, object_of(case.bare)
+        looks.append(pictures(body, bare, {"": VIEW}, {"": SUN}, SIZE))
+    save(np.split(sheet(looks, 0), len(looks)))
 
 
-def save(name: str, titles: list[str], found: list[Array]) -> None:
+def save(found: list[Array]) -> None:
     """Pictures side by side without their white margins, a line of text below each."""
     ink = np.min(found, axis=0) < 0.999
     rows, cols = (np.flatnonzero(ink.any(axis=axis)) for axis in (1, 0))
@@ -70,11 +41,11 @@ def save(name: str, titles: list[str], found: list[Array]) -> None:
     size = (MARGIN + len(cut) * (width + MARGIN), height + 2 * MARGIN + LINE)
     picture = Image.new("L", size, 255)
     pen = ImageDraw.Draw(picture)
-    for number, (grey, title) in enumerate(zip(cut, titles, strict=True)):
+    for number, (grey, title) in enumerate(zip(cut, TITLES.values(), strict=True)):
         left = MARGIN + number * (width + MARGIN)
         picture.paste(image_of(grey), (left, MARGIN))
         pen.text((left + width // 2, height + MARGIN + LINE // 2), title, fill=40, anchor="mm", font_size=14)
-    path = IMAGES / f"{name}.png"
+    path = IMAGES / "starfish.png"
     picture.save(path, optimize=True)
     print(path)
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from benchmarks.objects.bundled import tile_of
 from benchmarks.objects.views import Pictures, change_percent, pictures
-from benchmarks.shared.common import kept, load, parser_of, table
+from benchmarks.shared.common import DOCS, kept, load, parser_of, publish, table
 from benchmarks.shared.finished_studies import Row, folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
@@ -41,7 +41,7 @@ from retouch.verbs.comparison import compare
 from tactile.jnd import jnd_apart
 
 RUNS = Path("runs/paper-objects")
-RESULT = "paper_objects"
+RESULT, COMMAND = "paper_objects", "benchmarks.objects.paper_objects"
 FACES, PLACES = 300_000, 24
 """Triangles of an object that is rendered, about, and most places of one that is felt, which has the default
 number of triangles."""
@@ -129,7 +129,7 @@ CASES: dict[str, Case] = {
         48,
     ),
     "mat": Case(
-        "mat", (("knit-tile", None), ("mat-logo", "logo")), _mat, {"logo": KNIT, "around it": KNIT}, 48
+        "mat", (("knit-tile", None), ("mat-logo", "logo")), _mat, {"around it": KNIT, "logo": KNIT}, 48
     ),
 }
 PAIRS = {
@@ -247,24 +247,21 @@ def main() -> None:
     for name in PAIRS:
         if name in (names or PAIRS):
             kept(RESULT, "pairs", name, partial(change_of, name), name in names)
-    show(load(RESULT))
+    publish(DOCS / "evidence" / "objects.md", "paper objects", COMMAND, as_table(load(RESULT)))
 
 
-def show(content: Mapping[str, Any]) -> None:
-    """Print the tables of docs/evidence/objects.md."""
-    of_tiles = content.get("tiles", {})
-    keys = ("texture", "target", "before", "roughness", "any_place_jnd", "change_percent")
-    print(table(("tile", *keys), [(name, *(row[key] for key in keys)) for name, row in of_tiles.items()]))
+def as_table(content: Mapping[str, Any]) -> str:
+    """Objects by region: roughness of the tile that lies there and of the object, beside the target."""
     rows = []
-    for name, found in content.get("objects", {}).items():
-        for group, row in found["groups"].items():
-            felt_there = [row[key] for key in ("target", "roughness", "off_jnd", "spread_percent", "places")]
-            rows.append((name, group, *felt_there, found["edge_mm"]))
-    print(table(("object", "where", "target", "V", "JND off", "spread %", "places", "edge mm"), rows))
-    for name, pair in content.get("pairs", {}).items():
-        found = np.array(pair["object_percent"])
-        ends = f"{found.mean():.1f} % ({found.min():.1f} to {found.max():.1f})"
-        print(f"{name}: {pair['plate_percent']:.1f} % on a plate, {ends} on the object")
+    for name, case in CASES.items():
+        groups = content["objects"][name]["groups"]
+        for group, (tile, _) in zip(case.targets, case.coverings, strict=False):
+            row = groups[group]
+            felt_there = (f"{row['target']:g}", f"{row['roughness']:.4f}", f"{row['off_jnd']:+.2f}")
+            change = content["tiles"].get(tile, {}).get("change_percent", 0.0)
+            rows.append((name, group, *felt_there, row["places"], f"{change:.1f}"))
+    head = ("object", "region", "target V", "V", "off, JND", "contact locations", "pictures of the tile, %")
+    return table(head, rows)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import retouch
-from benchmarks.shared.common import DOCS, kept, put, table
+from benchmarks.shared.common import DOCS, kept, publish, table
 from mitsuba_scenes import find_texture
 from relief.ground.arrays import Array
 from relief.heightmap import load_heights
@@ -81,15 +81,19 @@ def rows_of(name: str, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
 
 def main() -> None:
     content = {name: kept(RESULT, "plates", name, partial(measured, name)) for name in TEXTURES}
-    heads = ("texture, 25 mm", "V of the height map", "V of its STL", "places", "all kinds, most JND off")
+    heads = (
+        "texture, 25 mm",
+        "V of the height map",
+        "V of its STL",
+        "contact locations",
+        "all kinds, most JND off",
+    )
     rows = []
     for name, kinds in content.items():
         row, most = kinds["25 mm, stl"], max(abs(each["jnd"]) for each in kinds.values())
         places = f"{row['places']} of {row['places_flat']}"
         rows.append((name, f"{row['flat']:.4f}", f"{row['roughness']:.4f}", places, f"{most:.3f}"))
-    text = f"{table(heads, rows)}\n"
-    put(DOCS / "evidence" / "objects.md", "plates", COMMAND, text)
-    print(text)
+    publish(DOCS / "evidence" / "objects.md", "plates", COMMAND, table(heads, rows))
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
-"""Tiles steered for the objects that they lie on, and for a plate: what the finger gets from the objects.
+"""Tiles that are optimised for the curvature of the object that they are laid on, and for a plate.
 
 python -m benchmarks.objects.steered [NAME ...] [--again]
 
 Gravel is made two just-noticeable differences rougher once for a plate and once for each object, with the
-radii that `retouch wrap --json` tells of it, and wrapped. At places of the object the finger is pressed on
+radii of `retouch wrap --json`, and wrapped. At contact locations of the object the finger is pressed on
 its shape with the unrolled texture over it, and the strain under the bare shape is taken out. The difference
 between the optimised and the original texture over all places is told, with its standard error.
 """
@@ -38,7 +38,14 @@ from tactile.pair_variation import roughness
 RESULT, COMMAND, TEXTURE, TARGET_JND = "steered_objects", "benchmarks.objects.steered", "gravel-tile", 2.0
 PLACES, TRIED, SPACING_MM, FACES, SIDE_MM, SAMPLES = 24, 300, 2.5, 400_000, 10.0, 128
 """Places, how many are looked at, their distance in mm, triangles, and the patch with its samples."""
-HEAD = ["object", "curved_x_mm", "curved_y_mm", "places", "steered for a plate, JND", "for the object, JND"]
+HEAD = [
+    "object",
+    "curved_x_mm",
+    "curved_y_mm",
+    "contact locations",
+    "optimised flat, JND",
+    "for the object, JND",
+]
 
 
 def steered(run: Path, curved: dict[str, float | None]) -> Tile:

@@ -15,7 +15,6 @@ from benchmarks.paper import (
     model_tables,
     predictions,
     ranges,
-    receptor_pairs,
 )
 from benchmarks.paper.study_rows import extent
 from benchmarks.shared.chart_style import style
@@ -23,12 +22,9 @@ from benchmarks.shared.common import load, machine, save
 from relief.ground.errors import InputError
 
 FIGURES: dict[str, tuple[Callable[[], dict[str, Any]], str | None]] = {
-    "pairs": (receptor_pairs.figure, None),
     "filters": (filters.figure, None),
     "gallery": (gallery.figure, "figure15"),
     "profiles": (gallery.profiles, "figure15"),
-    "steps": (gallery.steps, "figure11"),
-    "energies": (gallery.energies, "figure3"),
     "looks": (model_tables.looks, "figure10"),
     "contact": (model_tables.contact, "figure17"),
     "cold": (predictions.by_cold, "figure17"),

@@ -1,38 +1,15 @@
-"""The section of docs/evidence/paper.md with the paper's figures: ours beside the paper's."""
+"""Tables of docs/evidence/paper.md: the paper's figures beside ours, exact models beside surrogates."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from benchmarks.shared.common import DOCS, load, table
-from relief.ground.files import write_atomically
+from benchmarks.shared.common import DOCS, load, publish, table
 
-PAGE = DOCS / "evidence" / "paper.md"
-HEADING = "## The figures in numbers"
-"""Heading of the first of the sections that end the page."""
-INTRODUCTION = """\
-Written by `python -m benchmarks.paper` from what was computed in full. Minutes are about those of two cores.
-"""
-MODELS = "## Exact and surrogate models"
-"""Heading of the second section."""
-MODELS_INTRODUCTION = """\
-`retouch study exact-vs-surrogate`: each table varies what steers; finite elements verify and Mitsuba renders
-every result. Medians over textures and targets; "met": runs whose verified target is met within 1 %. The
-ratio is that of the rms change to the first line of the table where both meet the target, mean over textures,
-with its 95 % interval (of three textures, their range).
-"""
+PAGE, COMMAND = DOCS / "evidence" / "paper.md", "benchmarks.paper"
 
 Found = Mapping[str, Any]
-
-
-def _pairs(found: Found) -> str:
-    means = [row["mean_percent"] for row in found["textures"].values()]
-    return (
-        f"8000 random pairs differ from the sum by {found['mean_percent']:+.1f} % on average "
-        f"({min(means):+.1f} to {max(means):+.1f} by texture); one estimate scatters by "
-        f"{found['spread_percent']:.2f} %"
-    )
 
 
 def _gallery(found: Found) -> str:
@@ -113,19 +90,10 @@ def _reach(found: Found) -> str:
     return f"median {found['smoother_median']:.1f} JND smoother, {found['rougher_median']:.1f} rougher"
 
 
-def _energies(found: Found) -> str:
-    return "; ".join(
-        f"{weight}: {row['roughness_percent_of_target']:.1f} % off, rms {row['change_rms_percent']:.1f} %"
-        for weight, row in found["weights"].items()
-    )
-
-
 def _looks(found: Found) -> str:
-    return f"rms change of the pictures, %, by what steered: {_median(found, 'change_rms_percent')}"
-
-
-def _steps(found: Found) -> str:
-    return f"rank correlation {found['rank_correlation']:.2f} over {found['results']} results"
+    return (
+        f"rms change of the pictures, %, by the look optimised with: {_median(found, 'change_rms_percent')}"
+    )
 
 
 def _profiles(found: Found) -> str:
@@ -144,10 +112,7 @@ class Line(NamedTuple):
 
 
 LINES = (
-    Line("2, 3", "energies", "figure3", "w1 a tenth: target missed; ten times: slow", _energies),
-    Line("5", "pairs", "", "the sum replaces the sampling", _pairs),
     Line("10", "looks", "figure10", "shadows and ambient occlusion are critical", _looks),
-    Line("11", "steps", "figure11", "DSSIM and L2 are correlated", _steps),
     Line("14, 17", "contact", "figure17", "prints within 20 % of the target, 9.2 % on average", _contact),
     Line("15", "gallery", "figure15", "nearly imperceptible; scaled mostly noticeable", _gallery),
     Line("16", "profiles", "figure15", "not easily predictable", _profiles),
@@ -161,73 +126,47 @@ LINES = (
 )
 
 
-def section(results: Found) -> str:
-    """The section, from the content of paper.json."""
-    lines, missing = [], []
+def figures(results: Found) -> str:
+    """The table of figures, from the content of paper.json, without studies not computed in full."""
+    lines = []
     for line in LINES:
         found = results.get(line.name, {"study": {"quick": True}})
-        extent = found.get("study", {})
-        ours = None if extent.get("quick") else line.ours(found)
-        if ours is None:
-            missing.append(line.figure)
-            continue
-        seconds = found.get("cpu_s")
-        minutes = extent.get("minutes", None if seconds is None else round(seconds / 120.0, 1))
-        command = (
-            f"`retouch study {line.study}`" if line.study else f"`python -m benchmarks.paper {line.name}`"
-        )
-        lines.append([line.figure, command, line.theirs, ours, None if minutes is None else f"{minutes:g}"])
-    head = ("figure", "command", "the paper", "ours", "minutes")
-    note = f"\nNot yet computed in full: {'; '.join(missing)}.\n" if missing else ""
-    return f"{HEADING}\n\n{INTRODUCTION}\n{table(head, lines)}\n{note}"
+        ours = None if found.get("study", {}).get("quick") else line.ours(found)
+        if ours is not None:
+            command = f"study {line.study}" if line.study else f"python -m {COMMAND} {line.name}"
+            lines.append([line.figure, line.theirs, ours, f"`{command}`"])
+    return table(("figure, section", "the paper", "Retouch", "made by"), lines)
 
 
-FEWEST_CASES = 3
-"""Fewest textures and targets for a line of the models' table."""
 SHOWN: Mapping[str, str] = {
     "change, mean %": "change_percent",
     "rms %": "change_rms_percent",
-    "other lights %": "change_lights_percent",
-    "from the side %": "change_views_percent",
+    "held-out lights %": "change_lights_percent",
     "DSSIM": "dssim",
     "JOD": "jod",
-    "steps": "steps",
     "CPU s": "cpu_s",
 }
 """Columns of the models' table by heading."""
+TABLES = ("look", "touch", "method")
+"""Tables of the study that are shown: one thing differs from the exact models at a time."""
 
 
 def models(results: Found) -> str:
-    """The section of exact and surrogate models; empty if they were not compared in full."""
-    found = results.get("surrogate")
-    if found is None or found["study"]["quick"]:
-        return ""
-    lines = [
-        [
-            *(name, label, f"{row['met']} of {row['rows']}"),
-            *(row[column] for column in SHOWN.values()),
-            _interval(row["ratios"].get("change_rms_percent")),
-        ]
-        for name, rows in found.items()
-        if name != "study"
-        for label, row in rows.items()
-        if row["rows"] >= FEWEST_CASES
-    ]
-    head = ("table", "what steers", "met", *SHOWN, "rms ratio")
-    extent = found["study"]
-    note = f"{extent['rows']} of {extent['asked']} runs, {extent['minutes']:g} minutes on two cores."
-    return f"{MODELS}\n\n{MODELS_INTRODUCTION}{note}\n\n{table(head, lines)}\n"
-
-
-def _interval(ratio: Sequence[float] | None) -> str | None:
-    """A ratio with its interval in words."""
-    return None if ratio is None else f"{ratio[0]:.2f} ({ratio[1]:.2f} to {ratio[2]:.2f})"
+    """Medians by what a run is optimised with, and the ratio of the rms change to the exact models'."""
+    lines: list[list[Any]] = []
+    for name in TABLES:
+        for label, row in results["surrogate"][name].items():
+            ratio = row["ratios"].get("change_rms_percent")
+            if ratio is None and lines:
+                continue
+            shown = "-" if ratio is None else f"{ratio[0]:.2f} ({ratio[1]:.2f} to {ratio[2]:.2f})"
+            met = f"{row['met']} of {row['rows']}"
+            lines.append([f"{name}: {label}", met, *(row[column] for column in SHOWN.values()), shown])
+    return table(("optimised by", "met", *SHOWN, "rms ratio (95 %)"), lines)
 
 
 def write() -> None:
-    """Write the sections to the end of the page, in the place of the former ones."""
-    before = PAGE.read_text().partition(HEADING)[0]
+    """Write both tables in their places."""
     results = load("paper")
-    sections = [before.rstrip() + "\n", section(results), models(results)]
-    write_atomically(PAGE, "\n".join(filter(None, sections)).encode())
-    print(PAGE)
+    publish(PAGE, "figures", COMMAND, figures(results))
+    publish(PAGE, "models", COMMAND, models(results))

@@ -27,20 +27,15 @@ WAVELENGTH_MM, WIDTH_OCTAVES = 2.5, 0.25
 """Middle of the band, and standard deviation of its gain over the logarithm of the wavelength."""
 LARGEST_GAIN = 60.0
 """Largest factor on the band."""
-BLURS_MM = (0.1, 0.2, 0.4)
-"""Standard deviations of the Gaussian blurs that are low-pass filters."""
-HIGH_MM = (0.5, 1.0, 2.0)
-"""Standard deviations of the blurs that high-pass filters subtract."""
 SHOWN = ("gravel", "pebbles", "weave")
 """Textures of the picture."""
 
 
 def figure() -> dict[str, Any]:
-    """Roughness raised by 4 JND by a band of frequencies and by Retouch; filters; the three claims."""
-    bands, passes, reliefs = {}, {}, {}
+    """Roughness raised by 4 JND by a band of frequencies and by Retouch; the three claims."""
+    bands, reliefs = {}, {}
     for name in TEXTURES:
         bands[name], reliefs[name] = _band(name)
-        passes[name] = _passes(name)
     _draw({name: reliefs[name] for name in SHOWN})
     reached = [
         row for row in bands.values() if row["band_jnd"] > JND - 0.1 and row["optimised_jnd"] > JND - 0.1
@@ -50,7 +45,6 @@ def figure() -> dict[str, Any]:
         "reached_by_both": len(reached),
         "band_change_percent": float(np.median([row["band_change_percent"] for row in reached])),
         "optimised_change_percent": float(np.median([row["optimised_change_percent"] for row in reached])),
-        "passes": passes,
         "claims": claims(),
     }
 
@@ -106,21 +100,6 @@ def _band(name: str) -> tuple[dict[str, float], list[Array]]:
         "optimised_change_percent": summary["look"]["change_percent"],
         "optimised_rms_mm": float((ours - relief).std()),
     }, [relief, amplified(gain), ours]
-
-
-def _passes(name: str) -> dict[str, dict[str, float]]:
-    """JND and picture change by low- and high-pass filters."""
-    relief = heights(name)
-    own = _roughness(relief)
-    low = {f"low {blur:g} mm": _blurred(relief, blur) for blur in BLURS_MM}
-    high = {f"high {blur:g} mm": within_limits(relief - _blurred(relief, blur)) for blur in HIGH_MM}
-    return {
-        label: {
-            "jnd": tactile.jnd_apart(_roughness(filtered), own),
-            "change_percent": change_percent(name, filtered),
-        }
-        for label, filtered in (low | high).items()
-    }
 
 
 def _blurred(relief: Array, blur_mm: float) -> Array:

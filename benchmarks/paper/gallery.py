@@ -1,18 +1,15 @@
-"""Pictures from studies: figure 15 in light that was not optimised for, figures 2, 3, 11 and 16."""
+"""Pictures from studies: figure 15 in light that was not optimised for, and figure 16."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from matplotlib import pyplot
-from scipy.stats import spearmanr
 
 from benchmarks.paper.study_rows import rows_of
 from benchmarks.paper.textures import image
-from benchmarks.shared.chart_style import FAINT, INK, frame
+from benchmarks.shared.chart_style import INK, frame
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
 from optimize.verification.picture_metrics import mean_change
@@ -123,53 +120,3 @@ def profiles() -> dict[str, Any]:
     frame(axis)
     image(figure_, "paper-profiles.png")
     return {"texture": name, "rms_change_mm": changes}
-
-
-def steps() -> dict[str, Any]:
-    """Figure 11: DSSIM against the root mean square change of pictures along descents."""
-    rows = rows_of("figure11")
-    figure_, axis = pyplot.subplots(figsize=(4.6, 3.2))
-    for name in dict.fromkeys(row["texture"] for row in rows):
-        each = [row for row in rows if row["texture"] == name]
-        axis.plot(*_columns(each), "o", markersize=3.5, alpha=0.8, label=name)
-    axis.set(xlabel="rms change of the pictures, % of the mean", ylabel="DSSIM", xscale="log", yscale="log")
-    axis.legend(frameon=False, fontsize=8)
-    frame(axis)
-    image(figure_, "paper-dssim.png")
-    change, dssim = _columns(rows)
-    return {"results": len(rows), "rank_correlation": float(spearmanr(change, dssim).statistic)}
-
-
-def _columns(rows: Iterable[dict[str, Any]]) -> Array:
-    """(2, rows): rms change in % and DSSIM."""
-    return np.array([[row["change_rms_percent"], row["dssim"]] for row in rows]).T
-
-
-def energies() -> dict[str, Any]:
-    """Figures 2 and 3: energies of Adam step by step, with three weights of the look."""
-    rows = [row for row in rows_of("figure3") if row["touch.jnd"] > 0]
-    name = rows[0]["texture"]
-    rows = [row for row in rows if row["texture"] == name]
-    figure_, axes = pyplot.subplots(1, 2, figsize=(8.6, 2.9))
-    found = {}
-    for row, colour in zip(rows, COLOURS, strict=False):
-        history = [json.loads(line) for line in (row["folder"] / "history.jsonl").read_text().splitlines()]
-        number = [step["step"] for step in history]
-        weight = f"w1 = {row['look.weight']:g}"
-        for axis, key in zip(axes, ("energy_roughness", "energy_visual"), strict=True):
-            axis.plot(number, [step[key] for step in history], color=colour, linewidth=1.2, label=weight)
-        last = history[-1]
-        found[weight] = {
-            "steps": len(history) - 1,
-            "roughness_percent_of_target": 100.0 * last["energy_roughness"] / last["target_roughness"],
-            "energy_visual": last["energy_visual"],
-            "change_rms_percent": row["change_rms_percent"],
-        }
-    axes[0].axhline(0.1 * history[-1]["target_roughness"], color=FAINT, linestyle="--", linewidth=0.8)
-    axes[0].set(title=f"{name}: |target - V|; dashed: the paper's bound", xlabel="step", yscale="log")
-    axes[1].set(title="change of the pictures, E_vis", xlabel="step")
-    for axis in axes:
-        frame(axis)
-    axes[1].legend(frameon=False, fontsize=8)
-    image(figure_, "paper-energies.png")
-    return {"texture": name, "weights": found}

@@ -11,7 +11,7 @@ from benchmarks.paper.study_rows import rows_of
 from retouch.laboratory.studies.statistics import interval
 
 COLUMNS = (
-    *("change_percent", "change_rms_percent", "change_lights_percent", "change_views_percent", "dssim"),
+    *("change_percent", "change_rms_percent", "change_lights_percent", "dssim"),
     *("jod", "miss_percent", "steps", "cpu_s"),
 )
 """Columns whose medians are reported."""
@@ -38,20 +38,8 @@ def contact() -> dict[str, Any]:
 def surrogate() -> dict[str, Any]:
     """Exact and surrogate models, table by table."""
     rows = rows_of("exact-vs-surrogate")
-    axes = {
-        "look": "look",
-        "touch": "touch.model",
-        "method": "descent.method",
-        "scene": "scene",
-        "one sun": "look.model",
-    }
-    found = {name: by([row for row in rows if row["table"] == name], axis) for name, axis in axes.items()}
-    both = [
-        row | {"models": f"{row['look']}, {row['touch.model']}"} for row in rows if row["table"] == "both"
-    ]
-    if len({row["touch.model"] for row in both}) > 1:
-        found["both"] = by(both, "models")
-    return {name: values for name, values in found.items() if len(values) > 1}
+    axes = {"look": "look", "touch": "touch.model", "method": "descent.method"}
+    return {name: by([row for row in rows if row["table"] == name], axis) for name, axis in axes.items()}
 
 
 def by(rows: Sequence[dict[str, Any]], axis: str) -> dict[str, Any]:
@@ -83,22 +71,8 @@ def by(rows: Sequence[dict[str, Any]], axis: str) -> dict[str, Any]:
                 for name in COMPARED
                 if (ratio := _ratio(name, compared, first)) and value != values[0]
             },
-            "jod_more": _more("jod", compared, first) if value != values[0] else None,
         }
     return found
-
-
-def _more(name: str, rows: Sequence[dict[str, Any]], first: dict[Any, dict[str, Any]]) -> list[float] | None:
-    """Mean over textures of what a column is more than in the first rows, with the ends of its interval."""
-    by_texture: dict[str, list[float]] = {}
-    for row in rows:
-        one, other = row.get(name), first[_case(row)].get(name)
-        if one is not None and other is not None:
-            by_texture.setdefault(row["texture"], []).append(one - other)
-    means = [fmean(each) for each in by_texture.values()]
-    if not means:
-        return None
-    return [fmean(means), *(interval(means) if len(means) >= FEWEST else (min(means), max(means)))]
 
 
 def _ratio(name: str, rows: Sequence[dict[str, Any]], first: dict[Any, dict[str, Any]]) -> list[float] | None:

@@ -191,33 +191,24 @@ def main() -> None:
 
 
 def report(kinds: dict[str, Any]) -> str:
-    """The table of coverage."""
+    """The table of coverage: the least and the most over the kinds of experiments, and by bootstrap."""
     rows = []
-    for name, one in kinds.items():
-        held = one["held_percent"]
-        shares = [held.get(key) for key in SHOWN]
-        rows.append(
-            [
-                name,
-                *("-" if share is None else f"{share:.1f}" for share in shares),
-                f"{one['half_width_percent']:.0f} ({one['predicted_half_width_percent']:.0f})",
-                f"{one['median_over_truth']:.2f}",
-            ]
-        )
-    head = ["experiment", *SHOWN.values(), "half width, % (planned)", "median over truth"]
-    return table(head, rows) + "\n"
+    for key, words in SHOWN.items():
+        held = [one["held_percent"].get(each) for each in (key, f"{key}_bootstrap") for one in kinds.values()]
+        both = (held[: len(kinds)], held[len(kinds) :])
+        ends = (sorted({f"{share:.1f}" for share in each if share is not None}, key=float) for each in both)
+        rows.append((words, *(" to ".join(dict.fromkeys((*each[:1], *each[-1:]))) or "-" for each in ends)))
+    return table(("interval", "holds the truth, %", "by bootstrap, %"), rows) + "\n"
 
 
 SHOWN = {
     "all": "JND of all",
-    "all_bootstrap": "by bootstrap",
-    "all_equality": "equality of all",
-    "all_lapses": "lapses",
+    "all_equality": "point of equality of all",
+    "all_lapses": "lapse rate of all",
     "person": "JND of a person",
-    "person_bootstrap": "by bootstrap",
-    "person_equality": "equality of a person",
+    "person_equality": "point of equality of a person",
 }
-"""Columns: how often, %, an interval holds the truth."""
+"""Rows: how often, %, an interval holds the truth."""
 
 
 if __name__ == "__main__":

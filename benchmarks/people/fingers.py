@@ -23,7 +23,6 @@ import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
 from benchmarks.people.coverage import PAGE
-from benchmarks.people.observers import Observer, answered
 from benchmarks.shared.common import load, machine, parser_of, put, save, table
 from retouch.laboratory.people.comparisons import Question
 from retouch.laboratory.people.plan import plan
@@ -41,6 +40,7 @@ from retouch.laboratory.people.skin_fit.tried_fingers import (
 from retouch.laboratory.people.whose_finger import fingers
 from retouch.laboratory.stimulus_sets.stimulus_set import Experiment
 from tactile.skin import Skin
+from tests.retouch.laboratory.people.observers import Observer, answered
 
 RESULT = "people_fingers"
 COMMAND = "benchmarks.people.fingers"

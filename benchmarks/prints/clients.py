@@ -1,33 +1,27 @@
-"""Programs that read what Retouch writes: PrusaSlicer, and Blender if there is one.
+"""PrusaSlicer reads what Retouch writes: `results/clients.json`.
 
-python -m benchmarks.prints.clients [--blender PYTHON]
+python -m benchmarks.prints.clients
 
-With `--blender` and the Python of an environment that has `bpy`, Blender reads files, too. Writes
-`results/clients.json`.
-
-The slicer tells what it holds of each file and slices it for filament and for resin. The resin layers of a
-plate, a picture each, are stacked back to heights, which are compared with the model of the printer
-(`relief.printers`).
+The slicer states size, volume and repairs of each file and slices it for filament and for resin.
+The resin layers of a plate, a picture each, are stacked back to heights, which are compared with the model of
+the printer (`relief.printers`).
 """
 
 from __future__ import annotations
 
-import json
-import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import map_coordinates
 
 import retouch
-from benchmarks.prints.prusa import PRINTER, TIME_LIMIT_S, Slicer, plate_heights
-from benchmarks.shared.common import parser_of, save, table
+from benchmarks.prints.prusa import PRINTER, Slicer, plate_heights
+from benchmarks.shared.common import DOCS, parser_of, publish, save, table
 from mitsuba_scenes import find_texture
 from relief.ground.arrays import Array
-from relief.heightmap import HeightMap, load_height_map, save_heights_exr, save_heights_png
+from relief.heightmap import HeightMap, load_height_map, save_heights_exr
 from relief.printed import printed
 from relief.solids.body import Body, Part, joined
 from relief.solids.export.parts import write_parts
@@ -40,12 +34,19 @@ OBJECT_NAMES = ("starfish", "slider", "frog")
 GAP_MM = 3.0
 PRINT = "-print.3mf"
 """End of the names of plates that are prints already, in flat pixels."""
-FILMS = (32, 86, 128)
-"""Pixels across the plates in which pictures are compared: of 86 one is a minute of arc wide, 40 cm away."""
+FILM = 86
+"""Pixels across the plates in which pictures are compared: one is a minute of arc wide, 40 cm away."""
 MESHES = (".3mf", ".stl", ".obj")
 """Formats that the slicer reads."""
-RIM = 0.98
-"""Share of the plate on which heights are compared in Blender, where the picture repeats beyond its rim."""
+KINDS = {
+    "plate": "plates as 3MF, STL, OBJ",
+    "pixels": "plates in flat pixels",
+    "several": "several plates, tiles, a set",
+    "object": "objects",
+}
+"""Kinds of files, in words."""
+PRINTS = {"screen": "as designed", "model": "by the printer's model", "slicer": "as PrusaSlicer cuts"}
+"""Kinds of prints, in words."""
 
 
 def files(folder: Path, reliefs: Mapping[str, HeightMap]) -> dict[Path, Body]:
@@ -122,76 +123,22 @@ def resin_prints(
         save_heights_exr(folder / f"{name}-screen.exr", read.heights, read.side_mm)
     for kind in ("screen", "model", "slicer"):
         pair = [folder / f"{name}-{kind}.exr" for name in reliefs]
-        change = {}
-        for film in FILMS:
-            both = retouch.compare(*pair, samples=samples, defines={"resolution": str(film)}, quiet=True)
-            change[film] = both["look"]["change_percent"]
+        both = retouch.compare(*pair, samples=samples, defines={"resolution": str(FILM)}, quiet=True)
+        change = {str(FILM): both["look"]["change_percent"]}
         found[kind] = {"jnd_apart": both["jnd_apart"], "picture_change_percent_of_mean": change}
     return found
 
 
-def in_blender(python: str, folder: Path, reliefs: Mapping[str, HeightMap]) -> dict[str, Any]:
-    """Sizes of the files that Blender imports, and the heights to which it displaces a grid by the PNG."""
-    name, read = next(iter(reliefs.items()))
-    rows, cols = read.heights.shape
-    strength, width, depth = float(read.heights.max()), read.side_mm, read.side_mm * rows / cols
-    body = plate_mesh(read.heights, read.side_mm)
-    parts = [Part(name, body), Part(f"{name} beside", body, np.vstack([np.eye(3), [13.0, 0.0, 0.0]]))]
-    paths = [write_parts(folder / f"parts{suffix}", parts) for suffix in (".glb", ".obj", ".stl", ".ply")]
-    picture = folder / f"{name}.png"
-    save_heights_png(picture, read.heights, strength, read.side_mm)
-    task = {
-        "files": [str(path) for path in paths],
-        "picture": str(picture),
-        **{
-            "width": width / 1000.0,
-            "depth": depth / 1000.0,
-            "strength": strength / 1000.0,
-            "squares": 2 * cols,
-        },
-    }
-    script = Path(__file__).with_name("read_in_blender.py")
-    done = subprocess.run(
-        [python, str(script)],
-        input=json.dumps(task),
-        capture_output=True,
-        text=True,
-        timeout=TIME_LIMIT_S,
-        check=True,
-    )
-    line = next(line for line in done.stdout.splitlines() if line.startswith("RESULT"))
-    output = json.loads(line.removeprefix("RESULT"))
-    points = 1000.0 * np.array(output["displaced"])
-    inside = (np.abs(points[:, :2]) < RIM * 0.5 * np.array([width, depth])).all(axis=1)
-    x, y, z = points[inside].T
-    at = [(0.5 - y / depth) * rows - 0.5, (x / width + 0.5) * cols - 0.5]
-    wanted = map_coordinates(read.heights, at, order=1, mode="nearest")
-    size = np.ptp(joined(parts).vertices, axis=0)
-    return {
-        "version": output["version"],
-        "files": {
-            Path(path).name: {
-                "objects": each["objects"],
-                # GLB is in metres, as Blender is; the others come in as if their mm were metres.
-                "size_error_mm": float(
-                    np.abs(np.array(each["size"]) * (1000.0 if path.endswith(".glb") else 1.0) - size).max()
-                ),
-            }
-            for path, each in output["files"].items()
-        },
-        "displacement": {
-            "vertices": len(z),
-            "largest_error_um": 1000.0 * float(np.abs(z - wanted).max()),
-            "grey_level_um": 1000.0 * strength / 65535,
-            "size_mm": np.ptp(points[:, :2], axis=0).tolist(),
-        },
-    }
+def gravel_rougher(run: Path) -> Path:
+    """The directory of a new run of gravel with +2 JND."""
+    fast = ["touch.jnd=2", "touch.model=quick", "look.model=auto"]
+    retouch.optimize(retouch.run_from_scene("studio", str(find_texture("gravel")), fast), run, quiet=True)
+    return run
 
 
 def main(argv: Sequence[str] | None = None) -> None:
     parser = parser_of(__doc__)
     parser.add_argument("--slicer", default="prusa-slicer", help="PrusaSlicer's command")
-    parser.add_argument("--blender", metavar="PYTHON", help="a Python that has bpy")
     parser.add_argument(
         "--run", type=Path, help="directory of a run of gravel with +2 JND (default: a new one)"
     )
@@ -202,12 +149,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     arguments = parser.parse_args(argv)
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        run = arguments.run
-        if run is None:
-            run = folder / "run"
-            fast = ["touch.jnd=2", "touch.model=quick", "look.model=auto"]
-            gravel = str(find_texture("gravel"))
-            retouch.optimize(retouch.run_from_scene("studio", gravel, fast), run, quiet=True)
+        run = arguments.run or gravel_rougher(folder / "run")
         reliefs = {
             "gravel": load_height_map(find_texture("gravel")),
             "gravel+2": load_height_map(find_texture(run)),
@@ -220,45 +162,38 @@ def main(argv: Sequence[str] | None = None) -> None:
             "files": read,
             "resin": resin_prints(folder, reliefs, heights, arguments.samples),
         }
-        if arguments.blender:
-            found["blender"] = in_blender(arguments.blender, folder, reliefs)
     save("clients", found)
-    print(report(found))
+    publish(DOCS / "evidence" / "fabrication.md", "clients", "benchmarks.prints.clients", report(found))
 
 
 def report(found: Mapping[str, Any]) -> str:
-    """The tables of docs/evidence/fabrication.md."""
-    head = (
-        "file",
-        "objects",
-        "manifold",
-        "repairs",
-        "facets",
-        "volume (%)",
-        "size (mm)",
-        "resin",
-        "filament",
-    )
+    """Text of docs/evidence/fabrication.md: files by kind, and how far two prints of gravel differ."""
+    kinds = {kind: [each for name, each in found["files"].items() if kind_of(name) == kind] for kind in KINDS}
     rows = [
         (
-            name,
-            *(each["objects"], "yes" if each["manifold"] else "no", each["repairs"], each["facets"]),
-            *(f"{each['volume_error_percent']:+.4f}", f"{each['size_error_mm']:.4f}"),
-            *(each["resin"]["layers"], each["filament"]["layers"]),
+            words,
+            len(kinds[kind]),
+            sum(each["manifold"] and not each["repairs"] for each in kinds[kind]),
+            f"{max(abs(each['volume_error_percent']) for each in kinds[kind]):.4f}",
         )
-        for name, each in found["files"].items()
+        for kind, words in KINDS.items()
     ]
-    resin = found["resin"]
-    kinds = [
-        (
-            kind,
-            f"{resin[kind]['jnd_apart']:.2f}",
-            *(f"{change:.1f}" for change in resin[kind]["picture_change_percent_of_mean"].values()),
-        )
-        for kind in ("screen", "model", "slicer")
-    ]
-    films = [f"picture change, {10.0 / film:.2f} mm a pixel (%)" for film in FILMS]
-    return f"{table(head, rows)}\n\n{table(('prints', 'JND apart', *films), kinds)}"
+    head = ("kind of file", "files", "sound, no repairs", "volume off, % at most")
+    apart = (
+        f"{words} by {found['resin'][kind]['jnd_apart']:.2f} JND and "
+        f"{found['resin'][kind]['picture_change_percent_of_mean'][str(FILM)]:.1f} %"
+        for kind, words in PRINTS.items()
+    )
+    return f"{table(head, rows)}\n\nThe two differ {', '.join(apart)}."
+
+
+def kind_of(name: str) -> str:
+    """The kind of a file by its name."""
+    if name.startswith(("both", "set", "tiles")):
+        return "several"
+    if name.startswith("gravel"):
+        return "pixels" if PRINT in name or "mask" in name else "plate"
+    return "object"
 
 
 if __name__ == "__main__":

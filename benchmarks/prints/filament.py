@@ -3,8 +3,8 @@
 python -m benchmarks.prints.filament [--again]     # with prusa-slicer of the path
 
 Ten parts are sliced with four profiles. Each row is a process of its own. It reads the G-code, presses on up
-to 32 places all over the part, whose mesh is the object without texture, and presses anew on some of them,
-with heights by sphere tracing (`benchmarks.prints.dense_beads`) and 512 samples along 10 mm in place of 256.
+to 32 places of the part, whose mesh is the object without texture, and presses anew on some of them,
+with heights by sphere tracing (`tests.relief.solids.dense_beads`) and 512 samples along 10 mm, not 256.
 Filament is added up a second time from the words of the file. Resumable: results/filament.json keeps rows.
 """
 
@@ -25,7 +25,6 @@ from typing import Any
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
-from benchmarks.prints.dense_beads import dense_heights
 from benchmarks.shared.common import DOCS, ROOT, again_given, kept, load, publish, table
 from optimize.verification.solids.bead_feel import BeadFeel, feel_of_beads
 from optimize.verification.solids.mesh_feel import pressed
@@ -39,6 +38,7 @@ from relief.solids.meshes.crops import Cropper, reachable
 from relief.solids.objects.table import OBJECTS
 from tactile.jnd import SMOOTH_BELOW
 from tactile.skin import Skin
+from tests.relief.solids.dense_beads import dense_heights
 
 RESULT, COMMAND, PAGE = "filament", "benchmarks.prints.filament", DOCS / "evidence" / "fabrication.md"
 RUNS = ROOT / "runs" / "filament"
@@ -164,9 +164,20 @@ def main() -> None:
     again = again_given(__doc__)
     for part, (name, options) in product(PARTS, PROFILES.items()):
         kept(RESULT, "parts", f"{part}, {name}", partial(in_process, part, options), again)
-    found = load(RESULT)["parts"]
-    rows = [(row, *values.values()) for row, values in found.items()]
-    publish(PAGE, "filament", COMMAND, table(("part, layers", *found["box, 0.2 mm"]), rows))
+    publish(PAGE, "filament", COMMAND, summary(load(RESULT)["parts"]))
+
+
+def summary(found: dict[str, dict[str, Any]]) -> str:
+    """Parts by profile: what reading and pressing cost at most, and the largest differences."""
+    rows = []
+    for name in PROFILES:
+        some = [found[f"{part}, {name}"] for part in PARTS]
+        rows.append((name, *(max(row[key] for row in some) for key in SHOWN)))
+    return table(("layers", *SHOWN), rows)
+
+
+SHOWN = ("moves", "reading, CPU s", "pressing, CPU s", "GB", "V off, %")
+"""Columns of the table: the largest numbers of all parts."""
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""How prints of filament feel by profile: the tables and the picture of docs/howto/filament.md.
+"""How prints of filament feel by profile: the figures and the picture of docs/howto/filament.md.
 
 python -m benchmarks.prints.filament_guide [--again]     # writes docs/images/filament.png as well
 
@@ -20,7 +20,7 @@ from matplotlib.patches import FancyBboxPatch
 
 from benchmarks.prints.filament import profile, sliced
 from benchmarks.shared.chart_style import GRID, frame, pyplot, style, write
-from benchmarks.shared.common import DOCS, IMAGES, again_given, kept, publish, table
+from benchmarks.shared.common import IMAGES, again_given, kept, table
 from optimize.verification.solids.bead_feel import feel_of_beads
 from relief.solids.filament.beads import Beads, Role
 from relief.solids.filament.gcode_reader import read_gcode
@@ -28,7 +28,7 @@ from relief.solids.files import read_mesh
 from tactile.jnd import SMOOTH_BELOW
 from tactile.skin import Skin
 
-RESULT, COMMAND, PAGE = "filament_guide", "benchmarks.prints.filament_guide", DOCS / "howto" / "filament.md"
+RESULT = "filament_guide"
 PART, PLACES = "wedge", 48
 PLAIN = {0.25: (0.08, 0.12), 0.4: (0.08, 0.12, 0.2, 0.3), 0.6: (0.2, 0.3), 0.8: (0.3, 0.4)}
 """Layers by nozzles, mm."""
@@ -109,7 +109,7 @@ def main() -> None:
     }
     for head, rows in given.items():
         found = {name: kept(RESULT, head, name, partial(measured, one), again) for name, one in rows.items()}
-        publish(PAGE, head, COMMAND, report(head, found))
+        print(f"\n{report(head, found)}")
     picture(dict(zip(fuzzy, (row["V, sides"] for row in found.values()), strict=True)))
 
 

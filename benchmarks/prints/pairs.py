@@ -2,7 +2,7 @@
 
 retouch study benchmarks/prints/pairs.toml -o runs/prints
 python -m benchmarks.prints.pairs runs/prints     # measures what results/prints.json lacks, draws
-                                                  # docs/images/prints.png, and prints the table
+                                                  # docs/images/prints.png, writes the table
 
 Three pairs of each target and printer: original and result on the screen; the prints of the same two
 reliefs; and the prints of original and result of a run with `[print]`. The pictures are Mitsuba's, on films
@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.shared.chart_style import FAINT, INK, frame, pyplot, style, write
-from benchmarks.shared.common import IMAGES, ROOT, folder_named, load, save, table
+from benchmarks.shared.common import DOCS, IMAGES, ROOT, folder_named, load, publish, save, table
 from benchmarks.shared.finished_studies import folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
@@ -59,7 +59,7 @@ def main() -> None:
         if row["printer"] != SCREEN and name not in found:
             found[name] = measured(screens[row["case"]], folder_of(study, row))
             save("prints", found)
-    print(report())
+    publish(DOCS / "evidence" / "fabrication.md", "pairs", "benchmarks.prints.pairs STUDY", report())
     draw(IMAGES / "prints.png")
 
 
@@ -126,14 +126,24 @@ def seen(scene: Scene, before: Array, after: Array) -> dict[str, float]:
 
 def report() -> str:
     """The table of docs/evidence/fabrication.md."""
-    head = ("target", *(f"{words}: JND; eye; fine" for words in PAIRS.values()), "to the screen: eye; fine")
+    head = (
+        "target",
+        "printer unknown: JND",
+        "pictures, %",
+        "printer known: JND",
+        "pictures, %",
+        "to the screen",
+    )
     rows, found = [], load("prints")
-    for name in names():
+    for name in (one for one in names() if not one.endswith((" -1", " +1", " +3"))):
         each = found[name]
-        changes = {kind: [each[kind][f"{film}_change_percent"] for film in ("eye", "fine")] for kind in PAIRS}
-        cells = [f"{each[kind]['jnd']:+.2f}; {eye:.1f}; {fine:.1f}" for kind, (eye, fine) in changes.items()]
-        ratios = np.divide(changes["print"], changes["screen"])
-        rows.append((name, *cells, f"{ratios[0]:.2f}; {ratios[1]:.2f}"))
+        cells = [
+            cell
+            for kind in ("naive", "print")
+            for cell in (f"{each[kind]['jnd']:+.2f}", f"{each[kind]['eye_change_percent']:.1f}")
+        ]
+        ratio = each["print"]["eye_change_percent"] / each["screen"]["eye_change_percent"]
+        rows.append((name, *cells, f"{ratio:.2f}"))
     return table(head, rows)
 
 

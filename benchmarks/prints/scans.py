@@ -163,7 +163,6 @@ PRINTERS = {
     "features from 300 um on": Printer("own", 50.0, 50.0, 300.0, keep_features=True),
 }
 """Printers that are measured, by the name of their row."""
-MEASURED = ("pixel_um", "layer_um", "min_feature_um", "max_slope_degrees", "scale", "height_scale")
 SHRUNK = Pose(turn=0.05, log_scale=float(np.log(0.995)), shift_x_mm=0.2, height_scale=0.99, tilt_x=0.01)
 
 
@@ -227,24 +226,15 @@ SLICED_PIXELS = 512
 """Pixels a side of the display, 25.6 mm."""
 
 
-def printers_table() -> str:
-    """Numbers of printers by their coupons, beside the truth."""
-    rows, held = [], []
-    for name, each in load("scans").get("printers", {}).items():
-        cells: list[Any] = [name]
-        for key in MEASURED:
-            truth, measured = each["truth"][key], each["measured"]
-            if key not in measured:
-                cells.append("not seen")
-                continue
-            value, low, high = (measured[f"{key}{end}"] for end in ("", "_low", "_high"))
-            cells.append(f"{value:.4g} ({low:.4g} to {high:.4g})" + ("" if truth is None else f"; {truth:g}"))
-            if truth is not None:
+def printers_line() -> str:
+    """How many intervals of printers' numbers hold the truth."""
+    held = []
+    for each in load("scans").get("printers", {}).values():
+        for key, truth in each["truth"].items():
+            if truth is not None and key in each["measured"]:
+                low, high = (each["measured"][f"{key}{end}"] for end in ("_low", "_high"))
                 held.append(low <= truth <= high)
-        rows.append(cells)
-    head = ["printer", "pixel, um", "layer, um", "feature, um", "slope, degrees", "scale", "height"]
-    share = f"{sum(held)} of {len(held)} intervals hold the truth, which stands behind each.\n"
-    return f"{table(head, rows)}\n\n{share}"
+    return f"{sum(held)} of {len(held)} intervals of the printers' numbers hold the truth.\n"
 
 
 def gravel_table() -> str:
@@ -254,41 +244,20 @@ def gravel_table() -> str:
     if sliced := content.get("slicer"):
         gravel[f"{sliced['version']}, layers as a scan"] = sliced
     rows = [
-        (
-            name,
-            f"{each['blur_um']:.1f}",
-            f"{each['scale']:.4f}",
-            f"{each['height_scale']:.3f}",
-            f"{each['jnd_from_design']:+.2f}",
-        )
-        for name, each in gravel.items()
+        (name, f"{each['blur_um']:.0f}", f"{each['jnd_from_design']:+.2f}") for name, each in gravel.items()
     ]
-    return table(("print of gravel", "blur, um", "scale", "height", "JND from the design"), rows) + "\n"
+    return table(("print of gravel", "blur, µm", "JND from the design"), rows) + "\n"
 
 
 def coverage_table() -> str:
-    """Percentages of intervals that hold the truth, with their median half widths."""
-    head = [
-        "print and scan",
-        "scans",
-        "turn",
-        "x",
-        "y",
-        "scale",
-        "height",
-        "blur",
-        "half widths: turn, degrees",
-    ]
-    head += ["x, um", "scale, %", "height, %", "blur, um", "CPU s"]
+    """Percentages of intervals that hold the truth."""
+    head = ("print and scan", "turn", "x", "y", "scale", "height", "blur")
     rows = []
     for name, each in load("scans").get("coverage", {}).items():
         completed = [one for one in each if "refused" not in one]
-        cells: list[Any] = [name, len(each)]
-        cells += [f"{100.0 * np.mean([one[number][0] for one in completed]):.1f}" for number in NUMBERS]
-        wide = {number: float(np.median([one[number][1] for one in completed])) for number in NUMBERS}
-        units = {"turned_degrees": 1.0, "shift_x_mm": 1e3, "scale": 1e2, "height_scale": 1e2, "blur_mm": 1e3}
-        cells += [f"{factor * wide[number]:.2g}" for number, factor in units.items()]
-        rows.append([*cells, f"{np.mean([one['cpu_s'] for one in completed]):.1f}"])
+        rows.append(
+            [name, *(f"{100.0 * np.mean([one[number][0] for one in completed]):.1f}" for number in NUMBERS)]
+        )
     return table(head, rows) + "\n"
 
 
@@ -305,10 +274,9 @@ def main() -> None:
     elif arguments.what in ("printers", "slicer"):
         results = printers() if arguments.what == "printers" else slicer()
         save("scans", load("scans") | {arguments.what: results})
-        print(printers_table(), gravel_table(), sep="\n")
+        print(printers_line(), gravel_table(), sep="\n")
     else:
-        put(PAGE, "printers", "benchmarks.prints.scans report", printers_table())
-        put(PAGE, "gravel", "benchmarks.prints.scans report", gravel_table())
+        put(PAGE, "printers", "benchmarks.prints.scans report", f"{printers_line()}\n{gravel_table()}")
         put(PAGE, "coverage", "benchmarks.prints.scans report", coverage_table())
 
 

@@ -1,8 +1,8 @@
-"""Distance of results from the best known: long descents by three ways, and the default before and now.
+"""Distance of results from the best known: long descents by three ways, the default, and the fast look.
 
-python -m benchmarks.runs.best_known                      # measures what is missing: about an hour for all
-python -m benchmarks.runs.best_known --ways now --again   # the default of this tree anew: six minutes
-python -m benchmarks.runs.best_known --ways               # the tables alone
+python -m benchmarks.runs.best_known                          # what is missing: about an hour for all
+python -m benchmarks.runs.best_known --ways default --again   # the default anew: six minutes
+python -m benchmarks.runs.best_known --ways                   # the table alone
 
 Twelve textures in the studio, four in `in-hand` and in `evening`, two JND rougher; kept rows of the last two
 scenes are of gravel, and of brick and waves in `evening`. Each run is a process
@@ -22,9 +22,10 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from importlib import import_module
 from pathlib import Path
+from statistics import median
 from typing import Any, NamedTuple
 
-from benchmarks.shared.checkouts import checkouts, process, version_of
+from benchmarks.shared.checkouts import process
 from benchmarks.shared.common import DOCS, ROOT, kept, load, parser_of, publish, table
 from mitsuba_scenes import find_texture
 from optimize.descent.driver import Iterate
@@ -38,8 +39,6 @@ from visual.picture_noise import Batches, batched
 from visual.scene import Scene, load_scene
 
 PAGE, RUNS, DONE = DOCS / "evidence" / "optimiser.md", ROOT / "runs" / "best-known", (0, 3)
-BEFORE = "3b5b75a0"
-"""The commit with 2 x 2 samples a pixel of a step's pictures."""
 STUDIO, FEW = "studio", ("gravel", "brick", "waves", "bark")
 CASES = [
     *((STUDIO, texture) for texture in TEXTURES),
@@ -68,13 +67,11 @@ class Way(NamedTuple):
         settings: of the run.
         constants: of modules, by their dotted names.
         start: way whose result is the first relief of the descent; None: the original.
-        commit: of the code; None: this tree.
     """
 
     settings: Sequence[str]
     constants: Mapping[str, Any] = {}
     start: str | None = None
-    commit: str | None = None
 
 
 LONG = ("verify.baseline=false", "verify.samples=16", "descent.tolerance=0.002")
@@ -83,9 +80,8 @@ WAYS: Mapping[str, Way] = {
     "fast, long": Way((*LONG, "look.model=auto", "descent.steps=20"), TO_THE_END),
     "exact, many samples": Way((*LONG, "descent.steps=12"), TO_THE_END | MANY),
     "fast, then exact": Way((*LONG, "descent.steps=5", "seed=1"), TO_THE_END | MANY, "fast, long"),
-    "before": Way((), commit=BEFORE),
-    "now": Way(()),
-    "now, fast": Way(("look.model=auto",)),
+    "default": Way(()),
+    "default, fast look": Way(("look.model=auto",)),
 }
 SAMPLES = 16
 """Samples in each of the small pixels of pictures at four times the film's resolution. 64 samples say 0.5 %
@@ -115,42 +111,20 @@ def measured(scene: str, texture: str, name: str) -> dict[str, Any]:
     """Make a run by a way, and look at the result."""
     way, out = WAYS[name], RUNS / f"{scene}-{texture}" / name.replace(", ", "-").replace(" ", "-")
     settings = [part for each in way.settings for part in ("--set", each)]
-    command = [
-        "optimize",
-        texture,
-        "--scene",
-        scene,
-        "--jnd",
-        "2",
-        *settings,
-        "-o",
-        str(out),
-        "-q",
-        "--force",
-    ]
+    options = f"--scene {scene} --jnd 2 -q --force".split()
+    command = ["optimize", texture, *options, *settings, "-o", str(out)]
     start = "" if way.start is None else str(RUNS / f"{scene}-{texture}" / way.start.replace(", ", "-"))
     out.parent.mkdir(parents=True, exist_ok=True)
-    with checkouts(way.commit) as trees:
-        tree = trees[way.commit] if way.commit else ROOT
-        if way.constants:
-            command = [
-                "-m",
-                "benchmarks.runs.best_known",
-                "--run",
-                json.dumps(way.constants),
-                start,
-                *command,
-            ]
-        else:
-            command = ["-m", "retouch", *command]
-        seconds = process(tree, command, DONE)
-        commit = version_of(tree)
+    if way.constants:
+        command = ["-m", "benchmarks.runs.best_known", "--run", json.dumps(way.constants), start, *command]
+    else:
+        command = ["-m", "retouch", *command]
+    seconds = process(ROOT, command, DONE)
     result = json.loads((out / RESULT).read_text())
     before, goal, felt = (
         result["touch"][f"{which}_roughness"] for which in ("initial", "target", "verified")
     )
     return {
-        "commit": commit,
         "cpu_s": seconds["cpu_s"],
         "descent_cpu_s": result["cpu_s"]["descent"],
         "steps": result["stop"]["steps"],
@@ -211,18 +185,20 @@ def at_equal_feel(row: Mapping[str, Any]) -> float:
 
 
 def as_text(rows: Mapping[str, Mapping[str, Any]]) -> str:
-    """The best known of every case, and every way's distance from it and CPU seconds."""
-    lines = []
+    """How far the default and the fast run are above the best known, by scene: median and largest, %."""
+    found: dict[str, list[dict[str, float]]] = {}
     for scene, texture in CASES:
         ways = {name: rows.get(f"{scene}, {texture}: {name}") for name in WAYS}
         made = {name: at_equal_feel(row) for name, row in ways.items() if row and met(row)}
         if made.keys() >= LONG_WAYS:
             best = min(made[name] for name in LONG_WAYS)
-            above = [made[name] / best * 100.0 - 100.0 if name in made else None for name in WAYS]
-            cpu_s = [row and round(row["cpu_s"], 1) for row in ways.values()]
-            lines.append((scene, texture, best, *above, *cpu_s))
-    head = (f"{name}, {what}" for what in ("% above", "CPU s") for name in WAYS)
-    return table(("scene", "texture", "best known, rms %", *head), lines)
+            found.setdefault(scene, []).append({name: change / best - 1.0 for name, change in made.items()})
+    lines = []
+    for scene, above in found.items():
+        each = {name: sorted(100.0 * one[name] for one in above if name in one) for name in WAYS}
+        cells = (f"{median(values):.1f}, {values[-1]:.1f}" for values in each.values())
+        lines.append([scene, len(above), *cells])
+    return table(("scene", "textures", *(f"{name}: above, %" for name in WAYS)), lines)
 
 
 def met(row: Mapping[str, Any]) -> bool:

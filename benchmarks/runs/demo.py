@@ -1,18 +1,14 @@
-"""The demo runs as tables, from the document of their study.
+"""The demo runs as a table, from the document of their study.
 
 retouch study demo -o runs/demo && cp runs/demo/study.json benchmarks/results/studies/demo.json
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-import numpy as np
-
 from benchmarks.shared.common import table
 from benchmarks.shared.finished_studies import Row, committed
 
-CHANGES = ("change_percent", "change_rms_percent")
+METHODS = ("scaled", "still shadows", "Retouch")
 
 
 def rows_of(name: str) -> list[Row]:
@@ -25,50 +21,18 @@ def case(row: Row) -> str:
     return f"{row['texture']} {row['touch.jnd']:+d} JND"
 
 
-def of_each(name: str, axes: Mapping[str, str]) -> str:
-    """Every row of a table of the study; `axes` gives its own axes their headings."""
-    columns = {
-        "steps": "steps",
-        "miss_percent": "off target, %",
-        "change_percent": "pictures mean, %",
-        "change_rms_percent": "rms, %",
-        "change_percent_of_white": "% of white",
-        "max_mm": "highest, mm",
-        "cpu_s": "CPU seconds",
-    }
-    rows = rows_of(name)
-    return table(
-        (*axes.values(), *columns.values()), [[row.get(key) for key in (*axes, *columns)] for row in rows]
-    )
+def as_text() -> str:
+    """Change of the pictures by each method, mean / rms in % of the mean picture; Adam's beside them."""
+    lines = []
+    for name in dict.fromkeys(map(case, rows_of("methods"))):
+        found = {str(row["method"]): row for row in rows_of("methods") if case(row) == name}
+        found |= {f"Adam, {row['shadows']}": row for row in rows_of("Adam") if case(row) == name}
+        ours = found["Retouch"]
+        cells = (_change(found[key]) for key in (*METHODS, "Adam, moving", "Adam, still"))
+        lines.append([name, *cells, f"{ours['miss_percent']:.2f}", ours["steps"], f"{ours['cpu_s']:.1f}"])
+    heads = ("scaled", "without the visibility term", "Retouch", "Adam", "Adam without the visibility term")
+    return table(("target", *heads, "off target, %", "steps", "CPU s"), lines)
 
 
-def by_models() -> str:
-    """Means over the six runs by the models that steer, and the pictures of each run."""
-    rows = rows_of("models")
-    models = list(dict.fromkeys(row["steered_by"] for row in rows))
-
-    def mean(name: str, model: str) -> float:
-        return float(np.mean([row[name] for row in rows if row["steered_by"] == model]))
-
-    lines = [
-        [
-            model,
-            sum(row["steps"] for row in rows if row["steered_by"] == model),
-            *(mean(column, model) for column in ("cpu_s", "miss_percent", *CHANGES)),
-        ]
-        for model in models
-    ]
-    head = ("steered by", "steps, all", "CPU seconds", "off target, %", "pictures mean, %", "rms, %")
-    of_case = [
-        [
-            name,
-            *(
-                f"{row['change_rms_percent']:.2f}"
-                for m in models
-                for row in rows
-                if (case(row), row["steered_by"]) == (name, m)
-            ),
-        ]
-        for name in dict.fromkeys(map(case, rows))
-    ]
-    return f"{table(head, lines)}\n\n{table(('pictures rms, %', *models), of_case)}"
+def _change(row: Row) -> str:
+    return f"{row['change_percent']:.1f} / {row['change_rms_percent']:.1f}"

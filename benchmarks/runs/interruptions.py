@@ -1,14 +1,12 @@
-"""Commands that are killed or meet a full disk, and go on to the results of the uninterrupted ones.
+"""Runs that are killed or meet a full disk, and go on to the result of the uninterrupted one.
 
-python -m benchmarks.runs.interruptions                      # every case that is not in the results yet
-python -m benchmarks.runs.interruptions --again              # every case
-python -m benchmarks.runs.interruptions --only study set     # cases whose names begin so
+python -m benchmarks.runs.interruptions            # every case that is not in the results yet
+python -m benchmarks.runs.interruptions --again    # every case
 
 Twenty runs write to a disk that is full after a share of what a run writes (a small tmpfs, which only root
 can mount); a hundred are killed (SIGKILL) at moments spread over the life of the run directory. Each is then
 followed by what a user would try: `resume`, the same command, the same command with `--force`. The table
 counts which of them ended the run, and gives the largest distance of its heights from the uninterrupted ones.
-A second table is of studies, stimulus sets and colourings of parts (`benchmarks.runs.interrupted_folders`).
 """
 
 from __future__ import annotations
@@ -28,8 +26,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.runs import interrupted_folders
-from benchmarks.runs.interrupted_folders import COMMANDS, Command, Whole
 from benchmarks.shared.common import ROOT, load, machine, parser_of, save, table
 from optimize.run_directory.checkpoint import load_checkpoint
 from optimize.run_directory.key import SETTINGS
@@ -64,7 +60,6 @@ samples = 16
 def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("--again", action="store_true")
-    parser.add_argument("--only", nargs="+", default=[""], metavar="NAME", help="begins of names of cases")
     parser.add_argument("--jobs", type=int, default=2, help="commands at a time")
     arguments = parser.parse_args()
     rows: dict[str, dict[str, Any]] = load(NAME).get("rows", {})
@@ -80,13 +75,13 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as temporary:
         cases = {
             name: work
-            for name, work in {**of_runs(Path(temporary)), **of_folders(Path(temporary))}.items()
-            if name.startswith(tuple(arguments.only)) and (arguments.again or name not in rows)
+            for name, work in of_runs(Path(temporary)).items()
+            if arguments.again or name not in rows
         }
         with ThreadPoolExecutor(arguments.jobs) as pool:
             for _ in pool.map(add, cases.keys(), cases.values()):
                 pass
-    print(summary(rows), interrupted_folders.summary(rows), sep="\n\n")
+    print(summary(rows))
 
 
 def spread(count: int, seed: int | None = None) -> list[float]:
@@ -127,40 +122,6 @@ def of_runs(folder: Path) -> dict[str, Case]:
         **{f"full disk {share:.3f}": partial(full_disk, share) for share in spread(FULL_DISKS)},
         **{f"kill {share:.3f}": partial(kill, share) for share in spread(KILLS, seed=0)},
     }
-
-
-def of_folders(folder: Path) -> dict[str, Case]:
-    """The cases of studies, sets and colourings."""
-    textures = (waves(), waves()[::-1] * 0.8)
-    at_once = Lock()
-
-    @cache
-    def whole(command: Command, number: int) -> Whole:
-        return interrupted_folders.uninterrupted(command, folder, textures[number], PAGE)
-
-    def kill(command: Command, share: float, politely: bool, changed: bool) -> dict[str, Any]:
-        with at_once:
-            wholes = whole(command, 0), whole(command, int(changed))
-        after = textures[0], textures[int(changed)]
-        return interrupted_folders.after_a_kill(command, folder, share, after, wholes, politely)
-
-    def full_disk(command: Command, share: float) -> dict[str, Any]:
-        with at_once:
-            before = whole(command, 0)
-        size = max(1, round(share * before.bytes / PAGE)) * PAGE
-        return interrupted_folders.after_a_full_disk(command, folder, size, before, textures[0])
-
-    cases: dict[str, Case] = {}
-    for command in COMMANDS:
-        for number, share in enumerate(spread(command.kills, seed=0)):
-            name = f"{command.name}, {('SIGKILL', 'SIGTERM')[number % 2]} {share:.3f}"
-            cases[name] = partial(kill, command, share, number % 2 == 1, changed=False)
-        for number, share in enumerate(spread(command.changed)):
-            name = f"{command.name}, another texture {share:.3f}"
-            cases[name] = partial(kill, command, share, number % 2 == 1, changed=True)
-        for share in spread(command.full_disks):
-            cases[f"{command.name}, full disk {share:.3f}"] = partial(full_disk, command, share)
-    return cases
 
 
 def waves() -> NDArray[np.float64]:

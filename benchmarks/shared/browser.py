@@ -33,6 +33,8 @@ SOFTWARE_WEBGL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 """Flags of Chromium by which the CPU draws what pages ask of a graphics card."""
 PATIENCE_S = 300.0
 """Longest wait for an answer of the browser or of the app, s; far beyond that of a busy machine."""
+ENDING_S = 10.0
+"""Longest wait for the browser to end by itself, s; it takes 0.15."""
 COMPLAINTS = ("Log.entryAdded", "Runtime.exceptionThrown", "Runtime.consoleAPICalled")
 """Events that the console of the browser would show."""
 
@@ -113,9 +115,13 @@ class Browser:
         """End the browser, and remove its files."""
         os.close(self._write)
         os.close(self._read)
-        # A browser whose pipes are closed ends by itself; one that hangs is ended.
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(self._process, signal.SIGTERM)
+        # A browser whose pipes are closed ends by itself, and removes its folder in the one for temporary
+        # files. One that hangs is killed.
+        end = time.monotonic() + ENDING_S
+        while not os.waitid(os.P_PID, self._process, os.WEXITED | os.WNOHANG | os.WNOWAIT):
+            if time.monotonic() > end:
+                os.kill(self._process, signal.SIGKILL)
+            time.sleep(0.01)
         os.waitpid(self._process, 0)
         shutil.rmtree(self._profile, ignore_errors=True)
 

@@ -1,24 +1,21 @@
-"""The fast look from the side beside the exact look: pictures, gradients, seconds, and runs by both.
+"""The fast look from the side beside the exact look: pictures, gradients, seconds.
 
-python -m benchmarks.sight.fast_sides [RUN ...]
+python -m benchmarks.sight.fast_sides
 
 Pictures of a step beside Mitsuba's with 256 samples a pixel: the root of the mean square over the pixels
 that show the plate, in % of the mean picture. Gradients of a smooth weighting of the pictures beside those of
 exact pictures with more samples: cosine, and ratio of the lengths. CPU seconds of pictures with Jacobians.
-RUN are folders of finished runs, for the second table; without any, those of the last time stay.
 """
 
-import json
 import time
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, publish, save, table
+from benchmarks.shared.common import DOCS, ROOT, machine, parser_of, publish, save, table
 from relief.ground.arrays import Array
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.view import Pictures
@@ -35,17 +32,13 @@ HEAD = [
     *("scene, texture", "fast: pictures, %", "exact step: pictures, %", "fast: cosine, ratio"),
     *("exact step: cosine, ratio", "fast, CPU s", "exact, CPU s", "ratio"),
 ]
-RUN_HEAD = ["scene, texture", "JND", "look", "steps", "change, %", "rms, %", "descent, CPU s", "run, CPU s"]
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("runs", nargs="*", type=Path, metavar="RUN")
-    runs = [_run(folder) for folder in parser.parse_args().runs] or load(NAME).get("runs", [])
+    parser_of(__doc__).parse_args()
     rows = [_compared(scene, texture) for scene in SCENES for texture in TEXTURES]
-    save(NAME, {"rows": rows, "runs": runs, "machine": machine()})
-    tables = table(HEAD, [_line(row) for row in rows]), table(RUN_HEAD, [list(run.values()) for run in runs])
-    publish(DOCS / "evidence" / "appearance.md", NAME, COMMAND, "\n\n".join(tables))
+    save(NAME, {"rows": rows, "machine": machine()})
+    publish(DOCS / "evidence" / "appearance.md", NAME, COMMAND, table(HEAD, [_line(row) for row in rows]))
 
 
 def _compared(name: str, texture: str) -> dict[str, Any]:
@@ -93,22 +86,6 @@ def _error(ours: Array, theirs: Array, shown: NDArray[np.bool_]) -> float:
         for one, other, mask in zip(ours, theirs, shown, strict=True)
     ]
     return float(100.0 * np.mean(each))
-
-
-def _run(folder: Path) -> dict[str, Any]:
-    """A line of the second table, from a finished run."""
-    result = json.loads((folder / "result.json").read_text())
-    settings = result["settings"]
-    return {
-        "case": f"{Path(settings['scene']).stem}, {Path(settings['texture']).stem}",
-        "jnd": f"{settings['touch']['jnd']:+g}",
-        "look": result["look"]["model"],
-        "steps": result["stop"]["steps"],
-        "change": round(result["look"]["change_percent"], 1),
-        "rms": round(result["look"]["rms_change_percent_of_mean"], 1),
-        "descent_cpu_s": round(result["cpu_s"]["descent"]),
-        "cpu_s": round(result["cpu_s"]["total"]),
-    }
 
 
 def _line(row: dict[str, Any]) -> list[Any]:

@@ -3,7 +3,6 @@
 python -m benchmarks.sight.gradients           # all that is not in the results yet, half an hour on two cores
 python -m benchmarks.sight.gradients --again
 python -m benchmarks.sight.gradients --ours    # our own methods anew in all cases; Mitsuba's own errors stay
-python -m benchmarks.sight.gradients --quick   # our own gradients of three cases, nothing is saved
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from benchmarks.shared.common import load, machine, parser_of, save, table
+from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
 from benchmarks.shared.scenes import NEAR, SMOOTHNESS, altered, mitsubas_integrator, reliefs, scene_of
 from relief.ground.arrays import Array
 from visual.exact.light_scene import LightScene
@@ -38,19 +37,7 @@ KNOWN_WITHIN = 0.015
 """Relative error of the truth from which on no more seeds are rendered."""
 SAMPLES = 64
 MITSUBA = ("direct", "prb", "direct_projective", "prb_projective")
-
-NOTES = """\
-The loss is 1/2 mean (I - I_target)^2 of one picture (128 pixels), the target that of the relief scaled to
-85 % plus a little other relief. Truth: central differences of Mitsuba renders (576 samples a pixel, common
-random numbers, two seeds or more, whose spread gives its own error) along the relief itself and four smooth
-random fields. Error: norm of the difference over norm of the truth, median of three seeds. Wrong signs: of
-five, where the truth is over three standard errors from 0. "explicit" is our explicit Jacobian (4 x 4
-samples a pixel, 8 to 32 along an edge that casts a shadow, the more the lower the light, 16 along one that
-moves in the picture, 48 fixed directions for soft light), "rendered" what Adam uses (Mitsuba at 64 samples
-a pixel and our boundaries, soft light by 8 directions drawn anew); Mitsuba's own also take 64. Mitsuba's
-projective integrators know perspective cameras alone. "bounces": light goes from face to face of the plate
-too (a sixth of it all); the explicit Jacobian is of direct light alone, "rendered" leaves out the
-boundaries that such light moves. Seconds are of one loss gradient, beside other work."""
+PROJECTIVE = tuple(f"Mitsuba {name}" for name in MITSUBA[2:])
 
 
 class Case(NamedTuple):
@@ -91,23 +78,11 @@ def cases() -> Iterator[Case]:
         yield Case(GRAVEL, light, "above", "matte", bounces=2)
 
 
-QUICK = (
-    Case(GRAVEL, "35°", "above", "plastic"),
-    Case(GRAVEL, "near point", "above", "plastic"),
-    Case(GRAVEL, "spot", "45 degrees", "plastic"),
-)
-
-
 def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("--again", action="store_true")
     parser.add_argument("--ours", action="store_true")
-    parser.add_argument("--quick", action="store_true")
     arguments = parser.parse_args()
-    if arguments.quick:
-        for case in QUICK:
-            print(f"\n{as_table({case.key: measure(case, mitsubas=False)})}", flush=True)
-        return
     results = load("gradients").get("cases", {})
     done = set() if arguments.again or arguments.ours else set(results)
     for case in cases():
@@ -117,7 +92,9 @@ def main() -> None:
         measured = measure(case, mitsubas=not earlier)
         results[case.key] = measured | {"methods": earlier | measured["methods"]}
         save("gradients", {"machine": machine(), "cases": results})
-        print(f"\n{as_table({case.key: results[case.key]})}", flush=True)
+        print(case.key, results[case.key], flush=True)
+    page = DOCS / "evidence" / "appearance.md"
+    publish(page, "gradients", "benchmarks.sight.gradients", as_text(results))
 
 
 class Truth(NamedTuple):
@@ -252,21 +229,40 @@ def methods(scene: Scene, soft: bool, bounces: int, samples: int = SAMPLES) -> d
     }
 
 
-def as_table(cases: dict[str, Any]) -> str:
-    """Rows as Markdown: error in %, wrong signs if there are any, seconds."""
-    names = list(dict.fromkeys(name for case in cases.values() for name in case["methods"]))
-    rows = []
-    for key, case in cases.items():
-        row: list[Any] = [key, f"{100.0 * case['truth_error']:.1f}"]
-        rows.append(row + [_cell(case["methods"].get(name, {})) for name in names])
-    return table(("scene", "truth's own error %", *names), rows)
+def group(case: Case) -> str:
+    """The line of the page's table in which a case is counted."""
+    if case.bounces > 1:
+        return "two bounces, from above"
+    if case.material != "plastic":
+        return "matte and bronze gravel"
+    if case.relief != GRAVEL:
+        return "terraces 3 mm high, smooth relief"
+    if case.camera == "perspective":
+        return "perspective camera"
+    if case.light in NEAR_LIGHTS:
+        return "lamps near the plate"
+    kind = "ambient light, sky, sun" if case.light in SOFT else "parallel light"
+    return f"{kind}, {'from above' if case.camera == 'above' else 'at 45°'}"
 
 
-def _cell(measured: dict[str, Any]) -> str:
-    if "error" not in measured:
-        return "-"
-    signs = f" ({measured['signs']} signs)" if measured["signs"] else ""
-    return f"{100.0 * measured['error']:.1f}{signs}, {measured['seconds']:.2f} s"
+def as_text(results: dict[str, Any]) -> str:
+    """Least and largest error of each method by group of cases, %."""
+    groups: dict[str, list[dict[str, Any]]] = {}
+    for case in cases():
+        if case.key in results:
+            groups.setdefault(group(case), []).append(results[case.key])
+    ways = ("explicit", "rendered", "Mitsuba direct", "Mitsuba prb", *PROJECTIVE)
+    lines = []
+    for name, found in groups.items():
+        truth = _range([case["truth_error"] for case in found])
+        errors = [[case["methods"].get(way, {}).get("error") for case in found] for way in ways]
+        lines.append([name, len(found), truth, *map(_range, errors)])
+    return table(("case", "cases", "truth", *ways), lines)
+
+
+def _range(errors: list[float | None]) -> str:
+    known = sorted(100.0 * error for error in errors if error is not None)
+    return f"{known[0]:.1f} to {known[-1]:.1f}" if known else "-"
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
-"""Seconds of a picture loss and its gradient against the gradient's error; where they go, how they grow.
+"""Seconds of a picture loss and its gradient against the gradient's error.
 
-python -m benchmarks.sight.look                 # all parts; one by name: cost, split or growth
-python -m benchmarks.sight.look_figure          # draws them
+python -m benchmarks.sight.look    # what is not in the results yet
 """
 
 from __future__ import annotations
@@ -11,19 +10,15 @@ import statistics
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import torch
-from scipy.ndimage import zoom
 
-from benchmarks.shared.common import load, machine, median_seconds, parser_of, save, table
+from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
 from benchmarks.shared.scenes import altered, mitsubas_integrator, reliefs, scene_of
-from benchmarks.sight import look_split
 from benchmarks.sight.gradients import GRAVEL, directions
 from relief.ground.arrays import Array
-from relief.heightmap import load_heights
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.render import RenderSettings, pictures
 from visual.scene import Scene
@@ -45,17 +40,7 @@ MITSUBA = {
     ROUND_LIGHTS: ("direct", "prb", "direct_projective", "prb_projective"),
 }
 MITSUBA_SAMPLES = (4, 16, 64, 256)
-SIDES = (64, 128, 256, 512, 1024)
-LARGEST_RENDERED = 512
 LIFT_MM = 1e-5
-GROWTH_STRATA, GROWTH_EDGE_SAMPLES, GROWTH_SAMPLES = 2, 2, 16
-
-NOTES = """\
-One picture for each light and ambient light in all of them, 128 pixels; gravel, 1.5 mm, plastic. Loss: half
-the mean square of the difference from the pictures of the relief at 85 %. Error: norm of five directional
-derivatives less finite differences of converged renders over the norm of these, median of three seeds.
-Seconds: pictures and gradient together, median of three, nothing else running; a method that takes more
-than a minute is called once, and not with more samples."""
 
 
 class Cost(NamedTuple):
@@ -69,15 +54,9 @@ class Cost(NamedTuple):
 
 def main() -> None:
     parser = parser_of(__doc__)
-    parser.add_argument("parts", nargs="*", choices=[*MEASURED, []], help="default: all")
-    parser.add_argument("--again", action="store_true", help="both scenes of cost, even if in the results")
-    arguments = parser.parse_args()
-    if arguments.again:
-        save("look", {name: part for name, part in load("look").items() if name != "cost"})
-    for part in arguments.parts or MEASURED:
-        measured = MEASURED[part]()
-        save("look", load("look") | {"machine": machine(), part: measured})
-    print(as_text(load("look")))
+    parser.add_argument("--again", action="store_true", help="both scenes, even if in the results")
+    costs = cost({} if parser.parse_args().again else load("look").get("cost", {}))
+    publish(DOCS / "evidence" / "appearance.md", "look", "benchmarks.sight.look", as_text(costs))
 
 
 def scenes() -> Iterator[tuple[str, Scene]]:
@@ -92,9 +71,8 @@ def studio_lights(sun: str) -> list[tuple[str, float]]:
     return [(sun, azimuth) for azimuth in SUNS] + [("ambient", 0.0)]
 
 
-def cost() -> dict[str, Any]:
+def cost(costs: dict[str, Any]) -> dict[str, Any]:
     """Every method at growing numbers of samples, in both scenes; goes on where it was interrupted."""
-    costs: dict[str, Any] = load("look").get("cost", {})
     for name, scene in scenes():
         rows: list[dict[str, Any]] = costs.setdefault(name, {}).setdefault("rows", [])
         left = [
@@ -115,7 +93,7 @@ def cost() -> dict[str, Any]:
                 print(f"{name}, {kind}, {samples}: {str(problem).splitlines()[0]}", flush=True)
                 continue
             print(name, rows[-1], flush=True)
-            save("look", load("look") | {"cost": costs})
+            save("look", {"machine": machine(), "cost": costs})
     return costs
 
 
@@ -211,64 +189,15 @@ def mitsubas(scene: Scene, kind: str, samples: int) -> Method:
     return gradient
 
 
-def growth() -> list[dict[str, Any]]:
-    """Seconds by pixels, the plate with as many samples as the pictures."""
-    gravel = load_heights("mitsuba_scenes/textures/gravel.png", relief_mm=1.2)
-    rows = []
-    for side in SIDES:
-        scene = scene_of(
-            zoom(gravel, side / len(gravel), order=1), studio_lights("35°"), "above", "plastic", side
-        )
-        row = {"side": side, "explicit": _seconds(scene, explicit(scene, GROWTH_STRATA, GROWTH_EDGE_SAMPLES))}
-        if side <= LARGEST_RENDERED:
-            row["rendered"] = _seconds(scene, rendered(scene, GROWTH_SAMPLES))
-        rows.append(row)
-        print(row, flush=True)
-    return rows
-
-
-def _seconds(scene: Scene, method: Method) -> float:
-    adjoint = _any_adjoint(scene)
-    return median_seconds(lambda: method(scene.heights, adjoint, 1), REPEATS)
-
-
-def _any_adjoint(scene: Scene) -> Array:
-    shape = (len(scene.conditions), *scene.resolution)
-    return np.random.default_rng(0).standard_normal(shape) / np.prod(shape)
-
-
-def split() -> dict[str, Any]:
-    """Where the seconds go."""
-    scene = next(scenes())[1]
-    adjoint, plate = _any_adjoint(scene), scene.light_scenes()[0].scene
-    split_methods = {"explicit, 2 x 2, 2": explicit(scene, 2, 2), "rendered, 16": rendered(scene, 16)}
-    return {
-        name: look_split.split(partial(_run, method, scene.heights, adjoint), plate)
-        for name, method in split_methods.items()
-    }
-
-
-def _run(method: Method, heights: Array, adjoint: Array, seed: int) -> None:
-    method(heights, adjoint, seed)
-
-
-def as_text(results: dict[str, Any]) -> str:
-    """All parts as Markdown."""
-    texts = [NOTES]
-    for name, measured in results.get("cost", {}).items():
-        rows = measured["rows"]
-        own = f" (truth's own error {measured['own_error']:.1f} %)" if "own_error" in measured else ""
-        texts.append(name + own)
-        texts.append(table(("method", "samples", "s", "error %"), [tuple(row.values()) for row in rows]))
-    if "split" in results:
-        texts.append(look_split.as_text(results["split"]))
-    if "growth" in results:
-        lines = [(row["side"], row["explicit"], row.get("rendered")) for row in results["growth"]]
-        texts.append(table(("pixels a side", "explicit s", "rendered s"), lines))
-    return "\n\n".join(texts)
-
-
-MEASURED: dict[str, Callable[[], Any]] = {"cost": cost, "split": split, "growth": growth}
+def as_text(costs: dict[str, Any]) -> str:
+    """Seconds and error of each method with its fewest and with its most samples."""
+    lines = []
+    for name, measured in costs.items():
+        for method in dict.fromkeys(row["method"] for row in measured["rows"]):
+            rows = [row for row in measured["rows"] if row["method"] == method]
+            cells = (f"{row['error']:.2g} %, {row['seconds']:.3g} s" for row in (rows[0], rows[-1]))
+            lines.append([name, method, *cells])
+    return table(("scene", "method", "fewest samples", "most samples"), lines)
 
 
 if __name__ == "__main__":

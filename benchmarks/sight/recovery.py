@@ -5,8 +5,8 @@ python -m benchmarks.sight.recovery --again
 
 Gravel, 64 x 64, 1.2 mm, blurred by 2 pixels, in the studio. `explicit`: damped Gauss-Newton steps on our
 pictures and their Jacobian. The others: Adam, 0.02 mm a step, on Mitsuba's pictures at 16 samples a pixel,
-with our gradient, with ours but for moving shadows, and with Mitsuba's `prb`. What is told of every step is
-the rms error of the heights less their mean, and of pictures with random numbers of their own.
+with our gradient, with ours but for moving shadows, and with Mitsuba's `prb`. Each step has the
+rms error of the heights less their mean, and of pictures with random numbers of their own.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -25,7 +24,7 @@ from matplotlib import pyplot
 from scipy.ndimage import gaussian_filter, zoom
 
 from benchmarks.shared.chart_style import frame, style, write
-from benchmarks.shared.common import IMAGES, again_given, load, machine, save, table
+from benchmarks.shared.common import IMAGES, again_given, load, machine, save
 from optimize.descent.gauss_newton.laplacian import laplacian
 from relief.ground.arrays import Array
 from relief.heightmap import load_heights
@@ -38,7 +37,13 @@ PICTURE = IMAGES / "recovery.png"
 SIDE, RELIEF_MM, BLUR, STEPS, GAUSS_NEWTON_STEPS = 64, 1.2, 2.0, 100, 40
 SMOOTHING, LEAST_DAMPING = 10.0, 1e-5
 RATE_MM, SAMPLES, CHECK_SAMPLES, CHECK_SEED = 0.02, 16, 64, 1000
-COLOURS = {"explicit": "#c4532d", "ours": "#2d6a8e", "no moving shadows": "#7a7a7a", "Mitsuba prb": "#6f8f3a"}
+WAYS = {
+    "explicit": ("#c4532d", "Gauss-Newton, explicit Jacobian"),
+    "ours": ("#2d6a8e", "Adam, with the visibility term"),
+    "no moving shadows": ("#7a7a7a", "Adam, without it"),
+    "Mitsuba prb": ("#6f8f3a", "Adam, Mitsuba prb"),
+}
+"""Colours and names in the picture, of the ways in the results."""
 
 
 def main() -> None:
@@ -72,8 +77,7 @@ def main() -> None:
             )
             began = time.perf_counter()
         save("recovery", {"machine": machine(), "runs": runs})
-        print(as_table({name: runs[name]}), flush=True)
-    draw({name: runs[name] for name in COLOURS})
+    draw({name: runs[name] for name in WAYS})
 
 
 def ways(scene: Scene, truth: Array) -> dict[str, Callable[[Array], Iterator[Array]]]:
@@ -137,34 +141,21 @@ def by_adam(
 
 
 def draw(runs: dict[str, list[dict[str, float]]]) -> None:
-    """Error of heights and pictures over seconds and over steps."""
+    """Error of heights and pictures over steps."""
     style()
-    figure, axes = pyplot.subplots(
-        2, 2, figsize=(10.0, 6.0), sharex="col", sharey="row", layout="constrained"
-    )
+    figure, axes = pyplot.subplots(1, 2, figsize=(10.0, 3.6), layout="constrained")
     labels = {"height_um": "heights, rms error, µm", "picture_percent": "pictures, rms error, % of mean"}
-    for row, (key, label) in zip(axes, labels.items(), strict=True):
-        for axis, over in zip(row, ("step", "seconds"), strict=True):
-            for name, steps in runs.items():
-                x, y = [s[over] for s in steps], [s[key] for s in steps]
-                axis.plot(x, y, color=COLOURS[name], label=name)
-            frame(axis)
-            axis.set_ylim(bottom=0.0)
-            axis.set_xlabel(over if key == "picture_percent" else "")
-        row[0].set_title(label, fontsize=10, loc="left")
-    handles, names = axes[0][0].get_legend_handles_labels()
+    for axis, (key, label) in zip(axes, labels.items(), strict=True):
+        for name, steps in runs.items():
+            colour, title = WAYS[name]
+            axis.plot([s["step"] for s in steps], [s[key] for s in steps], color=colour, label=title)
+        frame(axis)
+        axis.set_ylim(bottom=0.0)
+        axis.set(xlabel="step")
+        axis.set_title(label, fontsize=10, loc="left")
+    handles, names = axes[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=4, frameon=False)
     write(figure, PICTURE, dpi=160)
-
-
-def as_table(runs: dict[str, list[dict[str, float]]]) -> str:
-    """Start, middle and end of every way."""
-    rows: list[list[Any]] = []
-    for name, steps in runs.items():
-        for at in (0, len(steps) // 4, len(steps) // 2, len(steps) - 1):
-            one = steps[at]
-            rows.append([name, at, one["seconds"], one["height_um"], one["picture_percent"]])
-    return table(("way", "step", "s", "heights off µm", "pictures off %"), rows)
 
 
 if __name__ == "__main__":

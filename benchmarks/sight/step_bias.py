@@ -1,8 +1,7 @@
 """Bias of the pictures of a step: five materials under eight lights, on two reliefs.
 
-python -m benchmarks.sight.step_bias                  # what is not in the results yet, some minutes
+python -m benchmarks.sight.step_bias          # what is not in the results yet, some minutes
 python -m benchmarks.sight.step_bias --again
-python -m benchmarks.sight.step_bias --column before  # of a checkout that is kept to compare with
 
 The bias of a condition is the root of the mean product of two differences between the pictures of a step
 and rendered ones, over the mean of the rendered ones. Each difference has samples of its own, so that the
@@ -13,16 +12,16 @@ alone, because steps leave out light from face to face.
 from __future__ import annotations
 
 import tempfile
-import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Any, TypeVar
+from statistics import median
+from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.common import DOCS, kept, load, parser_of, publish, table
+from benchmarks.shared.common import DOCS, again_given, kept, load, publish, table
 from benchmarks.shared.scenes import light
 from mitsuba_scenes import find_texture
 from relief.ground.arrays import Array
@@ -45,8 +44,8 @@ MATERIALS = {
     "roughconductor 0.05": '<bsdf type="roughconductor"><float name="alpha" value="0.05"/></bsdf>',
 }
 """Materials: matte, a mirror-smooth coat, a broad highlight, a mirror, a narrow lobe without a matte part."""
-RELIEFS, COLUMNS = {"waves": SIDE, "gravel-tile": 128}, ("before", "after")
-"""Height samples along a side of each relief, and pixels of the film; columns of the table."""
+RELIEFS = {"waves": SIDE, "gravel-tile": 128}
+"""Height samples along a side of each relief, and pixels of the film."""
 SKY = '<emitter type="envmap"><string name="filename" value="{}"/>'
 SKY += '<transform name="to_world"><rotate x="1" angle="90"/></transform></emitter>'
 
@@ -81,9 +80,9 @@ def _sphere(_: Path) -> str:
         <emitter type="area"><float name="radiance" value="8"/></emitter></shape>"""
 
 
-def waves(rows: int = SIDE, cols: int = SIDE) -> Array:
-    """Heights (rows, cols) from 0 to 1 of two crossing waves, as steep along both axes."""
-    y, x = np.mgrid[0:rows, 0:cols] / rows
+def waves() -> Array:
+    """Heights from 0 to 1 of two crossing waves."""
+    y, x = np.mgrid[0:SIDE, 0:SIDE] / SIDE
     return np.asarray(
         0.5 + 0.3 * np.sin(2.0 * np.pi * (2.0 * x + y)) + 0.2 * np.cos(2.0 * np.pi * (3.0 * y - x))
     )
@@ -111,17 +110,6 @@ def scene_of(material: str, shining: str, relief: str, folder: Path) -> Scene:
         encoding="utf-8",
     )
     return load_scene(path, texture=None if relief == "waves" else find_texture(relief))
-
-
-Value = TypeVar("Value")
-
-
-def timed(work: Callable[[], Value]) -> tuple[Value, dict[str, float]]:
-    """What a function gives, and its CPU and wall seconds."""
-    began, wall = time.process_time(), time.perf_counter()
-    value = work()
-    spent = {"cpu_s": time.process_time() - began, "wall_s": time.perf_counter() - wall}
-    return value, {unit: round(seconds, 2) for unit, seconds in spent.items()}
 
 
 def of_steps(scene: Scene, seed: int) -> Array:
@@ -155,15 +143,13 @@ def bias_percent(steps: Array, pictures: Array) -> tuple[Array, Array]:
 
 
 def measure(material: str, shining: str, relief: str) -> dict[str, Any]:
-    """One scene: its refusal, or the bias of its conditions; what a run says; seconds."""
+    """One scene: its refusal, or the bias of its conditions; what a run reports."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             scene = scene_of(material, shining, relief, Path(folder))
-            of_steps(scene, SEEDS[0])  # Compiles.
-            rendered(scene, SEEDS[0])
-            steps, stepping = timed(lambda: np.stack([of_steps(scene, seed) for seed in SEEDS]))
-            pictures, rendering = timed(lambda: np.stack([rendered(scene, seed) for seed in SEEDS]))
-            line, saying = timed(lambda: said(scene))
+            steps = np.stack([of_steps(scene, seed) for seed in SEEDS])
+            pictures = np.stack([rendered(scene, seed) for seed in SEEDS])
+            line = said(scene)
         except InputError as refusal:
             return {"refused": str(refusal).replace(f"{folder}/", "")}
     bias, noise = bias_percent(steps, pictures)
@@ -173,9 +159,6 @@ def measure(material: str, shining: str, relief: str) -> dict[str, Any]:
         "mean_of_steps": by_condition(scene, steps.mean((0, 2, 3))),
         "mean_of_pictures": by_condition(scene, pictures.mean((0, 2, 3))),
         "line": line,
-        "steps": stepping,
-        "pictures": rendering,
-        "check": saying,
     }
 
 
@@ -197,53 +180,27 @@ def cases() -> Iterator[tuple[str, str, str]]:
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("--again", action="store_true")
-    parser.add_argument("--column", choices=COLUMNS, default="after")
-    arguments = parser.parse_args()
+    again = again_given(__doc__)
     for case in cases():
-        kept(NAME, arguments.column, ", ".join(case), partial(measure, *case), arguments.again)
-    publish(DOCS / "evidence" / "appearance.md", NAME, COMMAND, as_table(load(NAME)))
+        kept(NAME, "rows", ", ".join(case), partial(measure, *case), again)
+    publish(DOCS / "evidence" / "appearance.md", NAME, COMMAND, as_text(load(NAME)["rows"]))
 
 
-def as_table(results: dict[str, Any]) -> str:
-    """A row for each material and light as Markdown, the reliefs side by side."""
-    head = [f"{relief} {column}, %" for column in COLUMNS for relief in RELIEFS]
-    rows = []
-    for material, shining in product(MATERIALS, lights()):
-        found = [
-            [results.get(column, {}).get(f"{material}, {shining}, {relief}") for relief in RELIEFS]
-            for column in COLUMNS
-        ]
-        line = " / ".join(
-            "-" if row is None else "refused" if "refused" in row else "line" if row["line"] else "none"
-            for row in found[-1]
-        )
-        cpu_s = " / ".join(
-            "-" if row is None or "check" not in row else f"{row['check']['cpu_s']:.1f}" for row in found[-1]
-        )
-        rows.append([material, shining, *(shown(row) for column in found for row in column), line, cpu_s])
-    return table(("material", "light", *head, "said", "CPU s"), rows)
+def as_text(rows: dict[str, Any]) -> str:
+    """Bias of each material over the lights, and under how many lights a run reports one."""
+    lines = [
+        [material, *(_over_lights(rows, material, relief) for relief in RELIEFS)] for material in MATERIALS
+    ]
+    heads = (f"{relief}: median, largest bias; lights reported" for relief in RELIEFS)
+    return table(("material", *heads), lines)
 
 
-def shown(row: dict[str, Any] | None) -> str:
-    """The largest bias of a scene's conditions with its standard error, or what noise alone would show."""
-    if row is None or "refused" in row:
-        return "-" if row is None else "refused"
-    conditions = row["bias_percent"]
-    if not any(row["mean_of_pictures"].values()):
-        return "black"
-    name = max(conditions, key=lambda each: conditions[each])
-    bias, noise = conditions[name], row["noise_percent"][name]
-    # Of the square, the noise is one standard error.
-    if bias <= 1.4 * noise:
-        return f"below {digits(2.0 * noise)}"
-    return f"{digits(bias)} ± {digits(0.5 * noise**2 / bias)}"
-
-
-def digits(value: float) -> str:
-    """A number with two digits, or as many as it has before the point."""
-    return f"{value:.0f}" if value >= 10.0 else f"{value:.2g}"
+def _over_lights(rows: dict[str, Any], material: str, relief: str) -> str:
+    every = (rows[f"{material}, {light}, {relief}"] for light in lights())
+    found = [row for row in every if "refused" not in row]
+    bias = [max(row["bias_percent"].values()) for row in found]
+    reported = sum(row["line"] is not None for row in found)
+    return f"{median(bias):.1f}, {max(bias):.0f} %; {reported} of {len(found)}"
 
 
 if __name__ == "__main__":

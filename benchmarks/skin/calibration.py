@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from benchmarks.skin.posterior import (
     DRAWS_LOG2,
-    NAMES,
     PRIOR,
     Emulator,
     Posterior,
@@ -19,7 +17,6 @@ from benchmarks.skin.posterior import (
     direct,
     effective,
     finger,
-    log_likelihood,
     node_key,
     node_values,
     quantile,
@@ -39,12 +36,8 @@ MEASURED = {"radius_mm": 9.0, "thickness_mm": 4.0, "layer_mm": 0.6, "layer_mpa":
 """The finger `measured`: the posterior's middle in round numbers."""
 SPHERE_MM = 4.0
 """Diameter of the sphere where one is to be named, the middle of its range."""
-DRAWS = 8
-"""Draws of the posterior that press plates."""
 MANY = 24
-"""Draws of the posterior that feel results steered for another finger."""
-ALONE = 8
-"""Draws of the posterior of each source alone that press dots."""
+"""Draws of the posterior by which the emulator is checked."""
 CLOUD = 150
 """Draws of each posterior in the picture."""
 KEPT = 30
@@ -126,26 +119,18 @@ def calibration(emulator: Emulator) -> dict[str, Any]:
         ]
         for name, sources in SETS.items()
     }
-    found["alone"] = {name: _rounded(posterior.sample(SETS[name], ALONE)) for name in ("grooves", "sphere")}
-    found["noise of grooves"] = {f"{factor:g} times": _with_noise(posterior, factor) for factor in (0.5, 2.0)}
-    found["sample"] = _rounded(posterior.sample(both, MANY))
     return found
 
 
-def _rounded(draws: list[dict[str, float]]) -> list[dict[str, float]]:
-    return [{name: float(f"{values[name]:.4g}") for name in NAMES} for values in draws]
-
-
 def described(posterior: Posterior, sources: tuple[str, ...]) -> dict[str, Any]:
-    """Quantiles of a posterior by some sources, its best draw, and what it predicts of every source."""
-    weights, best = posterior.weights(sources), posterior.best(sources)
+    """Quantiles of a posterior by some sources, and what it predicts of every source."""
+    weights = posterior.weights(sources)
     quantities = dict(posterior.draws)
     if "stiffening" not in quantities:
         quantities["layer_mpa"] = quantities["ratio"] * quantities["base_mpa"]
     return {
         "effective draws": effective(weights),
         "quantiles": {name: quantile(values, weights, SHARES) for name, values in quantities.items()},
-        "best": posterior.values(best) | {"log likelihood": _likelihood(posterior, best, sources)},
         "model": {
             source.name: [
                 quantile(posterior.models[source.name][:, column], weights, SHARES)
@@ -157,20 +142,7 @@ def described(posterior: Posterior, sources: tuple[str, ...]) -> dict[str, Any]:
             source.name: (weights @ residuals(source, posterior.models[source.name])).tolist()
             for source in MECHANICAL
         },
-        "best residual": {
-            source.name: residuals(source, posterior.models[source.name][best]).tolist()
-            for source in MECHANICAL
-        },
     }
-
-
-def _with_noise(posterior: Posterior, factor: float) -> dict[str, list[float]]:
-    """Quantiles of moduli and layer where the grooves' noise is another."""
-    other = replace(GROOVES, common=factor * GROOVES.common, own=factor * GROOVES.own)
-    likelihood = posterior.likelihood | {GROOVES.name: log_likelihood(other, posterior.models[GROOVES.name])}
-    weights = replace(posterior, likelihood=likelihood).weights(SETS["both"])
-    draws = posterior.draws | {"layer_mpa": posterior.draws["ratio"] * posterior.draws["base_mpa"]}
-    return {name: quantile(draws[name], weights, SHARES) for name in ("layer_mm", "layer_mpa", "base_mpa")}
 
 
 def _flat() -> dict[str, Any]:
@@ -186,10 +158,6 @@ def _flat() -> dict[str, Any]:
         "model": {name: numbers.tolist() for name, numbers in model.items()},
         "residual": {source.name: residuals(source, model[source.name]).tolist() for source in MECHANICAL},
     }
-
-
-def _likelihood(posterior: Posterior, number: int, sources: tuple[str, ...]) -> float:
-    return float(sum(posterior.likelihood[name][number] for name in sources))
 
 
 def _finger(values: dict[str, float]) -> dict[str, Any]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
 import torch
 import torch.nn.functional as F
 from torch import Tensor
@@ -62,11 +61,3 @@ def felt(operator: SkinOperator, skin: Skin, heights: Tensor) -> Felt:
     strain = finger.felt(pressure) - finger.felt(flat)
     area = float(touched.sum()) * (size / heights.shape[-1]) ** 2
     return Felt(roughness(strain, size, receptors=counted).numpy(), area, float(approach))
-
-
-def peak(values: Array, felt_there: Array) -> float:
-    """Value at the top of the parabola through the highest point and its neighbours, by logarithm."""
-    top = int(np.clip(np.argmax(felt_there), 1, len(values) - 2))
-    places = np.log(values[top - 1 : top + 2])
-    square, slope, _ = np.polyfit(places, felt_there[top - 1 : top + 2], 2)
-    return float(np.exp(-0.5 * slope / square))

@@ -252,10 +252,6 @@ class Posterior:
         total = sum((self.likelihood[name] for name in sources), np.zeros(len(self.draws["ratio"])))
         return float(np.log(np.exp(total - total.max()).mean()) + total.max())
 
-    def best(self, sources: Sequence[str]) -> int:
-        """Number of the draw of the greatest likelihood."""
-        return int(sum((self.likelihood[name] for name in sources), np.zeros(1)).argmax())
-
     def values(self, number: int) -> dict[str, float]:
         """A draw, by name."""
         return {name: float(values[number]) for name, values in self.draws.items()}

@@ -1,4 +1,4 @@
-"""Which published findings each finger predicts: the whole study, its document, a picture, and the tables.
+"""Which published findings each finger predicts: the whole study, its document, a picture and a table.
 
 python -m benchmarks.skin.published            # what is not computed yet, in runs/published
 python -m benchmarks.skin.published --again    # all of it anew
@@ -9,13 +9,11 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterator
 
-from scipy.stats import binomtest
-
 import retouch
 from benchmarks.shared.chart_style import GRID, INK, frame, pyplot, style, write
 from benchmarks.shared.common import DOCS, IMAGES, RESULTS, ROOT, again_given, publish, table
 from benchmarks.skin.finger_chart import COLOURS
-from retouch.laboratory.published.findings import AREA, LABELS, NUMBERS, REFUSED, RIGHT, Finding, V
+from retouch.laboratory.published.findings import AREA, LABELS, V
 from retouch.laboratory.published.scoreboard import FINGERS, GROUPS, Scoreboard
 
 PAGE = DOCS / "evidence" / "touch.md"
@@ -30,7 +28,7 @@ def main() -> None:
     shutil.copy(tables.folder / "study.json", RESULT)
     board = Scoreboard.model_validate_json(RESULT.read_bytes())
     draw(board)
-    publish(PAGE, "tables", COMMAND, "\n\n".join(sections(board)))
+    publish(PAGE, "published", COMMAND, as_text(board))
 
 
 def draw(board: Scoreboard) -> None:
@@ -66,88 +64,24 @@ def draw(board: Scoreboard) -> None:
     write(figure, PICTURE, dpi=120)
 
 
-def sections(board: Scoreboard) -> Iterator[str]:
-    """The tables of the page."""
-    groups = {group: [one for one in board.agreement if one["group"] == group] for group in GROUPS}
-    for group, every in groups.items():
-        yield f"### {group.capitalize()}\n\n{_agreement(every)}"
-    yield f"### Read-outs beside V, on new findings\n\n{_pairs(groups['new'])}"
-    yield f"### Fingers beside the default, by V\n\n{_beside(board)}"
-    findings = board.findings.finding
-    for title, chosen in (
-        ("Every new finding", [one for one in findings if one.mark == "new"]),
-        ("Every finding that was known or fitted", [one for one in findings if one.mark != "new"]),
-    ):
-        # Those that were known are told on the pages of skin and finger; a page has its limits.
-        rows = [
-            [one.says if one.mark == "new" else one.name, _source(one), *_cells(board, one)] for one in chosen
-        ]
-        yield f"### {title}\n\n{table(('finding', 'source', *FINGERS), rows)}"
-    lines = [[one["study"], one["says"], one["missing"]] for one in board.findings.not_computable]
-    yield f"### What is not computable\n\n{table(('source', 'what it found', 'what is missing'), lines)}"
+def as_text(board: Scoreboard) -> str:
+    """V on every group of findings, then the other read-outs on the new ones."""
+    lines = [[f"V, {group}", *_cells(board, group, V)] for group in GROUPS]
+    lines += [
+        [f"{label}, new", *_cells(board, "new", name)]
+        for name, label in LABELS.items()
+        if name not in (V, AREA)
+    ]
+    return table(("right by", *FINGERS), lines)
 
 
-def _agreement(every: list[dict[str, float | str]]) -> str:
-    rows = []
-    for name, label in LABELS.items():
-        cells = [
-            f"{one['right']} of {one['rows']}; {100 * float(one['share']):.0f} % "
-            f"({100 * float(one['low']):.0f} to {100 * float(one['high']):.0f})"
-            for finger in FINGERS
-            for one in every
-            if one["finger"] == finger and one["read_out"] == name
-        ]
-        if len(cells) == len(FINGERS):
-            rows.append([label, *cells])
-    return table(("right by", *FINGERS), rows)
-
-
-def _pairs(every: list[dict[str, float | str]]) -> str:
-    rows = []
-    for name, label in LABELS.items():
-        if name not in (V, AREA):
-            mine = [one for one in every if one["read_out"] == name]
-            rows.append([label, *(f"+{one['gained']} -{one['lost']} (p {one['p']:.2g})" for one in mine)])
-    notes = "Right where V is wrong, and the reverse; p of the exact sign test, not corrected for 20 of them."
-    return f"{notes}\n\n{table(('read-out', *FINGERS), rows)}"
-
-
-def _beside(board: Scoreboard) -> str:
-    """How many findings a finger gets right that the default does not, and the reverse, by V."""
-    right = {
-        (row.labels["finding"], row.labels["finger"]): board.records[row.key].columns.get(RIGHT.format(V))
-        for row in board.tables[0].rows
-    }
-    rows = []
-    for group, holds in GROUPS.items():
-        names = [one.name for one in board.findings.finding if holds(one) and not one.against]
-        cells = []
-        for finger in FINGERS[1:]:
-            pairs = [(right[name, finger], right[name, FINGERS[0]]) for name in names]
-            gained, lost = pairs.count((True, False)), pairs.count((False, True))
-            cells.append(f"+{gained} -{lost} (p {binomtest(gained, max(1, gained + lost)).pvalue:.2g})")
-        rows.append([group, *cells])
-    return table(("findings", *FINGERS[1:]), rows)
-
-
-def _source(one: Finding) -> str:
-    """The source as a link, how it was read, and whether the dimensions are assumed."""
-    study = f"[{one.study}](https://doi.org/{one.doi})" if one.doi else one.study
-    notes = [one.read, *(["dimensions assumed"] if one.dimensions == "assumed" else [])]
-    return f"{study} ({', '.join([*notes, *([one.mark] if one.mark == 'fitted' else [])])})"
-
-
-def _cells(board: Scoreboard, finding: Finding) -> Iterator[str]:
-    """Numbers and verdict of each finger, by V or the contact area."""
-    name = finding.unit or V
-    for row in board.tables[0].rows:
-        if row.labels["finding"] == finding.name:
-            columns = board.records[row.key].columns
-            if REFUSED in columns:
-                yield "cannot be pressed so"
-            else:
-                wrong = "" if columns[RIGHT.format(name)] else " **wrong**"
-                yield f"{columns[NUMBERS.format(name)]}{wrong}"
+def _cells(board: Scoreboard, group: str, read_out: str) -> Iterator[str]:
+    """Right findings of a group by a read-out, with the share and its 95 % interval, finger by finger."""
+    for finger in FINGERS:
+        for one in board.agreement:
+            if (one["group"], one["finger"], one["read_out"]) == (group, finger, read_out):
+                low, high = (100 * float(one[end]) for end in ("low", "high"))
+                yield f"{one['right']} of {one['rows']} ({low:.0f} to {high:.0f} %)"
 
 
 if __name__ == "__main__":

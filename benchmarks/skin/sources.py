@@ -1,7 +1,6 @@
-"""What was measured on fingers: numbers to fit a finger to, and recorded afferents to compare a finger with.
+"""What was measured on fingers: the numbers that fit a finger.
 
-Only the numbers of the mechanical sources, `GROOVES` and `SPHERE`, fit a finger. No source goes above 2 N, so
-that the paper's ink print at 8.8 N is none.
+No source goes above 2 N, so that the paper's ink print at 8.8 N is none.
 """
 
 from __future__ import annotations
@@ -78,59 +77,3 @@ SPHERE = Mechanical(
     "common: standard error of the median of seven people whose logarithms spread by 0.47; 0.1: assumed",
 )
 MECHANICAL = (GROOVES, SPHERE)
-
-
-@dataclass(frozen=True)
-class Recorded:
-    """Recorded SA1 afferents over the spacing of raised dots.
-
-    Attributes:
-        spacings_mm: centre to centre.
-        low, high: least and greatest of the source at each spacing, over the greatest of the curve.
-        dot_mm, high_mm: diameter (an assumption where `source` says so) and height of the dots.
-        force_n: of the contact.
-        source: who recorded.
-    """
-
-    spacings_mm: tuple[float, ...]
-    low: tuple[float, ...]
-    high: tuple[float, ...]
-    dot_mm: float
-    high_mm: float
-    force_n: float
-    source: str
-
-
-_RATES = (4.5, 22.0, 59.0, 71.0, 72.0, 72.0, 66.0, 50.0, 33.0)
-_HUMAN = tuple(rate / max(_RATES) for rate in _RATES)
-HUMAN_SA1 = Recorded(
-    (1.07, 1.41, 1.97, 2.5, 3.0, 3.5, 4.0, 4.9, 6.3),
-    _HUMAN,
-    _HUMAN,
-    0.7,
-    0.5,
-    0.6,
-    "mean rate of human SA1 afferents at 0.6 N and 60 mm/s, digitised, probably from Phillips, Johansson and "
-    "Johnson 1992; dots 0.5 mm high, their diameter of 0.7 mm assumed",
-)
-MACAQUE_SA1 = Recorded(
-    (2.0, 3.0, 4.0, 5.0, 6.0),
-    (0.33, 0.97, 0.89, 0.88, 0.66),
-    (0.48, 1.0, 1.0, 0.92, 0.80),
-    0.5,
-    0.74,
-    0.6,
-    "mean difference of the rates of macaque SA1 afferents 1.4 to 3 mm apart, over its largest; recordings "
-    "of Weber 2013; dots 0.74 mm high and 0.5 mm wide, the force of 0.6 N assumed",
-)
-
-GROOVE_ROUGHNESS = {"constant": 0.2, "groove": 1.6, "ridge": -0.5, "groove²": -0.25}
-"""Roughness that people judge of gratings, 0.2 + 1.6 G - 0.5 R - 0.25 G², of the widths of grooves G (0.1 to
-2 mm) and ridges R (0 to 1 mm): Yoshioka, Gibb, Dorsch, Hsiao and Johnson 2001, J. Neurosci. 21, abstract
-(correlation 0.99)."""
-
-
-def judged_roughness(groove_mm: float, ridge_mm: float) -> float:
-    """Roughness of a grating by `GROOVE_ROUGHNESS`."""
-    constant, groove, ridge, square = GROOVE_ROUGHNESS.values()
-    return constant + groove * groove_mm + ridge * ridge_mm + square * groove_mm**2

@@ -1,9 +1,7 @@
-"""Stability map: how far from converged the models are at the ends of every parameter, and what is refused.
+"""How far from converged the models are at the ends of every parameter, and what is refused.
 
-python -m benchmarks.stability.sweep            # every row that is not in the results yet; picture, tables
-python -m benchmarks.stability.sweep --draw     # picture and tables alone
+python -m benchmarks.stability.sweep            # rows that are not in the results yet, and the tables
 python -m benchmarks.stability.sweep --again
-python -m benchmarks.stability.sweep --model quick    # that model of touch anew in every row
 
 One thread. The first run builds the operators of every skin and plate (half a GB in the cache folder).
 """
@@ -16,13 +14,14 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
+import drjit
 import numpy as np
 import torch
 from scipy.ndimage import map_coordinates
 from torch import Tensor
 
 import tactile
-from benchmarks.shared.common import load, machine, parser_of, save
+from benchmarks.shared.common import DOCS, kept, load, parser_of, publish, table
 from benchmarks.shared.scenes import MATERIALS, altered, light
 from optimize.descent.gauss_newton.step_look import EDGE_SAMPLES, REFINEMENT, STRATA
 from relief.ground.arrays import Array
@@ -92,15 +91,7 @@ LOOK_AXES: Mapping[str, tuple[float, ...]] = {
     "size_mm": (4, 10, 30, 100),
 }
 """Values of each parameter, one at a time; those that are to be refused stand at the ends."""
-TOUCH_PLANE = ("relief_mm", "young_modulus_mpa")
-LOOK_PLANE = ("relief_mm", "elevation")
-"""Parameters that are varied two at a time."""
-PLANE_VALUES = {
-    "relief_mm": (0.001, 0.03, 0.3, 1, 3),
-    "young_modulus_mpa": (0.05, 0.2, 0.5, 2, 5),
-    "elevation": (2, 5, 10, 50, 88),
-}
-PLANE_SAMPLES, LOOK_SAMPLES = 64, 64
+LOOK_SAMPLES = 64
 TEXTURES = ("gravel", "waves")
 ONE_RELIEF = {
     ("touch", "young_modulus_mpa"): "gravel",
@@ -112,7 +103,6 @@ ONE_RELIEF = {
 """Parameters that are varied on one relief only."""
 MESHED = {"poisson_ratio": (0.3, 0.48, 0.499), "size_mm": (10.0,), "force_n": (10.0,)}
 """Values for which finite elements are built; other parameters need no mesh of their own."""
-TOUCH_NUMBERS, LOOK_NUMBERS = ("V", "A", "contact", "gradient"), ("mean", "gradient")
 
 Row = dict[str, Any]
 Measure = Callable[[Case, str], Row]
@@ -121,41 +111,55 @@ Measure = Callable[[Case, str], Row]
 def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("--again", action="store_true", help="measure every row anew")
-    parser.add_argument("--only", default="", help="rows whose names begin so, as in touch, waves, samples")
-    parser.add_argument("--model", default="", help="one model of touch anew in the rows that it is in")
-    parser.add_argument("--draw", action="store_true", help="measure nothing")
-    arguments = parser.parse_args()
-    if arguments.again:
-        save("stability", {})
-    if not arguments.draw:
-        import drjit
-
-        torch.set_num_threads(1)
-        drjit.set_thread_count(1)
-        for key, work in works():
-            kept, name = kept_rows().get(key), arguments.model
-            wanted = name in (kept or {}).get("models", {}) if name else kept is None
-            if key.startswith(arguments.only) and wanted:
-                row = with_model(name, kept, *work.args) if kept else work()
-                save("stability", {"machine": machine(), "rows": kept_rows() | {key: row}})
-                print(key, row, flush=True)
-    from benchmarks.stability.map_figure import as_text, draw, write_table
-
-    print(as_text(kept_rows()))
-    write_table(kept_rows())
-    draw(kept_rows())
+    again = parser.parse_args().again
+    drjit.set_thread_count(1)
+    torch.set_num_threads(1)
+    for key, work in works():
+        kept("stability", "rows", key, work, again)
+    publish(
+        DOCS / "evidence" / "speed.md",
+        "stability",
+        "benchmarks.stability.sweep",
+        as_text(load("stability")["rows"]),
+    )
 
 
-def kept_rows() -> dict[str, Row]:
-    """The rows measured so far, by this process or another."""
-    rows: dict[str, Row] = load("stability").get("rows", {})
-    return rows
+TOUCH_MODELS = {
+    "layer": "`layer`",
+    "single": "`layer`, single precision",
+    "quick": "`quick`",
+    "net": "`net`",
+    "elements": "`layer` against finite elements",
+}
+LOOK_MODELS = {"explicit": "a step's pictures", "fast": "the fast look", "rendered": "16 samples a pixel"}
+"""Models of the tables, in words."""
+ELEVATIONS = {"from 50 degrees up": (50, 90), "20 to 35": (20, 35), "below 20": (-5, 10)}
+"""Elevations of the light, degrees, whose largest errors are shown."""
 
 
-def with_model(name: str, row: Row, case: "Case", texture: str) -> Row:
-    """A row of touch with one of its models measured anew."""
-    truth = pressed(converged("layer", case), case, texture)
-    return row | {"models": row["models"] | against_truth(case, texture, truth, (name,))["models"]}
+def as_text(rows: Mapping[str, Row]) -> str:
+    """Largest errors of every model over all parameters; of pictures, by the elevation of the light."""
+    touch_lines = []
+    for model, words in TOUCH_MODELS.items():
+        found = [row["models"][model] for row in rows.values() if model in row.get("models", {})]
+        errors = [one for one in found if "V" in one]
+        most = (f"{max(one[key] for one in errors):.2g}" for key in ("V", "A", "contact"))
+        touch_lines.append((words, len(errors), *most, sum("refused" in one for one in found)))
+    look_lines = []
+    for model, words in LOOK_MODELS.items():
+        cells = []
+        for low, high in ELEVATIONS.values():
+            some = [
+                row
+                for key, row in rows.items()
+                if "elevation" in key and low <= float(key.split()[-1]) <= high
+            ]
+            most = (max(row["models"][model][key] for row in some) for key in ("mean", "gradient"))
+            cells.append(", ".join(f"{each:.2g}" for each in most))
+        look_lines.append((words, *cells))
+    head = ("model of touch", "cases", "V, % at most", "A, %", "share in contact, %", "refused")
+    heads = ("pictures: mean, gradient, % at most", *(f"light {words}" for words in ELEVATIONS))
+    return f"{table(head, touch_lines)}\n\n{table(heads, look_lines)}"
 
 
 def works() -> Iterator[tuple[str, "partial[Row]"]]:
@@ -172,16 +176,6 @@ def works() -> Iterator[tuple[str, "partial[Row]"]]:
                     if texture == wanted:
                         case = varied(base, {name: value})
                         yield row_name(sense, texture, {name: value}), partial(measure, case, texture)
-    planes: tuple[tuple[str, tuple[str, str], Measure], ...] = (
-        ("touch", TOUCH_PLANE, bare_touch),
-        ("look", LOOK_PLANE, partial(look, names=("explicit", "fast"))),
-    )
-    for sense, (down, across), measure in planes:
-        for first in PLANE_VALUES[down]:
-            for second in PLANE_VALUES[across]:
-                both = {down: first, across: second}
-                case = varied(Case(samples=PLANE_SAMPLES), both)
-                yield row_name(sense, "waves", both), partial(measure, case, "waves")
 
 
 def varied(base: Case, values: Mapping[str, Any]) -> Case:
@@ -256,18 +250,6 @@ def touch(case: Case, texture: str) -> Row:
 def finest(case: Case, texture: str) -> Row:
     """The converged press on a finer grid, without gradient."""
     return pressed(converged("layer", case), case, texture, gradient=False)
-
-
-def bare_touch(case: Case, texture: str) -> Row:
-    """The models of a descent against the converged layer alone."""
-    return refusing(
-        lambda: against_truth(
-            case,
-            texture,
-            pressed(converged("layer", case), case, texture),
-            ("layer", "single", "quick"),
-        )
-    )
 
 
 def against_truth(case: Case, texture: str, truth: Row, models: tuple[str, ...]) -> Row:

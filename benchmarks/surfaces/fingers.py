@@ -2,10 +2,9 @@
 
 retouch study benchmarks/surfaces/fingers.toml -o runs/fingers
 python -m benchmarks.surfaces.fingers runs/fingers     # presses the results of the study
-python -m benchmarks.surfaces.fingers                  # draws docs/images/fingers.png again, prints the table
+python -m benchmarks.surfaces.fingers                  # draws docs/images/fingers.png again, writes the table
 
-The rows that results/fingers.json holds by now are of a script that took the same descents (at commit
-340f9f0); their changes of the pictures are those that the descent saw.
+Rows of results/fingers.json hold the change of the pictures as the descent saw it.
 """
 
 from __future__ import annotations
@@ -18,16 +17,18 @@ import torch
 
 import tactile
 from benchmarks.shared.chart_style import FAINT, frame, pyplot, style, write
-from benchmarks.shared.common import IMAGES, load, machine, save, study_given, table
+from benchmarks.shared.common import DOCS, IMAGES, load, machine, publish, save, study_given, table
 from benchmarks.shared.finished_studies import Row, folder_of, rows_in
 from optimize.run_directory.finished_run import FinishedRun
 from relief.ground.arrays import Array
 from tactile.jnd import ROUGHNESS_JND
 
 CASES = ("gravel+2", "brick+2", "grass-2")
-"""Texture and JND of each front; the steered finger is the default one."""
+"""Texture and JND of each front; the default finger is the one optimised for."""
 MODULI_MPA = (0.25, 0.354, 0.5, 0.707, 1.0, 2.0)
 DEPTHS_MM = (0.5, 0.75, 1.0)
+WEIGHTS = ("0", "5", "10", "20", "40", "80")
+"""Weights of the table, as the study names them."""
 IMAGE = IMAGES / "fingers.png"
 
 
@@ -37,7 +38,8 @@ def main() -> None:
         rows = {f"{row['case']}, {row['weight']}": measured(study, row) for row in rows_in(study)}
         save("fingers", {"rows": rows, "machine": machine()})
     rows = load("fingers")["rows"]
-    print(as_table(rows))
+    page = DOCS / "evidence" / "touch.md"
+    publish(page, "range of fingers", "benchmarks.surfaces.fingers", as_text(rows))
     draw(rows)
 
 
@@ -68,25 +70,14 @@ def by_skin(heights: Array) -> Array:
     return np.array([float(tactile.roughness(touch.strain)) for touch in touches])
 
 
-def as_table(rows: dict[str, Any]) -> str:
-    """Every case and weight, with the costs beside those of one finger."""
-    lines = []
-    for name, row in rows.items():
-        alone = rows[f"{name.partition(',')[0]}, 0"]
-        lines.append(
-            (
-                name,
-                f"{row['picture_rms_percent']:.2f}",
-                f"{row['picture_rms_percent'] / alone['picture_rms_percent']:.2f}",
-                f"{row['jnd_mean']:.2f} ({row['jnd_min']:.2f} to {row['jnd_max']:.2f})",
-                f"{row['jnd_std']:.2f}",
-                f"{row['jnd_std'] / alone['jnd_std']:.2f}",
-                f"{row['steps']}",
-                f"{row['cpu_seconds']:.0f}",
-            )
-        )
-    head = ("case, weight", "rms %", "times", "JND over 18 skins", "std", "times", "steps", "CPU s")
-    return table(head, lines)
+def as_text(rows: dict[str, Any]) -> str:
+    """By weight of the other fingers: change of the pictures (rms), and standard deviation of the JND."""
+    lines = [[weight, *(_cell(rows.get(f"{case}, {weight}")) for case in CASES)] for weight in WEIGHTS]
+    return table(("weight", *(f"{case}: pictures, spread" for case in CASES)), lines)
+
+
+def _cell(row: dict[str, Any] | None) -> str:
+    return "-" if row is None else f"{row['picture_rms_percent']:.1f} %, {row['jnd_std']:.2f} JND"
 
 
 def draw(rows: dict[str, Any]) -> None:

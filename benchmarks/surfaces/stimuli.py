@@ -19,8 +19,7 @@ import numpy as np
 from PIL import Image
 
 from benchmarks.shared.chart_style import style
-from benchmarks.shared.common import DOCS, IMAGES, load, machine, parser_of, save, table
-from relief.ground.files import write_atomically
+from benchmarks.shared.common import DOCS, IMAGES, load, machine, parser_of, publish, save, table
 from relief.heightmap import load_height_map
 from relief.solids.export.pixel_font import bitmap
 from retouch.laboratory.stimulus_sets.document import DOCUMENT, RENDERS
@@ -31,8 +30,6 @@ from retouch.pages.colour_maps import hillshade
 
 PAGE = DOCS / "evidence" / "people.md"
 PICTURE = IMAGES / "stimuli.png"
-HEADING = "## The paper's plates\n"
-"""Heading of the section that ends the page."""
 SHOWN = 3
 """Textures of the picture."""
 DPI, GREYS = (150, 120), 32
@@ -59,7 +56,7 @@ def main() -> None:
         save("stimuli", {"machine": machine()} | measured(content))
         style()
         draw(folder, content)
-    write(load("stimuli"))
+    publish(PAGE, "stimuli", "benchmarks.surfaces.stimuli", section(load("stimuli")))
 
 
 def measured(content: dict[str, Any]) -> dict[str, Any]:
@@ -84,73 +81,29 @@ def _mark(level: float) -> str:
     return f"{level:+g}" if level else "0"
 
 
-def write(found: dict[str, Any]) -> None:
-    """Write the last section of the page, if there are results."""
-    text = PAGE.read_text(encoding="utf-8").partition(HEADING)[0].rstrip() + "\n"
-    if found:
-        text += "\n" + HEADING + "\n" + section(found)
-    write_atomically(PAGE, text.encode())
-
-
 def section(found: dict[str, Any]) -> str:
-    """The set in words, its levels, and the mean matrix of its textures."""
-    summary, textures = found["summary"], found["textures"]
-    levels = summary["levels"]
+    """The set in words and by texture."""
+    summary = found["summary"]
     lines = []
-    for name, texture in textures.items():
-        plates = {plate["mark"]: plate for plate in texture["plates"]}
-        changes = [plate["picture_change_percent"] for plate in plates.values() if plate["level"]]
-        lines.append(
-            [
-                name,
-                *(_felt(plates[level]) if level in plates else None for level in levels),
-                f"{min(changes):.1f} to {max(changes):.1f}",
-                f"{texture['neighbours_percent']:.0f}",
-                _fingers(texture),
-                f"{texture['sorted_percent']:.0f}",
-            ]
-        )
-    head = ["texture", *levels, "pictures, %", "neighbours, %", "other fingers, %", "whole set, %"]
-    matrix = [
-        [level, *("-" if i == j else f"{100 * value:.0f}" for j, value in enumerate(row))]
-        for i, (level, row) in enumerate(zip(levels, summary["judged_rougher"], strict=True))
-    ]
-    minutes = "" if found["wall_s"] is None else f" in {found['wall_s'] / 60.0:.0f} minutes by one command"
+    for name, texture in found["textures"].items():
+        plates = [plate for plate in texture["plates"] if plate["level"]]
+        ends = (f"{how(plate['picture_change_percent'] for plate in plates):.1f}" for how in (min, max))
+        lines.append([name, " to ".join(ends), f"{texture['neighbours_percent']:.0f}", _fingers(texture)])
     words = (
-        f"Written by `python -m benchmarks.surfaces.stimuli`: {len(textures)} textures at {len(levels)} "
-        f"levels{minutes} ({summary['seconds'] / 60.0:.0f} minutes of runs one after another), verified by "
-        "finite elements. "
         f"{summary['met']} of {summary['plates']} plates are within 1 % of their targets, the worst is "
-        f"{summary['largest_off_target_percent']:.2g} % off. Cells have the JND that are felt on average "
-        "over the places of the finger, and the least and most; other fingers are the softer, stiffer, "
-        "shallower and deeper ones of every report. Neighbouring levels should be told right in "
-        f"{summary['neighbours_percent']:.1f} % of tries; the paper's participants did in 85 % (standard "
-        f"deviation 4). Plates two steps apart should stand the wrong way round in "
-        f"{0.6 * summary['far_discrepancy_percent']:.1f} of 60 sorts; in the paper they did in 3 of 60."
+        f"{summary['largest_off_target_percent']:.2g} % off. Neighbouring levels should be ranked correctly "
+        f"{summary['neighbours_percent']:.1f} % of pairs; the paper's participants did in 85 % (standard "
+        f"deviation 4). Plates two steps apart should be in the wrong order in "
+        f"{0.6 * summary['far_discrepancy_percent']:.1f} of 60 sorts; in the paper they were in 3 of 60."
     )
-    return f"""\
-{textwrap.fill(words, 120)}
-
-![Plates at {len(levels)} levels, and a back](../images/{PICTURE.name})
-
-{table(head, lines)}
-
-How often the plate of the row should be judged rougher than that of the column, %, mean over the textures:
-
-{table(["", *levels], matrix)}
-"""
+    head = ["texture", "pictures, %", "neighbours correct, %", "by other fingers, %"]
+    return f"{textwrap.fill(words, 120)}\n\n{table(head, lines)}"
 
 
 def _fingers(texture: dict[str, Any]) -> str:
     """Least and largest share of pairs that other fingers rank correctly."""
     each = [finger["neighbours_percent"] for finger in texture["fingers"]]
     return f"{min(each):.0f} to {max(each):.0f}"
-
-
-def _felt(plate: dict[str, Any]) -> str:
-    if not plate["level"]:
-        return f"{plate['jnd']:+.2f}"
-    return f"{plate['jnd']:+.2f} ({plate['jnd_least']:+.2f} to {plate['jnd_most']:+.2f})"
 
 
 def draw(folder: Path, content: dict[str, Any]) -> None:

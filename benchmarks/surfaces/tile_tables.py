@@ -1,4 +1,4 @@
-"""Results all over tiles, as tables, from the document of their study.
+"""Results all over tiles and plates as a table, from the documents of their studies.
 
 retouch study tiles -o runs/tiles --from benchmarks/results/studies/tiles.json
 cp runs/tiles/study.json benchmarks/results/studies/tiles.json
@@ -6,7 +6,7 @@ cp runs/tiles/study.json benchmarks/results/studies/tiles.json
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -14,8 +14,8 @@ from benchmarks.shared.common import table
 from benchmarks.shared.finished_studies import Row, committed
 
 ONE, ALL = "one place", "all over"
-FIRST = ("gravel-tile", "brick-tile", "grass-tile")
-"""Textures of the README."""
+LEFT_OUT = "waves"
+"""Start of the name of the texture that cannot be made smoother, which has lines of its own."""
 
 
 def cases() -> dict[tuple[str, float], dict[str, Row]]:
@@ -27,26 +27,6 @@ def cases() -> dict[tuple[str, float], dict[str, Row]]:
     ):
         found.setdefault((row["texture"], row["touch.jnd"]), {})[kind] = row
     return {case: rows for case, rows in found.items() if {ONE, ALL} <= rows.keys()}
-
-
-def headline() -> str:
-    """The table of the README: what a reader wants to know first."""
-    lines = []
-    for (texture, jnd), by in cases().items():
-        if texture not in FIRST:
-            continue
-        scaled = by.get("scaled")
-        lines.append(
-            [
-                f"{texture.removesuffix('-tile')} {jnd:+d} JND",
-                None if scaled is None else _change(scaled),
-                f"{_change(by[ONE])}: {_felt(by[ONE])}",
-                f"{_change(by[ALL])}: {_felt(by[ALL])}",
-                f"{by[ALL]['cpu_s']:.0f}",
-            ]
-        )
-    head = ("tile and target", "scaled in height", "steered at one place", "Retouch, all over", "seconds")
-    return table(head, lines) + "\n"
 
 
 def at_equal_feel(texture: str, by: Mapping[str, Row]) -> float | None:
@@ -73,57 +53,35 @@ def at_equal_feel(texture: str, by: Mapping[str, Row]) -> float | None:
     return float(by[ALL]["change_rms_percent"] / (changes[0] * (changes[1] / changes[0]) ** share))
 
 
-def every() -> str:
-    """Every texture and target, and the means."""
-    lines, numbers = [], []
-    for (texture, jnd), by in cases().items():
-        equal = at_equal_feel(texture, by)
-        one, everywhere = by[ONE], by[ALL]
-        ratio = everywhere["change_rms_percent"] / one["change_rms_percent"]
-        off = abs(everywhere["between_off_jnd"])
-        numbers.append((one["between_worst_jnd"], off, everywhere["between_worst_jnd"], ratio))
-        lines.append(
-            [
-                texture.removesuffix("-tile"),
-                f"{jnd:+d}",
-                _felt(one),
-                f"{one['between_worst_jnd']:.2f}",
-                _felt(everywhere),
-                f"{off:.3f}",
-                f"{everywhere['between_worst_jnd']:.2f}",
-                f"{one['change_rms_percent']:.1f}",
-                f"{everywhere['change_rms_percent']:.1f}",
-                f"{ratio:.2f}",
-                "-" if equal is None else f"{equal:.2f}",
-            ]
-        )
-    worst_one, off, worst, ratio = np.array(numbers).T
-    ends = (
-        f"{worst_one.max():.2f}",
-        "",
-        f"{off.max():.3f}",
-        f"{worst.max():.2f}",
-        "",
-        "",
-        f"{ratio.max():.2f}",
-        "",
+def as_text() -> str:
+    """How far held-out contact locations are from the target, on tiles and on plates, waves apart."""
+    tiles = cases().values()
+    surfaces = {
+        "tile of 10 mm, one location": [by[ONE] for by in tiles],
+        "tile of 10 mm, 16 locations": [by[ALL] for by in tiles],
+        "plate of 25 mm, 49 locations": committed("plates"),
+    }
+    return table(
+        ("optimised at", "cases", "mean off, JND: median, largest", "worst location off: median, largest"),
+        [
+            _line(name + (", waves" if apart else ""), [row for row in rows if _apart(row) == apart])
+            for apart in (False, True)
+            for name, rows in surfaces.items()
+        ],
     )
-    lines.append(["largest", "", "", *ends])
-    head = (
-        *("tile", "JND", "one place: JND between", "worst off", "all over: JND between", "mean off"),
-        *("worst off", "one place: pictures rms, %", "all over, %", "ratio", "ratio at equal feel"),
-    )
-    # The last column waits for the rows of one place aimed higher.
-    complete = any(line[-1] not in ("-", "") for line in lines)
-    return table(head, lines) if complete else table(head[:-1], [line[:-1] for line in lines])
 
 
-def _change(row: Row) -> str:
-    """Change of the pictures, mean and root mean square in % of the mean picture."""
-    return f"{row['change_percent']:.1f} / {row['change_rms_percent']:.1f}"
+def _apart(row: Row) -> bool:
+    return str(row["texture"]).startswith(LEFT_OUT)
 
 
-def _felt(row: Row) -> str:
-    """JND between the steered places: mean, least and largest."""
-    mean, least, most = (f"{row[f'between_{name}_jnd']:+.2f}" for name in ("mean", "least", "most"))
-    return f"{mean} ({least} to {most})"
+def _line(name: str, rows: Sequence[Row]) -> list[object]:
+    off = (np.abs([row[f"between_{key}_jnd"] for row in rows]) for key in ("off", "worst"))
+    return [name, len(rows), *(f"{np.median(each):.2f}, {each.max():.2f}" for each in off)]
+
+
+def ratios() -> tuple[list[float], list[float]]:
+    """Rms change all over, over that of one location: as it is, and at equal feel; waves left out."""
+    found = [(texture, by) for (texture, _), by in cases().items() if not texture.startswith(LEFT_OUT)]
+    plain = [by[ALL]["change_rms_percent"] / by[ONE]["change_rms_percent"] for _, by in found]
+    return plain, [one for texture, by in found if (one := at_equal_feel(texture, by)) is not None]

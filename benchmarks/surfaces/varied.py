@@ -2,17 +2,18 @@
 
 python -m benchmarks.surfaces.varied textures      # the strips and masks, from the bundled tiles
 retouch study benchmarks/surfaces/varied.toml -o runs/varied/study
-python -m benchmarks.surfaces.varied runs/varied/study    # writes results/varied.json, prints the table
+python -m benchmarks.surfaces.varied runs/varied/study    # writes results/varied.json and a table
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.common import load, machine, parser_of, save, table
+from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
 from benchmarks.shared.finished_studies import Row, folder_of, rows_in
 from mitsuba_scenes import find_texture
 from optimize.run_directory.finished_run import read_verification
@@ -39,8 +40,24 @@ def main() -> None:
     results |= {row["case"]: measured(Path(what), row) for row in rows_in(Path(what))}
     save("varied", results)
     cases = {name: case for name, case in results.items() if name != "machine"}
-    keys = [key for key in next(iter(cases.values())) if key != "places"]
-    print(table(["case", *keys], [[name, *(case.get(key) for key in keys)] for name, case in cases.items()]))
+    page = DOCS / "evidence" / "optimiser.md"
+    publish(page, "varied", "benchmarks.surfaces.varied STUDY", as_text(cases))
+
+
+def as_text(cases: Mapping[str, Any]) -> str:
+    """A row for each strip."""
+    heads = ("strip", "steps", "off target, JND: optimised, held out", "pictures, %", "CPU s")
+    lines = [
+        [
+            name,
+            case["steps"],
+            f"{case['worst_steered_jnd']:.2f}, {case['worst_between_jnd']:.2f}",
+            f"{case['picture_change_percent']:.2f}",
+            f"{case['cpu_s']:.0f}",
+        ]
+        for name, case in cases.items()
+    ]
+    return table(heads, lines)
 
 
 def write_textures() -> None:

@@ -1,4 +1,10 @@
-"""Contact solver of Retouch beside Tamaas, on a body that both have: a periodic half-space."""
+"""Contact solver of Retouch beside Tamaas, on a body that both have: a periodic half-space.
+
+python -m benchmarks.touch.half_space    # about five minutes on one core
+
+Tamaas, which nothing depends on, has to be importable: `pip install --no-deps --target FOLDER tamaas`, then
+with FOLDER on PYTHONPATH. Writes results/half_space.json and a place of docs/evidence/touch.md.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +18,7 @@ import scipy.sparse as sp
 import torch
 from scipy.ndimage import zoom
 
+from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
 from benchmarks.shared.pairs import in_pairs, ratio
 from benchmarks.touch.pressed_reliefs import SIDE, SIZE_MM
 from benchmarks.touch.relief_pressing import MEAN, SKIN
@@ -30,8 +37,30 @@ PAIRS = {128: 15, 512: 7, 1024: 5}
 """Pairs of runs by the samples along a side."""
 
 
+def main() -> None:
+    parser_of(__doc__).parse_args()
+    save("half_space", {"machine": machine(), "rows": list(beside_tamaas())})
+    publish(DOCS / "evidence" / "touch.md", "Tamaas", "benchmarks.touch.half_space", as_text())
+
+
+def as_text() -> str:
+    """Both solvers by the samples along a side."""
+    rows = [
+        [
+            f"{row['samples']} x {row['samples']}",
+            row["over_cpu_s"],
+            row["cpu_s"],
+            f"{row['ratio']:.2f} ({row['low']:.2f} to {row['high']:.2f})",
+            f"{row['pressures_off']:.0e}",
+        ]
+        for row in load("half_space")["rows"]
+    ]
+    heads = ("samples", "Retouch, CPU s", "Tamaas, CPU s", "ratio (95 %)", "pressures apart, of their peak")
+    return table(heads, rows)
+
+
 def beside_tamaas() -> Iterator[dict[str, Any]]:
-    """Rows by samples along a side: CPU seconds of both to one residual; a note where Tamaas is missing."""
+    """Rows by samples along a side: CPU seconds of both to one residual."""
     # Once Pardiso has run, Tamaas takes the Fourier transforms of its library, MKL, and a third of the time.
     sparse.factorised(sp.identity(2, format="csr"))
     tile = np.asarray(load_heights(find_texture("gravel-tile")), dtype=np.float64)
@@ -41,9 +70,6 @@ def beside_tamaas() -> Iterator[dict[str, Any]]:
         heights = np.ascontiguousarray(heights)
         body = PeriodicHalfSpace(samples, SIZE_MM, SKIN.poisson_ratio)
         theirs = tamaas_pressure(heights)
-        if theirs is None:
-            yield {"samples": samples, "note": "Tamaas is not installed"}
-            continue
         tolerance = TOLERANCE * FACTOR**8
         while measured(body, heights, theirs(tolerance))["residual"] > TOLERANCE:
             tolerance /= FACTOR
@@ -87,12 +113,10 @@ def measured(body: PeriodicHalfSpace, heights: Array, pressure: Array) -> dict[s
     }
 
 
-def tamaas_pressure(heights: Array) -> Callable[[float], Array] | None:
-    """Pressures (units of E) by Tamaas's Polonsky-Keer to a tolerance of its own; None if not installed."""
-    try:
-        import tamaas
-    except ImportError:
-        return None
+def tamaas_pressure(heights: Array) -> Callable[[float], Array]:
+    """Pressures (units of E) by Tamaas's Polonsky-Keer to a tolerance of its own."""
+    import tamaas
+
     tamaas.set_log_level(tamaas.LogLevel.warning)
     model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, [SIZE_MM] * 2, list(heights.shape))
     model.E, model.nu = 1.0, SKIN.poisson_ratio
@@ -103,3 +127,7 @@ def tamaas_pressure(heights: Array) -> Callable[[float], Array] | None:
         return np.array(model.traction)
 
     return solve
+
+
+if __name__ == "__main__":
+    main()

@@ -25,7 +25,7 @@ from relief.relief import Relief
 from relief.solids.body import Body
 from relief.solids.files import Mesh
 from retouch.verbs.fingers import own_finger
-from tactile.jnd import jnd_unless_smooth
+from tactile.jnd import jnd_apart
 from tactile.unstructured.meshing import Sizing
 
 COMMAND = "benchmarks.touch.own_finger"
@@ -82,29 +82,36 @@ def _cpu_s() -> float:
 
 
 def rows() -> list[list[Any]]:
-    """A row for each fingertip and texture: V, area and JND by both fingers, and how far apart they are."""
+    """How far V, area and JND of each fingertip are from the round finger: range over the textures."""
     found = []
     for row, content in load("own_finger")["rows"].items():
         felt = content["textures"]
-        for name in TEXTURES:
-            own, other = felt[name]["own"], felt[name]["round"]
-            v, a = (100.0 * (own[key] / other[key] - 1.0) for key in ("roughness", "contact_area_mm2"))
-            jnd = [
-                jnd_unless_smooth(felt[name][which]["roughness"], felt[TEXTURES[0]][which]["roughness"])
-                for which in ("own", "round")
-            ]
-            found.append(
-                [row, name, own["roughness"], f"{v:+.1f} %", own["contact_area_mm2"], f"{a:+.1f} %"]
-                + [f"{one:+.2f}" for one in jnd]
-            )
+        cells = [
+            _ends([100.0 * (felt[name]["own"][key] / felt[name]["round"][key] - 1.0) for name in TEXTURES], 1)
+            for key in ("roughness", "contact_area_mm2")
+        ]
+        by_own, by_round = (
+            [_from_first(felt, name, which) for name in TEXTURES[1:]] for which in ("own", "round")
+        )
+        off = [one - other for one, other in zip(by_own, by_round, strict=True)]
+        found.append([row, *cells, _ends(off, 2)])
     return found
+
+
+def _from_first(felt: dict[str, Any], name: str, which: str) -> float:
+    """JND of a texture from the first one, by one of the two fingers."""
+    return jnd_apart(felt[name][which]["roughness"], felt[TEXTURES[0]][which]["roughness"])
+
+
+def _ends(values: list[float], digits: int) -> str:
+    return f"{min(values):+.{digits}f} to {max(values):+.{digits}f}"
 
 
 def main() -> None:
     again = again_given(__doc__)
     for row, (radius, kind) in ROWS.items():
         kept("own_finger", "rows", row, partial(measured, radius, kind), again)
-    head = ("fingertip", "texture", "V", "from round", "A, mm²", "from round", "JND", "JND, round")
+    head = ("fingertip", "V, %", "contact area, %", "JND between textures")
     publish(DOCS / "evidence" / "touch.md", "own", COMMAND, table(head, rows()))
 
 

@@ -1,7 +1,7 @@
 """Forecast of a run: its input is checked, and its time, memory and disk are estimated; nothing is written.
 
 The seconds were measured on gravel in the studio, 128 samples over 10 mm and 256, and on plates of 25 and 80
-mm, on two cores of an AMD EPYC, the memory on 64 to 256 samples a side (docs/evidence/speed.md). They are
+mm, on two cores of an AMD EPYC, the memory on 64 to 256 samples a side. They are
 proportional to the samples or pixels; another machine or another scene may take half or twice as much.
 """
 

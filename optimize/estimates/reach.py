@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 import tactile
-from optimize.descent.driver import descend
+from optimize.descent.driver import Iterate, descend
 from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
@@ -44,7 +44,11 @@ SAMPLES = 64
 """Samples a pixel of rendered pictures. The noise of their change is far below the limit: on gravel 0.1 %."""
 
 
-def reach(scene: Scene, skin: Skin) -> Reach:
+Keep = Callable[[Iterate, float, float], object]
+"""Called with the end of each short descent, its JND, and the change of its pictures in % of white."""
+
+
+def reach(scene: Scene, skin: Skin, keep: Keep = lambda *sample: None) -> Reach:
     """Reach of the scene's relief, rougher and smoother.
 
     The fast models take the steps where the fast look can show the scene, else the exact ones.
@@ -52,6 +56,7 @@ def reach(scene: Scene, skin: Skin) -> Reach:
     Args:
         scene: with the relief.
         skin: the finger.
+        keep: called with each sample of the curve.
 
     Raises:
         InputError: a flat or smooth texture, or a scene without gradients of its pictures.
@@ -70,14 +75,21 @@ def reach(scene: Scene, skin: Skin) -> Reach:
     original = problem.press(scene.heights, gradients=False).values[ROUGHNESS.name]
     if (own := float(original.mean())) < SMOOTH_BELOW:
         raise InputError(f"{smooth_clause(own)}; there is no reach in just-noticeable differences from there")
-    changed, mean = _rendered_change(scene) if look_model(look).sampled else _change(scene, look)
+    changed, mean = _rendered_change(scene) if look_model(look).sampled else picture_change(scene, look)
     with stage("short descents", 2 * len(CURVE_JND), at_most=True) as advance:
-        rougher, smoother = (_curve(problem, original, sense, changed, advance) for sense in (1.0, -1.0))
+        rougher, smoother = (
+            _curve(problem, original, sense, changed, keep, advance) for sense in (1.0, -1.0)
+        )
     return Reach(rougher, smoother, touch, look, mean)
 
 
 def _curve(
-    problem: Problem, original: Array, sense: float, changed: Callable[[Array], float], advance: Stage
+    problem: Problem,
+    original: Array,
+    sense: float,
+    changed: Callable[[Array], float],
+    keep: Keep,
+    advance: Stage,
 ) -> ChangeCurve:
     ends: list[tuple[float, float]] = []
     mean = float(original.mean())
@@ -93,6 +105,7 @@ def _curve(
         reached = descend(method, targets, method.begin(0, heights, memory), STEPS).best
         jnd = sense * math.log(reached.means[ROUGHNESS.name] / mean) / math.log(ROUGHNESS_JND)
         ends.append((jnd, changed(reached.heights)))
+        keep(reached, sense * jnd, ends[-1][1])
         advance()
         _log.info("%+.2f JND: the pictures change by %.2f %% of white", sense * jnd, ends[-1][1])
         if not targets.met(reached.values):
@@ -105,7 +118,7 @@ def _curve(
     return ChangeCurve(min(crossed, counted), crossed <= counted, tuple(ends))
 
 
-def _change(scene: Scene, look: str) -> tuple[Callable[[Array], float], float]:
+def picture_change(scene: Scene, look: str) -> tuple[Callable[[Array], float], float]:
     """From heights to the mean change of the scene's pictures by a look without noise, and the mean picture.
 
     Both are means over the plate in % of white.
@@ -121,7 +134,7 @@ def _change(scene: Scene, look: str) -> tuple[Callable[[Array], float], float]:
 
 
 def _rendered_change(scene: Scene) -> tuple[Callable[[Array], float], float]:
-    """`_change` by rendered pictures: mean of an estimate that noise enlarges and one that noise lowers."""
+    """The same by rendered pictures: mean of an estimate that noise enlarges and one that noise lowers."""
     weights = pixel_weights(scene.plate_weights(), scene.weights)
     original = batched(scene, scene.heights, SAMPLES).pictures
 

@@ -20,13 +20,6 @@ FILES = (
 is resumed (`Run.files`)."""
 NAMES = ("touch.skin",)
 """Settings that only name what other settings spell out."""
-REGION = "touch.region."
-"""Prefix of the settings of a region, before its number."""
-INTRODUCED_IN_REGIONS = {"graded": False}
-"""Value of each key of a region with which runs behave as they did before the key existed. A key at this
-value is left out, so that earlier runs can be resumed and rows of studies stay known."""
-INTRODUCED = {"fill": False, "level": False}
-"""As `INTRODUCED_IN_REGIONS`, of keys of a run."""
 CHANGEABLE = (
     *("descent.steps", "verify.corrections", "verify.samples"),
     *("verify.distance_cm", "verify.baseline", "verify.jod"),
@@ -47,14 +40,4 @@ def all_settings(settings: Run) -> dict[str, Any]:
 def key_of(settings: Mapping[str, Any], sha256: Mapping[str, str]) -> dict[str, Any]:
     """The settings by dotted key, with checksums for files; arguments as in a `Verification`."""
     values = flattened(settings) | dict(sha256)
-    return {
-        name: value for name, value in values.items() if name not in NAMES and not _as_before(name, value)
-    }
-
-
-def _as_before(name: str, value: Any) -> bool:
-    """Whether a setting is a later key that changes nothing."""
-    key, later = name, INTRODUCED
-    if name.startswith(REGION):
-        key, later = name.rpartition(".")[2], INTRODUCED_IN_REGIONS
-    return key in later and value is later[key]
+    return {name: value for name, value in values.items() if name not in NAMES}

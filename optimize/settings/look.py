@@ -16,17 +16,18 @@ class Look(Section):
     """`[look]`: the pictures that are kept.
 
     Attributes:
-        model: of the pictures, for the descent; "auto": fast where it can show the scene, else exact.
-            To compare with: "shading", without shadows and ambient occlusion; "heights", height differences.
-        weight: w1; None: the method's own, 1 for gauss-newton and 0.1 for adam.
-        samples: a pixel, of pictures that Mitsuba renders for adam's steps; None: fixed samples, no noise.
-        masking: strength of the weights by which gauss-newton keeps smooth parts of the pictures better than
-            those of high contrast, in which changes hide; 0, the default: all alike.
-        broad: how much more gauss-newton minds a change of brightness over several millimetres than the same
-            change of fine detail; 0: no more.
-        shape: change of the pictures, in units of their mean, as which gauss-newton counts a change of the
-            relief by 1 mm; 0, the default: not at all. Bounds what no camera of the scene looks at: from the
-            side, relief that rises moves.
+        model: model of the pictures in the steps; "auto" is "fast" where that can show the scene, else
+            "exact". To compare with: "shading" has no shadows and no ambient occlusion, "heights" keeps the
+            heights.
+        weight: w1, the weight of the pictures; by default 1 for gauss-newton and 0.1 for adam.
+        samples: samples a pixel, of pictures that Mitsuba renders for the steps of adam; by default fixed
+            samples without noise.
+        masking: weight of contrast masking: pixels count 1 / (1 + masking c / mean c), with c the local
+            contrast of the original, so that smooth parts are kept better.
+        broad: low-pass term of the loss: how much more a change of brightness over several millimetres counts
+            than the same change of fine detail; the paper's is 0.
+        shape: weight of the height change: a change of 1 mm counts as a change of the pictures by so many
+            times their mean. It keeps the look from sides that the scene has no camera for.
     """
 
     model: Annotated[str, one_of(LOOKS, AUTO)] = EXACT
@@ -41,15 +42,15 @@ class Verify(Section):
     """`[verify]`: the check of the result.
 
     Attributes:
-        model: of touch that verifies: `fem`, finite elements; `layer`, the elastic layer, pressed on the
-            result from a cold start; `none`, no verification.
+        model: model of touch that verifies: finite elements; the elastic layer, pressed on the result from a
+            cold start; or no verification.
         resolution: nodes along a side of the finite elements, which are built once for each skin.
-        corrections: largest number of times that the goal of the descent is corrected where verification
-            finds the target missed.
-        samples: a pixel, of the pictures before and after; None: until their change is known.
-        distance_cm: from the eye to the plate, for FLIP and JOD.
+        corrections: largest number of corrections of the surrogate target.
+        samples: samples a pixel, of the pictures before and after; by default as many as their change needs,
+            up to 256.
+        distance_cm: from the eye to the plate, cm, for FLIP and JOD.
         baseline: whether the report shows the original scaled in height to the same target.
-        jod: whether JOD is computed, which takes two seconds and the package `cvvdp`.
+        jod: whether JOD is computed, which takes two seconds and the extra `jod`.
     """
 
     model: Literal["fem", "layer", "none"] = "fem"

@@ -20,11 +20,14 @@ class Print(Section):
     Numbers that are not given are those of the named printer. Once loaded, they are all there.
 
     Attributes:
-        printer: name of a printer (`relief.printers.PRINTERS`), or a printer file, whose name is
-            kept once its numbers are read; "own" where a number differs from its.
-        pixel_um, layer_um, min_feature_um, max_slope_degrees, max_relief_mm: as of
-            `relief.printers.Printer`. Without a name the smallest feature is three pixels, and slope
-            and relief are those that every printer of the table has.
+        printer: name of a printer, or a printer file (.toml); "own" where a number differs from its.
+        pixel_um: side of a pixel, or width of the spot or strand, µm; by default that of the named printer.
+        layer_um: thickness of a layer, µm; by default that of the named printer.
+        min_feature_um: width of the narrowest ridge or groove that comes out, µm; by default that of the
+            named printer, else three pixels.
+        max_slope_degrees: largest slope that comes out; by default that of the named printer, else 90,
+            upright walls.
+        max_relief_mm: greatest height of a relief; by default that of the named printer, else 20.
         keep_features: whether prints are without ridges and grooves narrower than the smallest feature.
     """
 

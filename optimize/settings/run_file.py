@@ -49,15 +49,18 @@ class DescentSettings(Section):
     """`[descent]`: the method and its settings.
 
     Attributes:
-        method: of the descent; "scaling", the original scaled in height and then sideways, to compare with.
+        method: optimiser: Gauss-Newton, the paper's Adam, or the baseline, which scales the original in
+            height and then sideways.
         steps: largest number of steps.
-        tolerance: largest relative error of a target that counts as met.
-        shadow_edges: whether gradients of pictures follow moving shadows.
-        learning_rate: Adam's, mm; the paper's value.
-        growth: of the weight of the targets over Adam's steps, as a factor; 1, the paper's: constant.
-        smoothing: lambda of the smoothed metric of Adam's steps; 0, the paper's: sample by sample.
-        stop: when Adam stops: "schedule", after all its steps; "paper", at the paper's bounds.
-        regularisation: w2.
+        tolerance: largest relative error of a target that counts as met; 0.1 with the stopping rule "paper".
+        shadow_edges: whether gradients of pictures include the boundary term of shadows.
+        learning_rate: Adam's learning rate, mm; the default is the paper's.
+        growth: factor by which the weight of the targets grows over Adam's steps; the paper's is 1, constant.
+        smoothing: lambda of the smoothed metric of Adam's steps; the paper's is 0, sample by sample.
+        stop: when Adam stops: after all its steps, or at the paper's bounds (targets within the tolerance,
+            pictures within 2 % of white, root mean square).
+        regularisation: w2, the weight of differences between neighbouring pixels of the change of the
+            pictures.
     """
 
     method: Annotated[str, one_of(METHODS)] = "gauss-newton"
@@ -83,19 +86,19 @@ class DescentSettings(Section):
 
 
 class Run(Section):
-    """The settings of one run.
+    """The settings of one run; once loaded, paths are absolute and `repeats` is not None.
 
     Attributes:
-        scene, texture: files; absolute paths once loaded.
+        scene: Mitsuba scene (.xml), or the name of a bundled one.
+        texture: height map, or the name of a bundled one.
         size_mm: width of the plate, mm; by default that of the texture's header, else that of the scene.
         relief_mm: height of white above black, mm, in a picture; by default that of its header.
-        height_scale: mm for a height of 1 in a file that holds heights, by default the file's own unit or mm;
-            without meaning for pictures.
-        fill: whether samples that were not measured are filled from around.
-        level: whether the tilt of the texture is taken out.
-        repeats: whether the relief goes on as itself beyond its rim: along both axes, or along "x" or "y"; by
-            default as the texture's header says. Never None once loaded.
-        seed: of all random numbers.
+        height_scale: mm for a height of 1 in a file that holds numbers, by default the file's own unit or mm.
+        fill: whether holes (samples that were not measured) are filled smoothly from around.
+        level: whether the tilt of the texture, the plane by least squares, is taken out.
+        repeats: whether the relief is a tile, along both axes or along one; by default as the texture's
+            header says, else false.
+        seed: seed of all random numbers.
         define: values of the scene's parameters, by name.
         touch, look, descent, verify, print: the sections of the run file.
     """

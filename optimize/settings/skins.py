@@ -22,8 +22,16 @@ class SkinKeys(Section):
     """The keys of a skin file, which `[touch]` of a run file has as well.
 
     Attributes:
-        young_modulus_mpa, poisson_ratio, force_n, thickness_mm, depth_mm, layers, shape, radius_mm and
-            across_mm: as in `tactile.Skin`.
+        young_modulus_mpa: Young's modulus of the skin, MPa; with layers, that of the base below them.
+        poisson_ratio: Poisson's ratio of the skin; 0.5 would be incompressible.
+        force_n: normal force of the finger, N.
+        thickness_mm: thickness of the skin over the bone, mm.
+        depth_mm: depth of the receptors below the surface, mm, less than the thickness.
+        layers: up to 8 layers above the base, from the surface down, each [thickness in mm, modulus in MPa]:
+            at least 0.02 mm, and between a thousandth and a thousand times as stiff as the base.
+        shape: flat and square, or a round fingerpad on a round bone.
+        radius_mm: radius of a round finger along its length, the relief's y axis, mm, 3 to 100.
+        across_mm: radius of a round finger across it, mm, 3 to 100; by default as along.
     """
 
     young_modulus_mpa: Positive = 0.5

@@ -5,7 +5,7 @@ import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic.fields import FieldInfo
@@ -35,7 +35,7 @@ def one_of(table: Iterable[str], *others: str) -> BeforeValidator:
             raise ValueError(f"Input should be {', '.join(first)} or {last}")
         return value
 
-    return BeforeValidator(check)
+    return BeforeValidator(check, json_schema_input_type=Literal[(*table, *others)])
 
 
 def read_toml(path: Path) -> dict[str, Any]:

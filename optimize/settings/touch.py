@@ -114,7 +114,7 @@ class _RegionModel(Section):
     """`[[touch.region]]`: a part of the surface with a feel of its own; the goals are added below.
 
     Attributes:
-        mask: picture or array over the whole surface, white or above 0.5 in the region; absolute once loaded.
+        mask: picture or array over the whole surface, white or above 0.5 in the region.
         graded: whether the mask's grey, 0 to 1, is the share of the way from the original's feel to the goal.
     """
 
@@ -156,23 +156,26 @@ class _TouchModel(SkinKeys):
     (`optimize.runs.goal_maps`).
 
     Attributes:
-        model: of touch, for the descent.
-        spacing_mm: greatest distance between neighbouring contact locations, mm; by default less for a
-            round one.
-        fingers: "range" draws other fingers (`tactile.fingers`) to the same change as well.
-        fingers_weight: picture change, rms in % of the mean, that counts as much as one just-noticeable
-            difference of the other fingers from that change.
-        skin: name or file whose values the keys of `SkinKeys` have that are not given; "own" where one of
-            those that are given differs.
-        curved_x_mm: radius, mm, of the object that will carry the texture, along x: positive where it bulges,
-            negative where it is hollow; None: straight, as a plate is.
+        model: model of touch in the steps.
+        spacing_mm: greatest distance between neighbouring contact locations, mm; by default 2.5, of a round
+            finger 2.
+        fingers: "range" optimises the other fingers of every report (softer, stiffer, shallower and deeper
+            receptors) toward the same change as well.
+        fingers_weight: picture change, root mean square in % of the mean, that counts as much as one JND by
+            which the other fingers miss that change.
+        skin: name or file of a finger, whose values the keys of a skin have that are not given; "own" where
+            one that is given differs.
+        curved_x_mm: radius of the object that will carry the texture, along x, mm, 3 to 10,000: positive
+            where the object bulges, negative where it is hollow; by default straight.
         curved_y_mm: the same along y.
-        axis: "x", from left to right, unless it is "y", from top to bottom.
+        axis: axis of `roughness_from` and `roughness_to`: "x", the default, from left to right, or "y" from
+            top to bottom.
         region: parts of the surface with a feel of their own; the rest keeps the original's.
-        feel_of: height map whose feel is the goal; absolute once loaded, and a file where it named a run.
-        feel_of_relief_mm: mm of white above black, if that is a picture; by default that of its header.
-        feel_of_repeats: whether that is a tile; None: as its header says, else as this texture.
-        feel_of_quantity: which of its quantities of touch are goals, a key of `FEEL_OF_QUANTITIES`.
+        feel_of: height map, name of a bundled one or folder of a run whose feel is the goal.
+        feel_of_relief_mm: height of white above black there, mm, if it is a picture; by default that of its
+            header.
+        feel_of_repeats: whether it is a tile; by default as its header says, else as this texture.
+        feel_of_quantity: which quantities of it are goals; by default roughness.
     """
 
     model: Literal["layer", "quick", "net"] = "layer"

@@ -1,7 +1,7 @@
 """The verification of a result: what was measured of it, typed. `result.json` is its dump.
 
-Attributes have the names of the keys, which docs/explanation/verification.md explains, unless `Keys` says
-otherwise.
+Attributes have the names of the keys, unless `Keys` says otherwise. The docstrings are the text of
+docs/reference/json.md.
 """
 
 from __future__ import annotations
@@ -28,7 +28,15 @@ EachPlace = Mapping[str, tuple[float, ...]]
 
 
 class Stop(Section):
-    """Why the descent stopped: the name and the sentence of a `StopReason`, and steps made and kept."""
+    """Why the descent stopped.
+
+    Attributes:
+        reason: `converged`, `within_bounds`, `step_limit` (target met); `short_of_target`, `not_confirmed`,
+            `unreachable`, `non_finite`, `contact_failed` or `interrupted`.
+        message: the same in a sentence.
+        steps: steps made.
+        best_step: the step whose relief is the result.
+    """
 
     reason: str
     message: str
@@ -37,7 +45,16 @@ class Stop(Section):
 
 
 class FingerChange(Section):
-    """What one of the other fingers feels; `jnd` is None if one of the reliefs is smooth."""
+    """What one of the other fingers feels.
+
+    Attributes:
+        name: name of the finger.
+        young_modulus_mpa: modulus of its skin, MPa.
+        depth_mm: depth of its receptors, mm.
+        initial_roughness: V of the original.
+        roughness: V of the result.
+        jnd: JND between the two; null if one of them is smooth.
+    """
 
     name: str
     young_modulus_mpa: float
@@ -48,14 +65,17 @@ class FingerChange(Section):
 
 
 class Fingers(Section):
-    """What other fingers feel of a change, by `optimize.verification.other_fingers`.
+    """What other fingers feel of a change (`optimize.verification.other_fingers`).
 
     Attributes:
-        count: of fingers.
-        places: where each of them presses.
-        jnd_mean, jnd_min, jnd_max, jnd_std: None where a relief is smooth to one of the fingers.
-        each: the fingers.
-        weight: by which a descent drew them along; None if it did not.
+        count: number of other fingers.
+        places: number of contact locations where each presses.
+        jnd_mean: mean change over the fingers, JND; null where a relief is smooth to one of them.
+        jnd_min: least of these changes.
+        jnd_max: greatest of these changes.
+        jnd_std: standard deviation of these changes.
+        each: each of the fingers.
+        weight: `touch.fingers_weight` if the run optimised for a range of fingers; else null.
     """
 
     count: int
@@ -69,7 +89,14 @@ class Fingers(Section):
 
 
 class Spread(Section):
-    """Just-noticeable differences from the original over places; None where all are flat."""
+    """Just-noticeable differences from the original over contact locations.
+
+    Attributes:
+        count: number of contact locations.
+        jnd_mean: mean change over them, JND; null where all are smooth.
+        jnd_min: least of these changes.
+        jnd_max: greatest of these changes.
+    """
 
     count: int
     jnd_mean: float | None = None
@@ -78,14 +105,16 @@ class Spread(Section):
 
 
 class Measured(Spread):
-    """What a finger that was measured feels of a change, by `optimize.verification.other_fingers`.
+    """What a finger fitted to measurements feels of a change (`optimize.verification.other_fingers`).
 
     Attributes:
-        skin: its name.
+        skin: name of the finger.
         force_n: its force, N.
-        count: places where it presses.
-        initial_roughness, roughness: means over the places.
-        jnd_mean: of these means; None, as its ends, where a relief is smooth to this finger or the run's own.
+        count: number of contact locations where it presses.
+        initial_roughness: V of the original, mean over the contact locations.
+        roughness: V of the result, mean over the contact locations.
+        jnd_mean: JND between the two means of V; null, as its ends, where a relief is smooth to this finger
+            or to the run's own.
     """
 
     skin: str
@@ -98,11 +127,14 @@ class SurfaceBand(Section):
     """Change of the skin's surface in a band of wavelength (`optimize.verification.surface_bands`).
 
     Attributes:
-        least_mm, most_mm: wavelengths of the band.
-        held: share of the band that the grid holds, 0 to 1.
-        initial_um, final_um, change_um: rms of the skin's displacement by original and result, and of the
-            difference of the two.
-        threshold_um: rms of a wave as high as the lowest dot that people detect on a smooth plate.
+        least_mm: shortest wavelength of the band, mm.
+        most_mm: longest wavelength of the band, mm.
+        held: share of the band that the samples hold, 0 to 1.
+        initial_um: displacement of the skin's surface by the original, µm rms.
+        final_um: the same by the result.
+        change_um: the same of the difference of the two.
+        threshold_um: rms of a wave as high as the lowest raised dot, as wide as half the wave, that people
+            detect on a smooth plate; a scale, no limit.
     """
 
     least_mm: float
@@ -115,11 +147,13 @@ class SurfaceBand(Section):
 
 
 class PlaceValues(Spread):
-    """What is felt at each of n places.
+    """What is felt at each of n contact locations.
 
     Attributes:
-        centres_mm: (n, 2), from the first row's and the first column's edge.
-        initial, verified, target: (n,) by quantity; no target for a quantity without one.
+        centres_mm: n pairs, mm down from the first row's and right from the first column's edge.
+        initial: values of the original, n each.
+        verified: values of the result, n each.
+        target: goals, n each; absent for a quantity without a target.
     """
 
     centres_mm: tuple[tuple[float, float], ...]
@@ -129,12 +163,13 @@ class PlaceValues(Spread):
 
 
 class Places(Spread):
-    """Feel over a surface: at the places of the descent, and between them.
+    """Feel over a surface: at the contact locations that were optimised, and between them.
 
     Attributes:
-        farthest_from_target_jnd: of any place; None without a target of roughness.
-        steered: places of the descent.
-        between: places between them; None if there are none.
+        farthest_from_target_jnd: largest distance of a contact location from its goal, JND; null without a
+            target of roughness.
+        steered: contact locations that were optimised.
+        between: held-out contact locations between them, 64 at most; null if there are none.
     """
 
     farthest_from_target_jnd: float | None = None
@@ -163,11 +198,11 @@ class FeelOf(Section):
     """The feel of another relief that was the target (`optimize.runs.feel_of`).
 
     Attributes:
-        name: of the other relief.
-        quantities: names of those that are targets.
-        model: of touch.
-        values: means over the places of the other relief.
-        places: their count, and the least and largest of each quantity.
+        name: name of the other relief.
+        quantities: names of the quantities that are targets.
+        model: model of touch.
+        values: value of the other relief, mean over its contact locations.
+        places: `count` of these contact locations, and least and largest value of each quantity.
     """
 
     name: str
@@ -181,17 +216,23 @@ class Touch(Section):
     """Feel of the result.
 
     Attributes:
-        model: of touch, by which the descent was steered.
-        target, initial, achieved, verified: means over the places, by quantity: goal; of the original by the
-            verifying model; of the result by the model that steers, and by the verifying one.
-        verified_by: the verifying model; None without verification, as the values of `verified`.
-        contact_fraction, initial_contact_fraction: share of the plate under pressure of the result and of
-            the original, means over the places by the model of `verified`.
-        contact_error_bound: largest bound of the error of a contact's energy, over the elastic energy, of
-            original and result by the same model.
-        jnd_from_original: just-noticeable differences; None if one of the reliefs is smooth.
-        surface_bands: change of the skin's surface by bands of wavelength, from short to long; None where two
-            models pressed on original and result.
+        model: model of touch in the steps.
+        target: goal, mean over the contact locations; null for a quantity without one.
+        initial: value of the original, by the verifying model.
+        achieved: value of the result, by the model of the steps.
+        verified: value of the result, by the verifying model; null without verification.
+        verified_by: the verifying model; null without verification.
+        contact_fraction: share of the patch under pressure, of the result.
+        initial_contact_fraction: the same of the original.
+        contact_error_bound: largest upper bound of the error of a contact's energy, in units of the elastic
+            energy, over original and result.
+        jnd_from_original: just-noticeable differences between original and result; null if one is smooth.
+        feel_of: the other relief whose feel was the target; else null.
+        fingers: other fingers; null where the contact of one does not converge.
+        measured: a finger fitted to measurements on people.
+        surface_bands: the skin's surface by bands of wavelength, from short to long; null where two models
+            pressed on original and result.
+        places: the contact locations; null if there is one.
     """
 
     model: str | None = None
@@ -224,10 +265,11 @@ class IterationValues(Section):
     """One outer iteration: a descent and its verification.
 
     Attributes:
-        surrogate_target, achieved, verified: by quantity: goal of the descent; value that it reached by the
-            model that steers; value by the verifying model.
-        relative_error: largest of a target, by the verifying model.
-        steps: number of the last step.
+        surrogate_target: goal of its steps, by their model.
+        achieved: value that it reached, by the model of the steps.
+        verified: value that it reached, by the verifying model.
+        relative_error: largest relative error of a target, as verified; a ratio, not %.
+        steps: number of its last step.
     """
 
     surrogate_target: Annotated[Values, Keys(("surrogate_target_", "aimed_"), each=True)]
@@ -247,10 +289,10 @@ class OuterIterations(Section):
     """The outer iterations, each a descent and its verification.
 
     Attributes:
-        resolution: nodes of the verifying mesh along a side; None for a model without a mesh.
-        miss_percent: largest relative error of a target, as verified; None without verification.
-        surrogate_initial: of the original by the model that steers, by quantity.
-        each: none without verification.
+        resolution: nodes of the verifying mesh along a side; null for a model without a mesh.
+        miss_percent: largest relative error of a target, as verified, %; null without verification.
+        surrogate_initial: value of the original, by the model of the steps.
+        each: the outer iterations in order; none without verification.
     """
 
     resolution: int | None = None
@@ -262,7 +304,18 @@ class OuterIterations(Section):
 
 
 class ChangePercent(Section):
-    """A change of pictures in percent of some radiance; see `optimize.verification.picture_change.Change`."""
+    """A change of pictures in percent of some radiance (`optimize.verification.picture_change.Change`).
+
+    Attributes:
+        estimate: the mean absolute difference as it is reported: middle between its bounds.
+        mean: upper bound: as read from the pictures, which noise only enlarges.
+        mean_error: standard error of `mean` over other random numbers.
+        mean_at_least: lower bound: each batch counted by the sign that the others have.
+        noise_floor: what `mean` would be had nothing changed.
+        rms: root mean square difference as read from the pictures.
+        rms_less_noise: root of the unbiased mean square: the mean product of differing batches.
+        rms_error: its standard error by the jackknife.
+    """
 
     estimate: float
     mean: float
@@ -275,7 +328,19 @@ class ChangePercent(Section):
 
 
 class PictureNoise(Section):
-    """How well the change of pictures is known: the name and sentence of a `Certainty`, and the numbers."""
+    """How well the change of pictures is known.
+
+    Attributes:
+        certainty: `known`, `coarse`, `within_noise` or `same`.
+        message: the same in a sentence.
+        batches: number of independent pictures of which each picture is the mean.
+        standard_error_percent: each condition: rms standard error of a pixel of the plate, after, % of their
+            mean.
+        change_percent_of_mean: the change in % of the mean picture before.
+        change_percent_of_white: the change in % of the radiance of white.
+        conditions_percent_of_mean: the same as the first, of each condition alone.
+        conditions_percent_of_white: the same as the second, of each condition alone.
+    """
 
     certainty: str
     message: str
@@ -291,12 +356,35 @@ class PictureChange(Section):
     """The change of the pictures.
 
     Attributes:
-        conditions: their names.
-        model: of pictures, by which a descent was steered.
-        step_bias_percent: of each condition, by which the pictures of steps differed from rendered ones at
-            the start, % of their mean; None where steps look at no such pictures, as the other two.
-        step_change_percent: as `change_percent`, by the pictures of steps.
-        step_note: a sentence, if the verified change is much larger than that.
+        conditions: names of the rendering conditions: a light, seen by a camera.
+        model: model of the pictures of the steps.
+        step_bias_percent: each condition: rms difference of the steps' pictures of the original from rendered
+            ones without interreflection, free of noise, % of their mean; null, as the next two, where steps
+            see no such pictures.
+        step_change_percent: as `change_percent`, by the pictures of the steps.
+        step_note: a sentence if the verified change is much larger than that, with the likely reason; else
+            null.
+        change_percent: the change that is reported: mean absolute difference over the pixels that show the
+            plate, % of their mean before.
+        change_rms_percent: root mean square difference over the same pixels, less noise, % of their mean
+            before.
+        change_percent_of_white: as `change_percent`, in % of the radiance of white.
+        change_rms_percent_of_white: as `change_rms_percent`, in % of the radiance of white.
+        plate_share: each condition: share of its pixels that show the plate.
+        pixel_change_percent: each condition: mean absolute difference over all pixels of the film, % of
+            white.
+        rms_change_percent: each condition: root mean square difference over all pixels, % of white.
+        mean_change_percent_of_mean: mean absolute difference over all pixels, all conditions alike, % of
+            their mean.
+        rms_change_percent_of_mean: root mean square of the same.
+        dssim: each condition: structural dissimilarity of the pictures as displayed, 0 to 1.
+        flip: each condition: FLIP of the pictures as displayed, 0 to 1.
+        jod: each condition: just-objectionable differences, 10 for equal pictures; null unless
+            `verify.jod`.
+        pixels_per_degree: each condition: pixels in a degree of the visual field, for FLIP and JOD.
+        distance_cm: from the eye to the plate, cm.
+        samples: samples a pixel, of each final picture.
+        noise: how well the change is known.
     """
 
     conditions: tuple[str, ...] = ()
@@ -323,7 +411,16 @@ class PictureChange(Section):
 
 
 class Heights(Section):
-    """Heights of the result, and how they changed."""
+    """Heights of the result, and how they changed.
+
+    Attributes:
+        min_mm: lowest height of the result, mm.
+        max_mm: highest height of the result, mm.
+        frozen_fraction: share of the area more than 3 mm below the top of the original, which stays as it
+            was.
+        lift_mm: mean change of the heights, which is not felt, mm.
+        rms_change_mm: root mean square change about that mean, mm.
+    """
 
     min_mm: float
     max_mm: float
@@ -333,7 +430,13 @@ class Heights(Section):
 
 
 class Faults(Section):
-    """What of a print is beyond the limits of its printer (`relief.printed.faults`)."""
+    """What of a print is beyond the limits of its printer (`relief.printed.faults`).
+
+    Attributes:
+        too_steep_percent: area that is steeper than `max_slope_degrees`, %.
+        too_fine_percent: area of ridges and grooves narrower than `min_feature_um`, %.
+        too_high_mm: height beyond `max_relief_mm`, mm.
+    """
 
     too_steep_percent: float
     too_fine_percent: float
@@ -341,7 +444,13 @@ class Faults(Section):
 
 
 class DesignNumbers(Section):
-    """The original before layers are cut, against its print."""
+    """The original before layers are cut, against its print.
+
+    Attributes:
+        jnd_of_print: JND of the original's print from its design; null if one is smooth.
+        seen_change_percent: picture change between design and print of the original that the eye resolves, %.
+        too_steep_percent: area of the design that is steeper than `max_slope_degrees`, %.
+    """
 
     jnd_of_print: float | None
     seen_change_percent: float
@@ -349,7 +458,20 @@ class DesignNumbers(Section):
 
 
 class PrintNumbers(Section):
-    """The prints of original and result, and the numbers of their printer."""
+    """The prints of original and result, and the numbers of their printer.
+
+    Attributes:
+        printer: name of the printer.
+        pixel_um, layer_um, min_feature_um, max_slope_degrees, max_relief_mm, keep_features: as in the run
+            file.
+        pixels: rows and columns of the plate.
+        acuity_arcmin: angle that a good eye resolves, minutes of arc.
+        seen_change_percent: `look.change_percent` of pictures without detail below that angle, at
+            `verify.distance_cm`.
+        design: the original's design against its print.
+        faults_before: faults of the original's print.
+        faults_after: faults of the result's print.
+    """
 
     printer: str
     pixel_um: float
@@ -370,15 +492,20 @@ class Verification(Section):
     """What was measured of the result of a run.
 
     Attributes:
-        outer: the outer iterations.
-        printed: None without a printer.
-        time_s, cpu_s: seconds of each part and in total, of the clock and of the processor.
-        skin: its name and its values.
-        versions: of packages.
-        variant: Mitsuba's.
-        seed: of the random numbers.
-        settings: every setting of the run.
-        sha256: checksums of its files.
+        stop: why the run ended.
+        touch: feel of the result; values of quantities are means over the contact locations.
+        outer: verification by the second model.
+        look: change of the pictures.
+        heights: heights of the result.
+        printed: the prints; null without a printer.
+        time_s: wall-clock seconds of each part and in `total`.
+        cpu_s: CPU seconds of each part and in `total`.
+        skin: `name` of the finger, and its parameters.
+        versions: versions of the packages.
+        variant: variant of Mitsuba.
+        seed: seed of the random numbers.
+        settings: every setting of the run, as in a run file.
+        sha256: checksums of the files that the run read.
     """
 
     stop: Stop

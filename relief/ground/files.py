@@ -48,8 +48,32 @@ def locked(folder: Path, *, wait: bool = False) -> Iterator[None]:
         os.close(descriptor)
 
 
+def lock_holder(folder: Path) -> int | None:
+    """Return the number of the process that holds the lock of a folder.
+
+    Args:
+        folder: The folder.
+
+    Returns:
+        The number of the process in Linux's table of locks. None if nobody holds the lock, or if the process
+        cannot be seen from here: it belongs to another user or container, or the system has no such table.
+    """
+    with suppress(OSError):
+        place = folder.stat()
+        for line in Path("/proc/locks").read_text().splitlines():
+            # "1: FLOCK ADVISORY WRITE 4412 fe:00:2147666 0 EOF"; who waits has "->" in place of "FLOCK".
+            _, kind, _, _, process, where, *_ = line.split()
+            if kind == "FLOCK" and where.endswith(f":{place.st_ino}"):
+                # The table has other numbers of devices than `stat` on some file systems, as on btrfs.
+                for opened in Path(f"/proc/{process}/fd").iterdir():
+                    with suppress(FileNotFoundError):
+                        if os.path.samestat(opened.stat(), place):
+                            return int(process)
+    return None
+
+
 @contextmanager
-def only_writer(folder: Path) -> Iterator[None]:
+def only_writer(folder: Path, held: str = "another command is writing into this folder") -> Iterator[None]:
     """Keep a folder to this writer until the block ends; the folder is made if it is missing.
 
     The lock is on the folder itself (``flock``), so that a killed process leaves nothing behind. The lock
@@ -58,6 +82,7 @@ def only_writer(folder: Path) -> Iterator[None]:
 
     Args:
         folder: The folder that the block writes into.
+        held: What the message says, after the name of the folder, if another writer holds it.
 
     Raises:
         InputError: The folder is a file, or another writer holds it.
@@ -71,7 +96,7 @@ def only_writer(folder: Path) -> Iterator[None]:
         try:
             lock.enter_context(locked(folder))
         except BlockingIOError:
-            raise InputError(f"{folder}: another command is writing into this folder") from None
+            raise InputError(f"{folder}: {held}") from None
         except (ImportError, OSError) as error:
             _log.info("%s: no lock: %s", folder, error)
         yield

@@ -31,7 +31,7 @@ SAME_DESIGN = 0.75
 """Least quality of a print, where its rivals fit much worse: scans of other plates reach 0.3 to 0.7."""
 SURELY_SAME = 0.85
 """Least quality of a print, where a rival fits as well, as of a design that is its own mirror image. The
-mirror image of a design of a few hills fits by up to 0.8 (docs/evidence/fabrication.md)."""
+mirror image of a design of a few hills fits by up to 0.8."""
 BETTER = 0.15
 """Quality by which a fit is much better than another."""
 EQUAL = 1.5

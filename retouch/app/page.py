@@ -72,7 +72,10 @@ class AppPage:
         for name, link in self._links.items():
             link.props(f"aria-current={'page' if name == self._panels.value else 'false'}")
         if self._panels.value == FeelStage.name:
+            session.drafts.want()
             session.want_reach()
+        else:
+            session.drafts.warm()
         session.outcomes.want_sides()
         for stage in self._stages:
             stage.refresh()

@@ -5,6 +5,7 @@ import json
 import os
 import re
 import tempfile
+from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -112,6 +113,17 @@ def _file(file: Path, allowed: bool, **settings: Any) -> Response:
     return FileResponse(file, **settings)
 
 
+async def _parts(request: Request) -> AsyncIterator[bytes]:
+    """The parts of what a request carries. Raises InputError if it is cut off, which nobody hears."""
+    more = True
+    while more:
+        message = await request.receive()
+        if message["type"] == "http.disconnect":
+            raise InputError("cut off")
+        yield message.get("body", b"")
+        more = message.get("more_body", False)
+
+
 async def _received(request: Request, name: str, folder: Path) -> Path:
     """Write what a request carries into a folder. Raises InputError or OSError."""
     safe_name(name, folder)
@@ -126,7 +138,7 @@ async def _received(request: Request, name: str, folder: Path) -> Path:
     try:
         received = 0
         with os.fdopen(descriptor, "wb") as file:
-            async for part in request.stream():
+            async for part in _parts(request):
                 received += len(part)
                 if received > MOST_UPLOADED:
                     raise InputError(f"{name[:60]}: more than {MOST_UPLOADED >> 20} MiB")

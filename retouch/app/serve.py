@@ -141,7 +141,7 @@ async def _look_after(session: Session) -> None:
 
 def _stop_runs(queue: Queue) -> None:
     """Ask the runs under way to stop, and say how they go on."""
-    if not queue.under_way():
+    if not any(job.started_here for job in queue.jobs):
         return
     print("the run under way is asked to stop; its best relief is being written", file=sys.stderr)
     for job in queue.stop_all(PATIENCE_S):

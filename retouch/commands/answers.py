@@ -39,8 +39,8 @@ examples:
       --values rougher:left=first,right=second
   retouch answers runs/gravel-set answers.csv --skin-out mine.toml --press press.csv
 
-SET then holds answers.html and answers.json. The guide's page "A study with people" says how the
-numbers are computed.
+SET then holds answers.html and answers.json. The guide's page "Statistics of answers" says how
+the numbers are computed.
 """
 
 

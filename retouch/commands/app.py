@@ -50,20 +50,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     if importlib.util.find_spec("nicegui") is None:
         raise InputError("retouch app needs NiceGUI; install it with: pip install 'retouch[app]'")
-    picture = None
-    if arguments.picture is not None:
-        picture = arguments.picture
-        if not find_texture(picture).is_file():
-            raise InputError(f"{picture}: no such file")
+    picture = arguments.picture
+    if picture is not None and not find_texture(picture).is_file():
+        raise InputError(f"{picture}: no such file")
     # Imported here: the other verbs need no server. Its worker starts first, as the server takes a second.
     from retouch.app.state.session import Session
 
-    chosen, session = None if picture is None else str(picture), Session()
-    session.open(chosen)
-    try:
+    session = Session()
+    with session.opened(picture) as chosen:
         from retouch.app.serve import serve
 
         serve(session, chosen, arguments.port, arguments.browser)
-    finally:
-        session.close()
     return 0

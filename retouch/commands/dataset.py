@@ -29,7 +29,7 @@ examples:
   retouch dataset -o data --count 6300 --textures ~/materials --optimised runs/optimised
   retouch dataset -o data --count 100000 --touch layer --lights studio --dask tcp://10.0.0.1:8786
 
-The guide's page "Surrogates" describes the format.
+The guide's page "Formats, fingers and printers" describes the format.
 
 exit status: 0 if every texture has its fields; 1 if some have none, which failures.jsonl lists.
 """

@@ -46,8 +46,8 @@ examples:
 
 DIR then holds index.html (pictures, verified levels, and how often people should tell plates apart), print/
 with a 3MF of each texture, experiment/ with the plan of the trials and a page that takes answers, plates.csv,
-pairs.csv, stimuli.json, and rows/, the run directories. The guide's page "A study with people" says how
-the predictions are made, and how an experiment is run.
+pairs.csv, stimuli.json, and rows/, the run directories. The guide's page "Statistics of answers" says how
+the predictions are made, and "A study with people" how an experiment is run.
 
 exit status: 0 if every plate is done; 1 if some have failed; 2 for bad input; 130 if interrupted. After 1
 and 130 the same command goes on.

@@ -15,12 +15,13 @@ class ComparedSide(Section):
 
     Attributes:
         name: as the page calls it.
-        file: of the heights.
-        size_mm: side of the plate.
-        samples, rows: of the heights, along a row and along a column.
-        relief_mm: from the lowest to the highest point.
-        values: of touch, means over the places, by quantity.
-        contact_fraction: share of the plate in contact.
+        file: file of the heights.
+        size_mm: width of the plate, mm.
+        samples: samples along x.
+        rows: samples along y.
+        relief_mm: from the lowest to the highest point, mm.
+        values: value of the quantity, mean over the contact locations.
+        contact_fraction: share of the patch under pressure.
     """
 
     name: str
@@ -37,19 +38,23 @@ class Compared(Section):
     """Numbers of a comparison, as `retouch compare --json` prints them.
 
     Attributes:
-        jnd_apart: just-noticeable differences by which the second is rougher; None if one is smooth.
-        places: the same over the places; None if there is one, or if their numbers differ.
-        told_apart_probability: of ranking both by touch rightly.
-        look: change of the pictures; None if they are not compared.
-        no_look: why they are not compared.
-        scene: of the pictures.
-        skin: its name and its values.
-        model: of touch.
-        fingers: what other fingers feel.
-        surface_bands: change of the skin's surface by bands of wavelength where `jnd_apart` is None; None on
-            reliefs of two surfaces.
-        measured: what a measured finger feels; None if the reliefs differ in size, samples or repeats.
-        page: that was written.
+        first: the first relief, or the original of a run.
+        second: the second relief, or the result of a run.
+        jnd_apart: just-noticeable differences by which the second is rougher (+) or smoother (-); null if one
+            is smooth.
+        places: the same over the contact locations; null if there is one, or if their numbers differ.
+        told_apart_probability: probability of naming the rougher one in one touch of both.
+        look: change of the pictures from first to second, as `look` of result.json; null if they are not
+            compared.
+        no_look: why they are not compared, in a sentence; else null.
+        scene: scene of the pictures.
+        skin: `name` of the finger, and its parameters.
+        model: model of touch.
+        fingers: other fingers, as `touch.fingers` of result.json.
+        measured: a finger fitted to measurements, as `touch.measured` of result.json; null if the reliefs
+            differ in size, samples or repeats.
+        surface_bands: the skin's surface, as `touch.surface_bands` of result.json, where `jnd_apart` is null.
+        page: page that was written.
     """
 
     first: ComparedSide

@@ -2,7 +2,7 @@
 
 The usual contact takes `STEPS`; fine grids and contacts of few points take more. The steps leave errors in
 the pressures of single pixels, which have faded 0.75 mm below the surface. Strain and force follow from the
-pressures exactly. docs/evidence/speed.md tabulates the error against the number of steps.
+pressures exactly. docs/evidence/speed.md has the errors.
 """
 
 from collections.abc import Callable

@@ -1,9 +1,8 @@
-"""Plates under a round finger: where they lie, what is felt of a flat one, and the peak of a curve."""
+"""Plates under a round finger: where they lie, and what is felt of a flat one."""
 
 import numpy as np
-import pytest
 
-from benchmarks.skin.operators import BELOW_MM, felt, on_patch, peak
+from benchmarks.skin.operators import BELOW_MM, felt, on_patch
 from tactile import Skin
 from tactile.layer.cosine_layer import sliding_layer
 
@@ -25,8 +24,3 @@ def test_a_flat_plate_is_not_rough_and_touches_less_than_itself() -> None:
     )
     assert nothing.roughness.max() < 1e-6
     assert 20.0 < nothing.flat_area_mm2 < 100.0
-
-
-def test_the_peak_of_a_parabola_is_found() -> None:
-    places = np.array([1.0, 1.5, 2.0, 3.0, 4.0])
-    assert peak(places, 1.0 - (np.log(places) - np.log(2.2)) ** 2) == pytest.approx(2.2)

@@ -25,10 +25,9 @@ def test_the_list_names_forty_files_of_ten_repositories_or_more() -> None:
 def test_results_are_of_the_list_and_each_refusal_is_judged() -> None:
     results = load(RESULT)
     names = {name_of(part) for part in PARTS}
-    for key in ("before", "now"):
-        assert set(results[key]) <= names
-        refused = {name for name, row in results[key].items() if outcome(row) == "refused"}
-        assert refused == set(results["judged"][key])
+    assert set(results["now"]) <= names
+    refused = {name for name, row in results["now"].items() if outcome(row) == "refused"}
+    assert refused == set(results["judged"])
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 
 from benchmarks.prints.pairs import names
-from benchmarks.runs import pareto
 from benchmarks.shared.common import ROOT, load
 from benchmarks.surfaces import fingers, varied
 from retouch.laboratory.studies.rows import Expanded, expand
@@ -13,8 +12,6 @@ from retouch.laboratory.studies.study_file import load_study
 
 FOLDER = ROOT / "benchmarks"
 WHOLE = {
-    "runs/descents": 30,
-    "runs/pareto": 22,
     "surfaces/fingers": 18,
     "prints/pairs": 21,
     "objects/tiles": 22,
@@ -55,7 +52,3 @@ def test_the_rows_have_the_names_of_the_results() -> None:
     assert cases == set(fingers.CASES)
     tiles = {row.labels["tile"] for row in expanded("objects/tiles").tables[0].rows}
     assert tiles == load("paper_objects")["tiles"].keys()
-    ways = expanded("runs/descents").tables[0].rows
-    made = {f"{r.labels['texture']}{r.labels['touch.jnd']:+d}, {r.labels['way']}" for r in ways}
-    assert load("runs")["rows"].keys() <= made
-    assert {row.labels["way"] for row in expanded("runs/pareto").tables[0].rows} == set(pareto.WAYS)

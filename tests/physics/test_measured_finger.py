@@ -1,4 +1,4 @@
-"""The measured finger: its solvers at exact limits, its data, and what felt plates are counted over."""
+"""The measured finger: its solvers at exact limits, and its data."""
 
 import math
 from dataclasses import replace
@@ -6,14 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import tactile
 from benchmarks.shared.common import load
 from benchmarks.skin.calibration import MEASURED
-from benchmarks.skin.facts import off_recorded
 from benchmarks.skin.posterior import Axis, finger, log_likelihood, quantile
 from benchmarks.skin.quarter import flat_contact, groove_depths, sphere_depths, sphere_forces
-from benchmarks.skin.round_pressing import RoundFinger
-from benchmarks.skin.round_stimuli import mirrored, phases
-from benchmarks.skin.sources import GROOVES, HUMAN_SA1, SPHERE, judged_roughness
+from benchmarks.skin.sources import GROOVES, SPHERE
 from optimize.settings.skins import load_skin
 from tactile.skin import Skin
 
@@ -82,8 +80,6 @@ def test_medians_of_people_lie_among_people() -> None:
     for value, (least, most) in zip(SPHERE.values, SPHERE.people, strict=True):
         assert least < value < most
     assert list(GROOVES.values) == sorted(GROOVES.values)
-    assert max(HUMAN_SA1.high) == 1.0
-    assert judged_roughness(1.0, 0.5) == pytest.approx(0.2 + 1.6 - 0.25 - 0.25)
 
 
 def test_the_skin_file_is_the_finger_of_the_calibration() -> None:
@@ -108,22 +104,7 @@ def test_skin_files_of_the_range_are_those_of_the_results() -> None:
 
 def test_the_patch_and_its_quarter_touch_the_same_flat_plate() -> None:
     skin = load_skin("measured")
-    whole = RoundFinger(skin).flat_mm2
-    assert whole == pytest.approx(flat_contact(skin, skin.force_n)[0], rel=0.03)
-
-
-@pytest.mark.parametrize("apart", [1.3, 3.0, 6.2])
-def test_phases_have_weights_that_sum_to_one(apart: float) -> None:
-    assert sum(weight for weight, _ in phases(apart)) == pytest.approx(1.0)
-
-
-def test_a_mirrored_plate_has_its_heights_in_the_middle() -> None:
-    plate = np.arange(128.0 * 128.0).reshape(128, 128)
-    larger = mirrored(plate)
-    assert larger.shape == (208, 208) and np.array_equal(larger[40:168, 40:168], plate)
-    assert np.array_equal(larger[39], larger[40])
-
-
-def test_a_curve_inside_the_recorded_range_is_not_off() -> None:
-    off, top = off_recorded(HUMAN_SA1, HUMAN_SA1.spacings_mm, [2.0 * rate for rate in HUMAN_SA1.low])
-    assert off == pytest.approx(0.0) and 2.5 <= top <= 3.5
+    assert skin.patch_mm is not None
+    touch = tactile.press(np.zeros((208, 208)), skin.patch_mm, skin)
+    area = float((touch.pressure > 0.0).double().mean()) * skin.patch_mm**2
+    assert area == pytest.approx(flat_contact(skin, skin.force_n)[0], rel=0.03)

@@ -5,8 +5,6 @@ form (`visual.exact.face_shading`, by Mitsuba's own material). What remains is t
 a parallel light Mitsuba's shadow rays find the share: most of the plate lies wholly in light or in shadow,
 and only where a few rays disagree are many traced. For ambient light the horizons are found exactly
 (`visual.reference.horizon`) and the light above them integrated (`visual.reference.ambient_radiance`).
-
-docs/evidence/speed.md has the distance from converged renders, and times.
 """
 
 import numpy as np

@@ -1,39 +1,33 @@
-"""What other programs and the finger make of a wrapped part: trimesh, Blender, PrusaSlicer, 40 places."""
+"""What other programs and the finger make of a wrapped part: trimesh, PrusaSlicer, 40 contact locations."""
 
-import json
 import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import trimesh
 
 from benchmarks.objects.bundled import PLACES, apart
-from benchmarks.objects.parts.exact_crossings import cross_exactly
 from benchmarks.prints.prusa import Slicer
-from benchmarks.shared.common import ROOT
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.mesh_feel import feel_of
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
-from relief.solids.body import TRIANGLE, Part
+from relief.solids.body import Part
 from relief.solids.export.parts import write_parts
 from relief.solids.files import read_mesh
 
-CROSSINGS = "benchmarks.objects.parts.crossings_in_blender"
 RAFT_LAYERS = 2
 """Layers of a raft, for parts that stand on a point."""
 
 
-def looked_at(bare: Path, file: Path, blender: str | None, plate: Array | None) -> dict[str, Any]:
+def looked_at(bare: Path, file: Path, plate: Array) -> dict[str, Any]:
     """What other programs make of a part wrapped into a file, beside the bare part, and the finger.
 
     Args:
         bare: the file of the part.
         file: of the wrapped part.
-        blender: a Python with `bpy`; None: Blender does not look.
-        plate: (k,) roughness of the tile on a plate; None: the part is not felt.
+        plate: (k,) roughness of the tile on a plate.
     """
     try:
         read = read_mesh(file)
@@ -43,12 +37,8 @@ def looked_at(bare: Path, file: Path, blender: str | None, plate: Array | None) 
     as_stl = file.with_suffix(".stl")
     write_parts(as_stl, [Part("part", read.body)])
     row: dict[str, Any] = {"closed": bool(mesh.is_watertight and mesh.is_winding_consistent)}
-    if blender:
-        row |= _crossings(blender, as_stl)
     if program := shutil.which("prusa-slicer"):
         row["slicer"] = _sliced(Slicer(program, file.parent), as_stl)
-    if plate is None:
-        return row
     try:
         felt = feel_of(read, load_skin("paper"), "layer", PLACES, read_mesh(bare))
     except InputError as error:
@@ -58,16 +48,6 @@ def looked_at(bare: Path, file: Path, blender: str | None, plate: Array | None) 
         return row | {"not_felt": "edges everywhere"}
     row |= {"roughness": float(found.mean()), "places": len(found)}
     return row | {"jnd_from_tile": apart(found, plate)}
-
-
-def _crossings(blender: str, file: Path) -> dict[str, int]:
-    """Pairs of triangles of an STL file that Blender takes for crossing, and how many of them do cross."""
-    command = (blender, "-m", CROSSINGS, str(file))
-    said = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT).stdout
-    pairs = json.loads(said.partition("RESULT ")[2].splitlines()[0])
-    corners = np.fromfile(file, TRIANGLE, offset=84)["corners"]
-    exactly = sum(cross_exactly(corners[one], corners[other]) for one, other in pairs)
-    return {"crossings": len(pairs), "crossings_exactly": exactly}
 
 
 def _sliced(slicer: Slicer, file: Path) -> str:

@@ -1,12 +1,12 @@
 """Parts from public repositories: the share that `retouch wrap` lets out, and what is wrong with these.
 
-python -m benchmarks.objects.public FOLDER [NAME ...] [--as before] [--code CHECKOUT] [--again]
+python -m benchmarks.objects.public FOLDER [NAME ...] [--again]
 
 `parts.json` lists the files by repository, commit, path and SHA-256; FOLDER holds them as
 OWNER/REPOSITORY/PATH. Each is wrapped with leather of 0.4 mm on 200,000 triangles, first by default, then, as
 long as it is refused, with the option that the line of the refusal advises. Each wrap is a process of its own
-with limits of CPU time and memory. What comes out is compared with its file. NAME is part of a path; `--code`
-names another checkout, whose `retouch wrap` is measured. Resumable.
+with limits of CPU time and memory. What comes out is compared with its file. NAME is part of a path.
+Resumable.
 """
 
 import hashlib
@@ -18,7 +18,6 @@ import resource
 import subprocess
 import sys
 import tempfile
-from argparse import Namespace
 from collections import Counter
 from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
@@ -49,13 +48,12 @@ def _limit() -> None:
     resource.setrlimit(resource.RLIMIT_DATA, (MOST_GB * 10**9, MOST_GB * 10**9))
 
 
-def wrapped(file: Path, out: Path, options: tuple[str, ...], code: Path) -> dict[str, Any]:
+def wrapped(file: Path, out: Path, options: tuple[str, ...]) -> dict[str, Any]:
     """Cost of `retouch wrap` on a file, and the last line of a refusal."""
     command = [sys.executable, "-m", "retouch", "wrap", TEXTURE, str(file), "--relief-mm", f"{RELIEF_MM:g}"]
     command += ["--faces", str(FACES), "-q", *options, "-o", str(out)]
     with tempfile.TemporaryFile("w+") as said:
-        paths = {**os.environ, "PYTHONPATH": str(code)}
-        child = subprocess.Popen(command, cwd=code, env=paths, stderr=said, preexec_fn=_limit)
+        child = subprocess.Popen(command, cwd=ROOT, stderr=said, preexec_fn=_limit)
         _, status, usage = os.wait4(child.pid, 0)
         child.returncode = os.waitstatus_to_exitcode(status)
         said.seek(0)
@@ -86,9 +84,9 @@ def advised(line: str, options: tuple[str, ...], unit: str = "mm") -> tuple[str,
     return (*options, *more) if more and more[0] not in options else ()
 
 
-def measured(part: Mapping[str, str], options: Namespace) -> dict[str, Any]:
+def measured(part: Mapping[str, str], root: Path) -> dict[str, Any]:
     """Result of one file: the tries, each with its options, and numbers of what comes out of the last."""
-    file = options.folder.resolve() / part["repository"] / part["path"]
+    file = root.resolve() / part["repository"] / part["path"]
     if hashlib.sha256(file.read_bytes()).hexdigest() != part["sha256"]:
         raise SystemExit(f"{file}: is not the file of the list")
     tries: list[dict[str, Any]] = []
@@ -96,7 +94,7 @@ def measured(part: Mapping[str, str], options: Namespace) -> dict[str, Any]:
         out = Path(folder) / ("out.3mf" if file.suffix.lower() == ".3mf" else "out.stl")
         given: tuple[str, ...] = ()
         while len(tries) < MOST_TRIES:
-            tries.append({"options": " ".join(given), **wrapped(file, out, given, options.code.resolve())})
+            tries.append({"options": " ".join(given), **wrapped(file, out, given)})
             line = tries[-1].get("refused", "")
             if not (more := advised(line, given, part.get("unit", "mm"))):
                 break
@@ -119,32 +117,26 @@ def outcome(row: Mapping[str, Any]) -> str:
     return "time" if "ended" in row["tries"][-1] else "refused"
 
 
-def summary(results: Mapping[str, Mapping[str, Any]]) -> str:
-    """By kind, before and now: files that came out, were run, were refused needlessly, and took too long."""
+def summary(results: Mapping[str, Any]) -> str:
+    """Files by kind: how many were run, came out, were refused needlessly, and took too long."""
     rows = []
     for kind in [*sorted({part["kind"] for part in PARTS}), ""]:
-        cells: list[str] = [kind or "all"]
-        for key in ("before", "now"):
-            some = {name: row for name, row in results[key].items() if kind in row["kind"]}
-            count = Counter(map(outcome, some.values()))
-            needless = sum(results["judged"][key].get(name, "").startswith("needless") for name in some)
-            numbers = (count["sound"] + count["faulty"], len(some), needless, count["time"])
-            cells.append("/".join(map(str, numbers)))
-        rows.append(cells)
-    return table(("kind", "before", "now"), rows)
+        some = {name: row for name, row in results["now"].items() if kind in row["kind"]}
+        count = Counter(map(outcome, some.values()))
+        needless = sum(results["judged"].get(name, "").startswith("needless") for name in some)
+        rows.append((kind or "all", len(some), count["sound"] + count["faulty"], needless, count["time"]))
+    return table(("kind", "run", "came out", "refused needlessly", "took too long"), rows)
 
 
 def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("folder", type=Path, metavar="FOLDER")
     parser.add_argument("names", nargs="*", metavar="NAME", help="parts of paths")
-    parser.add_argument("--as", dest="key", default="now", choices=("now", "before"))
-    parser.add_argument("--code", type=Path, default=ROOT, metavar="CHECKOUT")
     parser.add_argument("--again", action="store_true", help="also files that there are results of")
     options = parser.parse_args()
     for part in PARTS:
         if not options.names or any(name in name_of(part) for name in options.names):
-            kept(RESULT, options.key, name_of(part), partial(measured, part, options), options.again)
+            kept(RESULT, "now", name_of(part), partial(measured, part, options.folder), options.again)
     publish(DOCS / "evidence" / "objects.md", "public", COMMAND, summary(load(RESULT)))
 
 

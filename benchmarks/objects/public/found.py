@@ -5,12 +5,19 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.objects.bare import among, crossings, farthest, left_alone, open_edges, triangles_of
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.files import read_mesh
 from relief.solids.meshes import outer_body, self_intersections
 from relief.solids.meshes.solid import volume_mm3
+from tests.relief.solids.wrapping.left_as_read import (
+    among,
+    crossings,
+    farthest,
+    left_alone,
+    open_edges,
+    triangles_of,
+)
 
 RELIEF_MM, SLACK_MM, ROUND_MM = 0.4, 0.05, 0.1
 """Height of the relief, mm; what a box may grow by beside it; what a place may move by beside it, with the

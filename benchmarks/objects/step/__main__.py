@@ -17,8 +17,7 @@ from typing import Any
 import cascadio
 import numpy as np
 
-from benchmarks.objects.step.exact import SURFACES, distance
-from benchmarks.shared.common import kept, load, parser_of, table
+from benchmarks.shared.common import DOCS, kept, load, parser_of, publish, table
 from relief.ground.arrays import Array
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import as_written, write_parts
@@ -29,6 +28,7 @@ from relief.solids.meshes.neighbourhood import edge_pairs
 from relief.solids.remeshing.nearest import NearestPoints
 from retouch.verbs.objects.wrap_options import WrapOptions
 from retouch.verbs.objects.wrap_task import task_of
+from tests.relief.solids.files.exact_surfaces import SURFACES, distance
 
 HERE, RESULT = Path(__file__).parent, "step"
 MASKS = {
@@ -115,17 +115,23 @@ def main() -> None:
     options = parser.parse_args()
     for name in options.names or MASKS:
         kept(RESULT, "parts", name, partial(compared, name), options.again)
-    keys = ("facets", "largest_um", "share_95_um", "bare_um", "farthest_um", "closed", "crossings", "cpu_s")
-    rows = [
-        (
-            name,
-            kind,
-            *(round(value, 3) if isinstance(value, float) else value for value in map(row.get, keys)),
+    publish(
+        DOCS / "evidence" / "objects.md", "step", "benchmarks.objects.step", summary(load(RESULT)["parts"])
+    )
+
+
+def summary(parts: dict[str, Any]) -> str:
+    """Distances of the textured surface and of bare facets from the exact surface, over all parts."""
+    rows = []
+    for kind in ("step", "stl"):
+        some = [row[kind] for row in parts.values()]
+        whole = f"{sum(row['closed'] and not row['crossings'] for row in some)} of {len(some)}"
+        away = (max(row[key] for row in some) for key in ("share_95_um", "largest_um", "bare_um"))
+        rows.append(
+            (kind.upper(), whole, *(f"{each:.1f}" for each in away), f"{max(r['cpu_s'] for r in some):.0f}")
         )
-        for name, kinds in load(RESULT)["parts"].items()
-        for kind, row in kinds.items()
-    ]
-    print(table(("part", "from", *keys), rows))
+    head = ("read from", "closed, without crossings", "95 %, at most, µm", "largest, µm", "bare corners, µm")
+    return table((*head, "CPU s, most"), rows)
 
 
 if __name__ == "__main__":

@@ -76,16 +76,21 @@ class _Evaluation:
 
 
 class GaussNewton:
-    """Gauss-Newton as a descent method (`optimize.descent.driver.DescentMethod`)."""
+    """Gauss-Newton as a descent method (`optimize.descent.driver.DescentMethod`).
 
-    def __init__(self, problem: Problem) -> None:
+    Args:
+        problem: to be solved.
+        look: of its steps, where other descents from the same original have made it; None: a new one.
+    """
+
+    def __init__(self, problem: Problem, look: StepLook | None = None) -> None:
         # Steps need far fewer digits than the verification, which is in double precision.
         self._problem = problem = replace(problem, precision=problem.precision or torch.float32)
         targets = problem.targets.each
         self._target_forces = BoundedTargetForces(targets)
         self._slopes_hold = all(target.quantity.slope_holds for target in targets)
         self._least_share = LEAST_FROM_SIDES if problem.scene.passes_from_sides > 0 else LEAST_SHARE
-        self._look = StepLook(problem)
+        self._look = StepLook(problem) if look is None else look
         self._terms = [term(problem, self._look) for term, counts in TERMS.items() if counts(problem)]
         self._predictable = all(term.predictable for term in self._terms)
         self.patience: int | None = max(term.patience for term in self._terms)

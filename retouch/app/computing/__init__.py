@@ -4,7 +4,8 @@ Every function takes and returns plain values, which go through a pipe. torch an
 worker processes, so that the page is up before them and an error of theirs leaves the page alive.
 
 pictures   a picture, and its heights
-touch      how heights feel, and how far the feel can change
+touch      how heights feel
+drafts     what the feel that is chosen would make of them, and how far it can change
 results    what a run has made: maps, files for printers, objects
 process    the worker process itself
 worker     its other end

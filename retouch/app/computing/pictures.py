@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 import retouch
-from relief.ground.errors import InputError
+from relief.ground.errors import InputError, naming
 from relief.ground.files import write_atomically
+from relief.ground.lengths import within
 from relief.ground.limits import LARGEST_SIDE, PATCH_SIDE_MM
 from retouch.app.computing.warnings_kept import kept_warnings, warning_lines
 from retouch.app.values.document import USUAL_RELIEF_MM, PictureChoice
@@ -45,6 +46,8 @@ def source(file: str) -> Source:
     thumbnail = io.BytesIO()
     small_picture(picture, longest).save(thumbnail, "png")
     bits = "" if picture.bits is None else f", {picture.bits} bits"
+    if not any(np.isfinite(channel).any() for channel in picture.channels.values()):
+        raise InputError(f"{file}: nothing was measured in it; all its numbers are NaN or too large")
     notes = f"{picture.width} × {picture.height} pixels, {picture.kind}{bits}"
     lengths = picture.lengths
     relief_mm = lengths.get("relief_mm", USUAL_RELIEF_MM)
@@ -67,7 +70,8 @@ def _prepared(picture: PictureChoice) -> tuple[Any, Lines]:
 def prepare(picture: PictureChoice) -> PreparedPicture:
     """The relief of a picture. Raises InputError."""
     # Heights grow with the relief, so that one preparation does for every position of its slider.
-    relief_mm = picture.relief_mm or USUAL_RELIEF_MM
+    with naming(picture.file):
+        relief_mm = within("relief_mm", picture.relief_mm) or USUAL_RELIEF_MM
     prepared, warnings = _prepared(replace(picture, relief_mm=1.0))
     lines = {**prepared.done, "relief": f"{relief_mm:.3g} mm"}
     left, upper, right, _ = prepared.square

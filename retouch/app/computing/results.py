@@ -46,12 +46,8 @@ def sides(folder: str) -> Sides:
 
     subjects = read_subjects(folder)
     reliefs = [subject.relief for subject in subjects]
-    one, other = (relief.heights - relief.heights.mean() for relief in reliefs)
-    change = None
-    if one.shape == other.shape:
-        difference = 1000.0 * (other - one)
-        most = max(float(np.percentile(np.abs(difference), 99.5)), 1e-3)
-        change = _map(difference, -most, most, PURPLE_ORANGE, "µm")
+    same_grid = reliefs[0].heights.shape == reliefs[1].heights.shape
+    change = change_map(*reliefs) if same_grid else None
     run = subjects[0].run
     finger = retouch.load_skin(DEFAULT_SKIN) if run is None else run.touch.finger
     strains = [np.abs(touch(relief, finger, middle(relief)).strain[0]) for relief in reliefs]
@@ -60,6 +56,14 @@ def sides(folder: str) -> Sides:
     verification = read_verification(Path(folder))
     felt = None if verification is None else verification.touch.places
     return Sides(reliefs[0], reliefs[1], change, (before, after), _places(felt, reliefs[1]))
+
+
+def change_map(before: Relief, after: Relief) -> Map:
+    """A map of the heights of one relief less those of another of the same grid, each about its mean."""
+    one, other = (relief.heights - relief.heights.mean() for relief in (before, after))
+    difference = 1000.0 * (other - one)
+    most = max(float(np.percentile(np.abs(difference), 99.5)), 1e-3)
+    return _map(difference, -most, most, PURPLE_ORANGE, "µm")
 
 
 def _places(felt: Places | None, result: Relief) -> str:

@@ -1,4 +1,4 @@
-"""How heights feel, how far the feel can change, and what a run would take."""
+"""How heights feel, and what a run would take."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -7,7 +7,6 @@ import numpy as np
 
 import retouch
 from mitsuba_scenes import DEFAULT_SCENE
-from optimize.estimates.change_curves import Reach
 from optimize.settings.fast_models import FAST_MODELS
 from relief.ground.arrays import Index
 from relief.ground.errors import InputError
@@ -49,13 +48,6 @@ def texture_roughness(name: str, skin: str) -> float:
     """Roughness of a texture that comes with Retouch, at one place."""
     relief = Relief.read(picture_file(name))
     return float(touch(relief, retouch.load_skin(skin), middle(relief)).means["roughness"])
-
-
-def reach(relief: Relief, skin: str) -> Reach:
-    """How far the feel can change before the pictures do, as `retouch evaluate --reach` reports."""
-    from optimize.estimates.reach import reach as reach_of
-
-    return reach_of(retouch.load_scene(DEFAULT_SCENE, relief=relief), retouch.load_skin(skin))
 
 
 def forecast(heights: str, feel: FeelChoice, out: str) -> Lines:

@@ -14,12 +14,14 @@ from nicegui import events, ui
 
 from relief.ground.limits import PATCH_SIDE_MM
 from retouch.app.stages import controls
+from retouch.app.stages.compare import MapFigure
 from retouch.app.stages.elements import Brush, JndSlider, Range
 from retouch.app.stages.window import AppWindow, PageStage
 from retouch.app.state.runs import finished_runs
 from retouch.app.values.document import FEEL_OF, JND, MOST_JND, goals
-from tactile.jnd import SMOOTH_BELOW, smooth_clause
-from tactile.quantities import ROUGHNESS, Quantity
+from retouch.app.values.findings import Draft
+from tactile.jnd import ROUGHNESS_JND, SMOOTH_BELOW, smooth_clause
+from tactile.quantities import CONTACT_AREA, ROUGHNESS, Quantity
 
 FACTOR_ENDS = (0.4, 1.6)
 """Ends of the slider of a quantity, as factors on the original's value."""
@@ -34,6 +36,32 @@ STRENGTHS = (10.0, 100.0)
 """Ends of the slider of the brush: the share of the way from the original's feel to the goal, %."""
 MOST_MASK = 900_000
 """Most characters of a painted mask: a message of the page may have 1 MB."""
+
+
+DRAFT_NOTE = (
+    "A draft is a few steps by fast models, at four contact locations of a tile, and no result: it leaves "
+    "out the printer and the check by exact models, and a run begins anew."
+)
+
+
+def draft_line(draft: Draft, own: bool, goal: str) -> str:
+    """What a draft reaches, in words.
+
+    Args:
+        own: whether it was made for the feel that is chosen.
+        goal: of this feel.
+    """
+    words = []
+    if (ratio := draft.ratios.get(CONTACT_AREA.name)) is not None and goal not in (JND, FEEL_OF):
+        words.append(f"{ratio:.2f} of the original's {CONTACT_AREA.label}")
+    if (ratio := draft.ratios.get(ROUGHNESS.name)) is not None:
+        words.append(f"{math.log(ratio) / math.log(ROUGHNESS_JND):+.2f} JND")
+    change = (
+        f"{draft.change_percent_of_white:.2f} % of white, {draft.change_percent:.1f} % of the mean picture"
+    )
+    words.append(f"pictures change by {change}")
+    name = ("Draft" if draft.met else "Nearest so far") if own else "Nearest known"
+    return f"{name}: {', '.join(words)}".replace("-", "−")
 
 
 class FactorGoal:
@@ -68,9 +96,15 @@ class FeelStage(PageStage):
 
     def build_work(self) -> None:
         """Put the relief, and the brush over it, into the present slot."""
-        self._view = self.window.view("relief", "")
+        self._view = self.window.view("original", "draft")
         with ui.element("div").classes("brush-frame") as self._canvas:
             self._brush = Brush().on("painted", self._painted)
+        with ui.element("div").classes("strip draft") as self._strip:
+            with ui.element("div").classes("grow"):
+                self._draft = ui.label().classes("state").props('role="status"')
+                self._draft_fault = controls.fault_label()
+                ui.label(DRAFT_NOTE).classes("hint")
+            self._change = MapFigure("change of the heights")
 
     def build_side(self) -> None:
         """Put the goals, the region and the way there into the present slot."""
@@ -127,8 +161,9 @@ class FeelStage(PageStage):
         """Bring its elements to the state of the session."""
         session, feel = self.session, self.session.document.feel
         painting = (self._painting or feel.region is not None) and feel.goal != FEEL_OF
-        self.window.light_up(self._view, session.numbers.relief)
+        self._show_draft()
         self._view.set_visibility(not painting)
+        self._strip.set_visibility(not painting)
         self._show_goals()
         self._show_brush(painting)
         # Before its value, which a person could not have set then.
@@ -139,6 +174,23 @@ class FeelStage(PageStage):
         self._printer.show(feel.printer)
         self._fast.set_value(feel.fast)
         self._fault.set_text("" if self._smooth.text else session.activity.faults.get("reach", ""))
+
+    def _show_draft(self) -> None:
+        session = self.session
+        draft, own = session.drafts.shown()
+        drafting = "draft" in session.activity.under_way
+        line = "A draft is being made." if drafting else "This is the original."
+        if draft is not None:
+            line = draft_line(draft, own, session.document.feel.goal)
+        self._draft.set_text(line)
+        self._draft_fault.set_text("" if self._smooth.text else session.activity.faults.get("draft", ""))
+        self._change.element.set_visibility(draft is not None)
+        if draft is not None:
+            self._change.show(draft.change)
+        original = session.numbers.relief
+        # While a draft is being made the original stands in for it, as a view of two is slow to build.
+        after = draft.relief if draft is not None else original if drafting else None
+        self.window.light_up(self._view, original, after)
 
     def _show_goals(self) -> None:
         numbers, feel = self.session.numbers, self.session.document.feel
@@ -198,6 +250,7 @@ class FeelStage(PageStage):
         if not painting:
             return "The feel changes all over."
         paint = "Paint where the feel is to change." if feel.region is None else "The rest keeps its feel."
+        paint += " A painted feel has no draft."
         return f"{paint} A finger covers {PATCH_SIDE_MM:g} mm and feels the mean of what is painted under it."
 
     def _other_goal(self, event: events.ValueChangeEventArguments) -> None:

@@ -11,6 +11,7 @@ from retouch.app.state.runs import QueuedRun, State, steps
 
 LINES = 12
 """Last lines of the command that are shown."""
+ELSEWHERE = "only where it was started, by Ctrl-C: the app cannot find its process"
 
 
 class RunStage(PageStage):
@@ -72,7 +73,8 @@ class RunStage(PageStage):
     def _show_job(self, job: QueuedRun | None) -> None:
         for element in (self._chart, self._table.element, self._said):
             element.set_visibility(job is not None)
-        self._stop.set_visibility(job is not None and job.state.busy)
+        stoppable = job is not None and job.can_be_stopped
+        self._stop.set_visibility(job is not None and job.state.busy and stoppable)
         self._compare.set_visibility(job is not None and job.state in (State.DONE, State.SHORT))
         if job is None:
             self._state.set_text("Nothing is running.")
@@ -90,6 +92,8 @@ class RunStage(PageStage):
                 shown.append(("target", f"{target:.4f}"))
             change = f"changed by about {last.picture_mean_percent:.1f} % of the mean picture"
             shown.append(("pictures", change))
+        if job.state.busy and not stoppable:
+            shown.append(("stop", ELSEWHERE))
         if said and job.state.busy:
             shown.append(("now", said[-1]))
         elif said and (job.state is State.FAILED or job.died):

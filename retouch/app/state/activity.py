@@ -6,6 +6,7 @@ from collections.abc import Callable, Coroutine
 from typing import Any
 
 from relief.ground.errors import InputError
+from relief.ground.formatting import plain
 
 _log = logging.getLogger(__name__)
 
@@ -65,7 +66,8 @@ class Activity:
         if not expected:
             # Of the models: a contact that does not converge, for one.
             _log.info("%s", subject, exc_info=error)
-        self.faults[subject] = str(error) if expected else f"{type(error).__name__}: {error}"
+        # Names of files may hold what no page can show.
+        self.faults[subject] = plain(str(error) if expected else f"{type(error).__name__}: {error}")
 
     async def step(self, subject: str, doing: str, work: Coroutine[Any, Any, None]) -> None:
         """Do what a person has asked for, unless the subject is under way; an error is its fault.

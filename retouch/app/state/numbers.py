@@ -5,13 +5,13 @@ import numpy as np
 from optimize.estimates.change_curves import Reach
 from relief.places import places
 from relief.relief import Relief
-from retouch.app.computing import pictures, touch
+from retouch.app.computing import drafts, pictures, touch
 from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity
 from retouch.app.state.history import UndoHistory
 from retouch.app.state.latest import Latest
 from retouch.app.values.document import AppDocument, PictureChoice
-from retouch.app.values.findings import PreparedPicture, Source
+from retouch.app.values.findings import Draft, PreparedPicture, Source
 from retouch.app.values.folders import textures
 from tactile.quantities import Values
 
@@ -28,6 +28,7 @@ class Numbers:
         felt_here, felt: values of the quantities at one place of the finger and all over; None until known.
         scale: roughness of the bundled textures, by name.
         reach: how far the feel can change.
+        samples: drafts at the samples of that curve.
     """
 
     def __init__(self, history: UndoHistory, activity: Activity, live: Worker, idle: Worker) -> None:
@@ -39,9 +40,9 @@ class Numbers:
         self._history, self._activity, self._live = history, activity, live
         self._pressing = Latest(activity, "numbers", self._press)
         self._pressed: tuple[PictureChoice, str] | None = None
-        self.reach: Latest[tuple[Relief, str], Reach] = Latest(
-            activity, "reach", lambda key: idle(touch.reach, *key), stop=idle.close
-        )
+        self.samples: tuple[Draft, ...] = ()
+        self._idle = idle
+        self.reach = Latest(activity, "reach", self._reach, stop=idle.close)
         self._scales: dict[str, dict[str, float]] = {}
         history.follow(self._changed)
 
@@ -75,6 +76,7 @@ class Numbers:
         """
         picture, skin = self._history.document.picture, self._history.document.feel.skin
         self.forget_reach()
+        self.samples = ()
         if anew:
             self._pressing.want(None)
         if picture is not None:
@@ -124,6 +126,10 @@ class Numbers:
         if self.relief is not None and self.settled and not waiting:
             key = self.relief, self._history.document.feel.skin
             self.reach.want(key, "estimating how far the feel can change")
+
+    async def _reach(self, key: tuple[Relief, str]) -> Reach:
+        reach, self.samples = await self._idle(drafts.reach, *key)
+        return reach
 
     def forget_reach(self) -> None:
         """End the estimate of how far the feel can change: it is of another picture, or in the way."""

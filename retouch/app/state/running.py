@@ -4,8 +4,6 @@ from collections.abc import Coroutine
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter
-
 from relief.ground.errors import InputError
 from relief.ground.formats import RUN_CHECKPOINT
 from relief.relief import Relief
@@ -15,9 +13,9 @@ from retouch.app.state.activity import Activity
 from retouch.app.state.history import UndoHistory
 from retouch.app.state.latest import Latest
 from retouch.app.state.runs import Queue, QueuedRun, State
-from retouch.app.values.document import AppDocument, KeptFeel, PictureChoice
+from retouch.app.values.document import AppDocument, PictureChoice
 from retouch.app.values.findings import Lines
-from retouch.app.values.folders import RUNS_FOLDER, is_run, next_run
+from retouch.app.values.folders import RUNS_FOLDER, next_run
 
 
 class Running:
@@ -50,7 +48,7 @@ class Running:
         picture = self._history.document.picture
         if picture is None:
             return []
-        folder = next_run(picture.file)
+        folder = self._next_run(picture)
         heights = f"{folder}.png"
         return [picture.command(heights), self._history.document.feel.command(heights, str(folder))]
 
@@ -60,7 +58,7 @@ class Running:
         return self._activity.step("run", "checking the run", self._estimate())
 
     async def _estimate(self) -> None:
-        picture, folder = self._chosen(), next_run(self._chosen().file)
+        picture, folder = self._chosen(), self._next_run(self._chosen())
         feel = self._history.document.feel
         heights = await self._heights_of(picture, folder)
         try:
@@ -75,12 +73,19 @@ class Running:
         return self._activity.step("run", "writing the height map", self._start())
 
     async def _start(self) -> None:
-        picture, folder = self._chosen(), next_run(self._chosen().file)
+        picture, folder = self._chosen(), self._next_run(self._chosen())
         feel = self._history.document.feel
         await self._heights_of(picture, folder)
         self.forecast = ()
-        self.queue.add(QueuedRun(folder, feel))
+        self.queue.jobs.append(QueuedRun(folder, feel))
+        # Keeps the queue, before the command begins: an app that is killed then finds the run.
         self._history.look_at(str(folder))
+        self.queue.advance()
+
+    def _next_run(self, picture: PictureChoice) -> Path:
+        """A folder for the next run, which no run of the list or on the page has, even if it was deleted."""
+        known = {str(job.folder) for job in self.queue.jobs} | {self._history.document.run}
+        return next_run(picture.file, known)
 
     def _chosen(self) -> PictureChoice:
         picture = self._history.document.picture
@@ -141,19 +146,3 @@ class Running:
         checkpoint = job.folder / RUN_CHECKPOINT
         key = (job.folder, checkpoint.stat().st_mtime_ns) if checkpoint.is_file() else None
         self.best.want(key, topic=job.folder)
-
-    def as_json(self) -> list[dict[str, Any]]:
-        """The queue for the next start: what is not done."""
-        waiting = [job for job in self.queue.jobs if job.state is not State.DONE]
-        return [{"folder": str(job.folder), "feel": job.feel.as_json()} for job in waiting]
-
-
-def read_queue(entries: Any) -> Queue:
-    """The queue of an earlier start. Raises ValueError, TypeError or a LookupError."""
-    queue = Queue()
-    for entry in entries:
-        folder, feel = Path(entry["folder"]), TypeAdapter(KeptFeel).validate_python(entry["feel"])
-        if not is_run(folder):
-            raise ValueError(f"{folder}: not a run of the app")
-        queue.jobs.append(QueuedRun(folder, feel))
-    return queue

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -20,7 +20,7 @@ from optimize.descent.stop_reason import StopReason
 from optimize.run_directory.finished_run import read_verification
 from optimize.run_directory.key import SETTINGS
 from relief.ground.errors import InputError
-from relief.ground.files import locked, read_limited
+from relief.ground.files import lock_holder, locked, read_limited
 from relief.ground.formats import RUN_CHECKPOINT, RUN_HEIGHTS, RUN_HISTORY
 from retouch.app.values.document import FeelChoice
 from retouch.app.values.folders import RUNS_FOLDER, is_run
@@ -52,7 +52,7 @@ class State(Enum):
         return self in (State.RUNNING, State.STOPPING)
 
 
-class Step(BaseModel, frozen=True):
+class Step(BaseModel, frozen=True, allow_inf_nan=False):
     """A step of a run: what the app shows of a row of its history, under the keys of the row.
 
     Attributes:
@@ -106,13 +106,24 @@ class QueuedRun:
     @property
     def state(self) -> State:
         """Where the run stands, by its process and its files."""
-        if self.process is not None and self.process.poll() is None:
-            return State.STOPPING if self.asked_to_stop else State.RUNNING
-        if self.refused:
-            return State.FAILED
-        if self.process is None and not self.folder.exists():
-            return State.WAITING
-        return state_of(self.folder)
+        if not self.started_here:
+            if self.refused:
+                return State.FAILED
+            if self.process is None and not self.folder.exists():
+                return State.WAITING
+            if (state := state_of(self.folder)) is not State.RUNNING:
+                return state
+        return State.STOPPING if self.asked_to_stop else State.RUNNING
+
+    @property
+    def started_here(self) -> bool:
+        """Whether a process that this app has started writes the run."""
+        return self.process is not None and self.process.poll() is None
+
+    @property
+    def can_be_stopped(self) -> bool:
+        """Whether the process that writes the run, if any, can be asked to stop."""
+        return self.started_here or lock_holder(self.folder) is not None
 
     @property
     def died(self) -> bool:
@@ -136,15 +147,34 @@ class QueuedRun:
             )
 
     def stop(self) -> None:
-        """Ask the command to stop, as Ctrl-C does: the best relief so far is written. Again: at once."""
-        if self.process is not None and self.process.poll() is None:
+        """Ask the command to stop, as Ctrl-C does: the best relief so far is written. Again: at once.
+
+        A command that an earlier app or a terminal has started is found by its lock of the folder.
+        """
+        if self.process is not None and self.started_here:
             self.asked_to_stop = True
             self.process.send_signal(signal.SIGINT)
+        elif _interrupt_holder(self.folder):
+            self.asked_to_stop = True
 
     def lines(self) -> list[str]:
         """Last lines that the command has said."""
         text = _read(self.log).decode("utf-8", "replace")
         return [line.rstrip() for line in text.splitlines() if line.strip()][-LOG_LINES:]
+
+
+def _interrupt_holder(folder: Path) -> bool:
+    """Interrupt the process that holds the lock of a folder; returns whether one was found."""
+    if (holder := lock_holder(folder)) is None:
+        return False
+    with suppress(ProcessLookupError), ExitStack() as closing:
+        process = os.pidfd_open(holder)
+        closing.callback(os.close, process)
+        # If the process has ended meanwhile, its number may be that of another one.
+        if lock_holder(folder) == holder:
+            signal.pidfd_send_signal(process, signal.SIGINT)
+            return True
+    return False
 
 
 def state_of(folder: Path) -> State:
@@ -202,14 +232,9 @@ class Queue:
     def __init__(self) -> None:
         self.jobs: list[QueuedRun] = []
 
-    def add(self, job: QueuedRun) -> None:
-        """Put a run at the end."""
-        self.jobs.append(job)
-        self.advance()
-
     def under_way(self) -> list[QueuedRun]:
-        """The runs that this app has started and that have not ended."""
-        return [job for job in self.jobs if job.process is not None and job.state.busy]
+        """The runs that a process writes, whoever has started it."""
+        return [job for job in self.jobs if job.state.busy]
 
     def advance(self) -> bool:
         """Start the next run if none is under way; returns whether one was started.
@@ -217,7 +242,7 @@ class Queue:
         Raises:
             OSError, ValueError: its command cannot be started; the next call goes on to the next.
         """
-        if any(job.state.busy for job in self.jobs):
+        if self.under_way():
             return False
         waiting = next((job for job in self.jobs if job.state is State.WAITING), None)
         if waiting is None:
@@ -235,11 +260,11 @@ class Queue:
             self.jobs.remove(job)
 
     def stop_all(self, patience_s: float) -> list[QueuedRun]:
-        """Ask the runs under way to stop, and wait for them; returns those that were under way.
+        """Ask the runs that this app has started to stop, and wait; returns those that were under way.
 
         A run that takes longer goes on by itself, as it needs no app.
         """
-        busy = self.under_way()
+        busy = [job for job in self.jobs if job.started_here]
         for job in busy:
             job.stop()
         end = time.monotonic() + patience_s

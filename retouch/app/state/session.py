@@ -8,38 +8,32 @@ file as well, so that the next start goes on with them.
 import asyncio
 import hashlib
 import itertools
-import json
-import logging
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
-
-from relief.ground.errors import InputError
-from relief.ground.files import read_limited, write_atomically
+from relief.ground.files import only_writer
 from retouch.app.computing import pictures
 from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity
+from retouch.app.state.drafts import Drafts
 from retouch.app.state.history import UndoHistory
+from retouch.app.state.kept import KEPT, read_kept, write_kept
 from retouch.app.state.latest import Latest
 from retouch.app.state.numbers import Numbers
 from retouch.app.state.outcomes import Outcomes
-from retouch.app.state.running import Running, read_queue
-from retouch.app.state.runs import QueuedRun
+from retouch.app.state.running import Running
+from retouch.app.state.runs import QueuedRun, State
 from retouch.app.values.document import AppDocument
-from retouch.app.values.folders import PICTURES_FOLDER, RUNS_FOLDER, is_run
+from retouch.app.values.folders import PICTURES_FOLDER, RUNS_FOLDER, with_plain_name
 
-_log = logging.getLogger(__name__)
-
+OPEN = "the app is open in this folder already; go on in its page, or close it first"
 FIRST_TEXTURE = "gravel"
 """Bundled texture that is shown where no picture was chosen yet."""
-ORDER = ("object", "print", "run", "sides", "picture", "paint", "numbers", "reach")
+ORDER = ("object", "print", "run", "sides", "picture", "paint", "draft", "numbers", "reach")
 """Subjects of what is under way, those first that a person waits for."""
-KEPT = RUNS_FOLDER / "app.json"
-"""File that keeps the document and the queue."""
-LARGEST_KEPT = 1 << 20
-"""Most bytes of this file; a thousand times the usual."""
 
 
 class Session:
@@ -49,6 +43,7 @@ class Session:
         activity: what is under way, and what has gone wrong.
         history: the document, and its earlier states.
         numbers: heights and feel of the picture.
+        drafts: what the feel that is chosen would make of it.
         running: the runs.
         outcomes: what the run that is looked at has made.
 
@@ -60,6 +55,7 @@ class Session:
         self._live, self._slow, self._idle = Worker(), Worker(), Worker()
         self.activity, self.history = Activity(), UndoHistory()
         self.numbers = Numbers(self.history, self.activity, self._live, self._idle)
+        self.drafts = Drafts(self.history, self.activity, self.numbers, self._slow)
         self.running = Running(self.history, self.activity, self._live, self._slow)
         self.outcomes = Outcomes(self.history, self.activity, self._live, self._slow)
         self._choosing = Latest(self.activity, "picture", self._choose)
@@ -79,15 +75,28 @@ class Session:
             self.outcomes.want_sides()
         self.activity.notify()
 
-    def open(self, picture: str | None) -> None:
-        """Take up what was chosen last, and let the worker begin with the picture that is to be shown.
+    @contextmanager
+    def opened(self, picture: Path | None) -> Iterator[str | None]:
+        """Keep the folder to this session until the block ends: two would overwrite what each other keeps.
+
+        What was chosen last is taken up, and the worker begins with the picture that is to be shown.
 
         Args:
             picture: that is chosen now; None: the last one.
+
+        Yields:
+            The picture that is chosen now, under a name that the page can show.
+
+        Raises:
+            InputError: another app is open in the folder, or as of `with_plain_name`.
+            OSError: as of `with_plain_name` and `restore`.
         """
-        self.restore()
-        last = self.document.picture if picture is None else None
-        self._live.begin(pictures.warm, picture or FIRST_TEXTURE, last)
+        with only_writer(RUNS_FOLDER, OPEN), closing(self):
+            chosen = None if picture is None else str(with_plain_name(picture))
+            self.restore()
+            last = self.document.picture if chosen is None else None
+            self._live.begin(pictures.warm, chosen or FIRST_TEXTURE, last)
+            yield chosen
 
     async def choose(self, file: str) -> None:
         """Begin with a picture, or a bundled texture by its name; of several, with the last one."""
@@ -133,8 +142,9 @@ class Session:
         self.activity.notify()
 
     def want_reach(self) -> None:
-        """Estimate in the background how far the feel can change, unless a run has the cores or begins."""
-        if not self.running.queue.under_way() and "run" not in self.activity.under_way:
+        """Estimate in the background how far the feel can change, unless others have the cores or begin."""
+        busy = self.drafts.busy or self.running.queue.under_way() or "run" in self.activity.under_way
+        if not busy:
             self.numbers.want_reach()
 
     def look(self) -> None:
@@ -156,34 +166,29 @@ class Session:
         subject = next((one for one in ORDER if one in under_way), None)
         if subject is None:
             return next(iter(under_way.values()), "")
-        progress = {"reach": self._idle.progress, "numbers": ""}.get(subject, self._slow.progress)
+        live = {"reach": self._idle.progress, "numbers": "", "draft": ""}
+        progress = live.get(subject, self._slow.progress)
         return f"{under_way[subject]}: {progress}" if progress else under_way[subject]
 
     def fault(self) -> str:
         """What is wrong beside the subjects of the stages."""
         faults = self.activity.faults
-        return next((faults[one] for one in ("kept", "best", "paint") if one in faults), "")
+        return next((faults[one] for one in ("kept", "best", "paint", "unread") if one in faults), "")
 
     def _keep(self) -> None:
-        content = {"document": self.document.as_json(), "queue": self.running.as_json()}
+        jobs = [job for job in self.running.queue.jobs if job.state is not State.DONE]
         try:
-            write_atomically(KEPT, json.dumps(content, indent=1).encode())
+            write_kept(self.document, jobs)
             self.activity.faults.pop("kept", None)
         except OSError as error:
             self.activity.faults["kept"] = f"what is chosen cannot be kept: {error.strerror}: {KEPT}"
 
     def restore(self) -> None:
-        """Take up the document and the queue of the last start, as far as the file holds them."""
-        if not KEPT.is_file():
-            return
-        try:
-            content = json.loads(read_limited(KEPT, LARGEST_KEPT))
-            document = TypeAdapter(AppDocument).validate_python(content["document"])
-            self.running.queue = read_queue(content["queue"])
-            own_run = document.run is None or is_run(document.run)
-            self.history.document = document if own_run else replace(document, run=None)
-        except (InputError, ValidationError, ValueError, TypeError, LookupError, RecursionError) as error:
-            _log.warning("%s: not read, the app begins anew: %s", KEPT, type(error).__name__)
+        """Take up document and queue of the last start, as far as they can be read. Raises OSError."""
+        self.history.document, self.running.queue.jobs, unread = read_kept()
+        if unread:
+            self.activity.faults["unread"] = unread
+            self._keep()
 
     def close(self) -> None:
         """End the workers."""

@@ -24,6 +24,7 @@ Tile = Literal["auto", "blend", "cut"]
 Start = Annotated[int, Field(ge=0, lt=1 << 31)]
 Length = Annotated[int, Field(ge=1, lt=1 << 31)]
 Crop = tuple[Start, Start, Length, Length]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 USUAL_RELIEF_MM = 0.8
 """Relief where the file of a picture states none, mm: what docs/howto/height-maps.md advises for fine
@@ -42,6 +43,13 @@ def goals() -> dict[str, Quantity]:
     All but `JND` are factors on the original's value.
     """
     return {goal: quantity for goal, (quantity, key) in goal_keys().items() if key.relative}
+
+
+def _goal(name: str) -> str:
+    """The name of a goal that can be chosen. Raises ValueError."""
+    if name != FEEL_OF and name not in goals():
+        raise ValueError(f"{name}: no goal")
+    return name
 
 
 def usual_numbers() -> dict[str, float]:
@@ -68,8 +76,8 @@ class PictureChoice:
     tile: Tile | None = None
     samples: int | None = None
     fill: bool = False
-    relief_mm: float | None = None
-    size_mm: float | None = None
+    relief_mm: Finite | None = None
+    size_mm: Finite | None = None
 
     def arguments(self) -> dict[str, Any]:
         """Keywords of `retouch.prepare`."""
@@ -81,6 +89,15 @@ class PictureChoice:
         crop = [] if self.crop is None else [f"--crop={','.join(map(str, self.crop))}"]
         others = PrepareOptions(**self.arguments() | {"crop": None})
         return ["prepare", self.file, "-o", out, *crop, *words(others)]
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What a draft is made for: the finger, a goal, and its number or whose feel it is."""
+
+    skin: str
+    goal: str
+    value: float | str
 
 
 @dataclass(frozen=True)
@@ -100,8 +117,8 @@ class FeelChoice:
         settings: further `KEY=VALUE` of the command's `--set`.
     """
 
-    goal: str = JND
-    numbers: Mapping[str, float] = field(default_factory=usual_numbers)
+    goal: Annotated[str, AfterValidator(_goal)] = JND
+    numbers: Mapping[str, Finite] = field(default_factory=usual_numbers)
     feel_of: str = "brick"
     region: str | None = None
     skin: str = DEFAULT_SKIN
@@ -112,6 +129,14 @@ class FeelChoice:
     def number(self) -> float | None:
         """The number of the goal; None where the goal is another texture."""
         return None if self.goal == FEEL_OF else self.numbers[self.goal]
+
+    def wish(self) -> Wish | None:
+        """What a draft is to reach; None where nothing changes, or where it varies over the surface."""
+        number = self.number()
+        if number is None:
+            return Wish(self.skin, FEEL_OF, self.feel_of)
+        as_it_is = 0.0 if self.goal == JND else 1.0
+        return None if self.region is not None or number == as_it_is else Wish(self.skin, self.goal, number)
 
     def sentence(self) -> str:
         """What is to be reached, in a sentence."""
@@ -169,14 +194,7 @@ def _gathered(content: Any) -> Any:
     return {**content, "numbers": numbers}
 
 
-def _checked(feel: FeelChoice) -> FeelChoice:
-    """A feel whose goal can be chosen. Raises ValueError."""
-    if feel.goal != FEEL_OF and feel.goal not in goals():
-        raise ValueError(f"{feel.goal}: no goal")
-    return feel
-
-
-KeptFeel = Annotated[FeelChoice, BeforeValidator(_gathered), AfterValidator(_checked)]
+KeptFeel = Annotated[FeelChoice, BeforeValidator(_gathered)]
 """A feel as it is kept in a file."""
 
 

@@ -1,7 +1,9 @@
 """What was found of pictures, reliefs and runs."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
+from relief.ground.arrays import Array
 from relief.relief import Relief
 from retouch.app.values.document import PictureChoice
 
@@ -58,6 +60,30 @@ class Map:
     low: float
     high: float
     unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """What a run may make of a relief; it is shown and nothing more.
+
+    Attributes:
+        relief: the result of a few steps.
+        ratios: means of the quantities of touch over the original's, by name, as far as they are known.
+        change_percent_of_white, change_percent: mean change of the pictures, in % of white and of their mean.
+        relative_error: distance from the goal.
+        met: whether that counts as reached.
+        change: heights less those of the original.
+        memory: of the descent, to go on from here.
+    """
+
+    relief: Relief
+    ratios: Mapping[str, float]
+    change_percent_of_white: float
+    change_percent: float
+    relative_error: float
+    met: bool
+    change: Map
+    memory: Mapping[str, Array]
 
 
 @dataclass(frozen=True, eq=False)

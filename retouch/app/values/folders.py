@@ -11,10 +11,13 @@ import filecmp
 import itertools
 import os
 import re
+import shutil
+from collections.abc import Container
 from pathlib import Path
 
 from mitsuba_scenes import FOLDER, find_texture
 from relief.ground.errors import InputError
+from relief.ground.files import partial_folder
 from relief.ground.formats import HEIGHTS, MEASURED, MESHES, PICTURES
 
 PICTURES_FOLDER, PARTS_FOLDER, RUNS_FOLDER = Path("pictures"), Path("parts"), Path("runs")
@@ -82,6 +85,22 @@ def keep(upload: Path, name: str, folder: Path) -> Path:
     raise AssertionError("count ends never")
 
 
+def with_plain_name(picture: Path) -> Path:
+    """A picture under a name that a page can show: itself, or a copy among those that were dropped.
+
+    Raises:
+        InputError: as of `safe_name`.
+        OSError: there is no such file, or it cannot be copied.
+    """
+    try:
+        os.fspath(picture).encode()
+    except UnicodeEncodeError:
+        with partial_folder(PICTURES_FOLDER / picture.name) as folder:
+            copy = Path(shutil.copyfile(find_texture(picture), folder / "copy"))
+            return keep(copy, picture.name, PICTURES_FOLDER)
+    return picture
+
+
 def is_run(folder: str | Path) -> bool:
     """Whether a path is that of a run of the app: below its folder, with a plain name of few characters."""
     path = Path(folder)
@@ -89,16 +108,18 @@ def is_run(folder: str | Path) -> bool:
     return path.parent == RUNS_FOLDER and plain and len(path.name) <= LONGEST_STEM + LONGEST_NUMBER
 
 
-def next_run(picture: str) -> Path:
+def next_run(picture: str, known: Container[str | None] = ()) -> Path:
     """A folder for the next run with a picture, which is not there yet.
 
     Args:
         picture: file or name of the picture.
+        known: folders that are not taken, although they may not be there.
     """
     stem = UNUSUAL.sub("-", Path(picture).stem).strip(".-")[:LONGEST_STEM] or "picture"
     for number in itertools.count(1):
         folder = RUNS_FOLDER / f"{stem}-{number}"
-        if not any(os.path.lexists(f"{folder}{suffix}") for suffix in ("", ".png", ".log")):
+        files = (f"{folder}{suffix}" for suffix in ("", ".png", ".log"))
+        if str(folder) not in known and not any(map(os.path.lexists, files)):
             return folder
     raise AssertionError("count ends never")
 

@@ -30,7 +30,7 @@ TESTED = 400
 """Most textures of the test split, from the first, that a net is measured on."""
 WIDTHS, BLOCK = (24, 48, 72, 96), 4
 """Channels of the net's levels, and side in pixels of the squares that the finest level works on; squares of
-2 x 2 pixels take more than twice as long (docs/evidence/speed.md)."""
+2 x 2 pixels take more than twice as long."""
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,7 @@ LARGEST_JND = 10.0
 
 SHAPE = 5.0
 """`look.shape` of the runs: an object is looked at from all sides, while the studio looks from above. On the
-curved plate gravel then changes 5.7 instead of 6.7 % from the sides (docs/evidence/objects.md), in the same
-time."""
+curved plate gravel then changes 5.7 instead of 6.7 % from the sides, in the same time."""
 
 
 @dataclass(frozen=True)

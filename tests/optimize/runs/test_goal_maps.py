@@ -121,7 +121,7 @@ def test_half_of_the_way_is_what_the_guide_says(tmp_path: Path, jnd: float, told
     (half,) = read({"region": [graded(tmp_path / "grey.npy", 0.5, jnd=jnd)]})
     goal = half.goals(PLACES, ORIGINAL)[0]
     assert jnd_apart(goal, ORIGINAL[0]) == pytest.approx(told, abs=0.005)
-    guide = (Path(__file__).parents[3] / "docs" / "howto" / "scenes.md").read_text(encoding="utf-8")
+    guide = (Path(__file__).parents[3] / "docs" / "howto" / "targets.md").read_text(encoding="utf-8")
     assert f"{told:+.2f}" in guide
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from relief.ground.errors import InputError
-from relief.ground.files import only_writer
+from relief.ground.files import lock_holder, only_writer
 
 HOLDER = """
 import sys
@@ -49,6 +49,18 @@ def test_the_lock_dies_with_its_process(tmp_path: Path) -> None:
         holder.kill()
         holder.wait()
         assert not taken(tmp_path)
+
+
+def test_the_holder_of_a_lock_is_found(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", HOLDER, str(tmp_path)]
+    assert lock_holder(tmp_path) is None and lock_holder(tmp_path / "missing") is None
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as holder:
+        assert holder.stdout is not None and holder.stdout.readline() == "held\n"
+        with only_writer(tmp_path / "other"):
+            assert lock_holder(tmp_path) == holder.pid and lock_holder(tmp_path / "other") == os.getpid()
+        holder.kill()
+        holder.wait()
+        assert lock_holder(tmp_path) is None
 
 
 def test_a_file_is_no_folder(tmp_path: Path) -> None:

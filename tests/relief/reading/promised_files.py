@@ -1,4 +1,4 @@
-"""Files of every kind that docs/howto/height-maps.md promises, with the values that they hold."""
+"""Files of every kind that docs/reference/formats.md promises, with the values that they hold."""
 
 from collections.abc import Callable, Iterator
 from itertools import product

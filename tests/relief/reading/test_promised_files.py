@@ -1,4 +1,4 @@
-"""Files of every kind that docs/howto/height-maps.md promises hold what was written into them."""
+"""Files of every kind that docs/reference/formats.md promises hold what was written into them."""
 
 import logging
 import subprocess

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.prints.wrong_scans import HEIGHT, SCALE, design_of, scanned
 from relief.ground.errors import InputError
 from relief.relief import Relief
 from relief.scans.print_summary import print_scanned
 from relief.scans.registration import Registration, register
 from relief.scans.scans import Scan, check_scan
+from tests.relief.scans.wrong_scans import HEIGHT, SCALE, design_of, scanned
 
 
 def laid(scan: Scan, design: Relief) -> Registration:

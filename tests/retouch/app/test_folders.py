@@ -1,5 +1,6 @@
 """Files that were dropped get names that are harmless, and none takes the place of another."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from retouch.app.values.folders import (
     next_run,
     safe_name,
     textures,
+    with_plain_name,
 )
 
 
@@ -66,6 +68,18 @@ def test_another_picture_of_the_same_name_gets_a_number() -> None:
     assert kept(b"one", "stone.png") == first
     second = kept(b"two", "stone.png")
     assert first.read_bytes() == b"one" and second.read_bytes() == b"two"
+
+
+def test_a_picture_whose_name_no_page_can_show_is_copied() -> None:
+    Path("stone.png").write_bytes(b"one")
+    assert with_plain_name(Path("stone.png")) == Path("stone.png") and not PICTURES_FOLDER.exists()
+    odd = Path(os.fsdecode(b"caf\xe9/\xff"))
+    odd.mkdir(parents=True)
+    (odd / "stone.png").write_bytes(b"two")
+    copy = PICTURES_FOLDER / "stone.png"
+    # The same at the next start.
+    assert [with_plain_name(odd / "stone.png") for _ in range(2)] == [copy, copy]
+    assert copy.read_bytes() == b"two" and list(PICTURES_FOLDER.iterdir()) == [copy]
 
 
 def test_no_run_takes_the_place_of_another() -> None:

@@ -218,6 +218,44 @@ def test_a_feel_is_painted_in_grades_and_shown_at_every_place(window: Window, tm
         assert whole(window) == []
 
 
+def test_a_draft_follows_the_slider_by_mouse_and_by_keys(window: Window, tmp_path: Path) -> None:
+    state = "document.querySelector('.draft .state')?.innerText"
+
+    def drafted() -> float:
+        """Wait for a draft of the feel at which the slider stands; returns how many JND it reaches."""
+        value = "Number(document.querySelector('.jnd-slider input').value)"
+        reached = f"Number({state}.match(/([+−][0-9.]+) JND/)[1].replace('−', '-'))"
+        window.wait(f"{COMMAND}.includes(`--jnd=${{{value}}} `)")
+        window.wait("document.querySelector('.busy').innerText != 'drafting'")
+        window.wait(f"/^Draft: /.test({state}) && Math.abs({reached} - {value}) < 0.15")
+        return float(window.evaluate(reached))
+
+    with App(tmp_path, "dots") as app:
+        window.visit(app.address, 1280, 800)
+        window.wait(f"{SHOWN} && {FELT}")
+        to(window, "Feel")
+        window.wait("document.querySelector('.jnd-slider input')")
+        drafted()
+        # The original's heights and those of the draft.
+        window.wait(f"{SHOWN}.trim().split(' ').length == 2")
+        before = window.evaluate(SHOWN)
+        left, top, width, height = window.place(".jnd-slider input")
+        window.drag([(left + width * share, top + height / 2) for share in (0.65, 0.68, 0.71, 0.74, 0.76)])
+        window.wait(f"!{COMMAND}.includes('--jnd=2 ')")
+        assert drafted() > 2.8
+        window.wait(f"{SHOWN} != {json.dumps(before)}")
+        for _ in range(3):
+            window.key("ArrowLeft")
+        assert drafted() < 3.2
+        assert window.evaluate("document.querySelector('.draft img').src.startsWith('data:image/png')")
+        area = f"{state}.includes('contact area')"
+        for goal, expected in (("Contact area", area), ("Like another", f"!{area}")):
+            window.click_text(".choice button", goal)
+            window.wait(f"/^Draft: /.test({state}) && {expected}")
+        assert not list((tmp_path / "runs").glob("dots-*"))
+        assert whole(window) == []
+
+
 @pytest.mark.sentinel
 def test_two_windows_show_one_session(app: App, window: Window) -> None:
     window.visit(app.address, 1280, 800)
@@ -260,3 +298,30 @@ def test_a_closed_app_leaves_a_run_that_goes_on(window: Window, tmp_path: Path) 
         window.wait(SHOWN)
         to(window, "Run")
         window.wait("document.querySelector('.queue')?.innerText.includes('it can go on')")
+
+
+def test_a_killed_app_leaves_a_run_that_the_next_one_shows_and_stops(window: Window, tmp_path: Path) -> None:
+    (tmp_path / "runs").mkdir()
+    slow = {"settings": [*QUICK, "descent.method=adam", "descent.steps=5000"]}
+    content = {"document": {"feel": slow}, "queue": [], "of_a_later_version": 1}
+    (tmp_path / "runs" / "app.json").write_text(json.dumps(content))
+    dots = "document.querySelectorAll('.step-chart .dot').length"
+    with App(tmp_path, "waves") as app:
+        window.visit(app.address)
+        window.wait(SHOWN)
+        window.wait("document.querySelector('.bar .fault').innerText.includes('runs/app.json.unread-1')")
+        to(window, "Run")
+        window.click_text(".side button", "Run")
+        window.wait(f"{dots} > 1")
+        app.process.kill()
+        app.close()
+    with App(tmp_path) as app:
+        window.visit(app.address)
+        window.wait(SHOWN)
+        assert window.evaluate("document.querySelector('.bar .fault').innerText") == ""
+        to(window, "Run")
+        window.wait("/waves-1: running/.test(document.querySelector('.state')?.innerText)")
+        window.wait("document.querySelector('.stage').innerText.includes('right the best so far')")
+        window.click_text(".side button", "Stop")
+        window.wait("document.querySelector('.queue')?.innerText.includes('it can go on')")
+    assert (tmp_path / "runs" / "waves-1" / "heights.exr").is_file()

@@ -23,6 +23,7 @@ class Client:
     """Sends requests to the routes without a server between."""
 
     def __init__(self, app: FastAPI) -> None:
+        self.app = app
         self._transport = httpx.ASGITransport(app)
 
     def get(self, address: str) -> httpx.Response:
@@ -105,6 +106,26 @@ def test_a_full_disk_is_told_and_leaves_nothing(client: Client, monkeypatch: pyt
     status, told = sent(client, b"content", "stone.png")
     assert status == 507 and told == "stone.png: the disk is full; nothing is kept of it"
     assert left() == []
+
+
+def test_a_cut_off_file_leaves_nothing_and_is_no_fault_of_the_app(client: Client) -> None:
+    async def receive() -> Any:
+        return next(messages)
+
+    async def send(message: Any) -> None:
+        sent.append(message)
+
+    async def cut_off(path: str, name: bytes) -> None:
+        scope = {"type": "http", "method": "POST", "path": path, "headers": [(b"x-name", name)]}
+        await client.app(scope | {"query_string": b""}, receive, send)
+
+    sent: list[Any] = []
+    begun = {"type": "http.request", "body": b"half of it", "more_body": True}
+    for path, name in (("/app/picture", b"stone.png"), ("/app/part", b"knob.stl")):
+        messages = iter([begun, {"type": "http.disconnect"}])
+        asyncio.run(cut_off(path, name))
+    assert [message["status"] for message in sent if "status" in message] == [422, 422]
+    assert left() == [] and list(Path("parts").iterdir()) == []
 
 
 def test_no_address_leads_out_of_the_folders(client: Client) -> None:

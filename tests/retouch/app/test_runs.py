@@ -3,8 +3,11 @@
 import json
 import os
 import signal
+import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -18,6 +21,20 @@ from retouch.app.state.runs import Queue, QueuedRun, State, earlier_runs, state_
 from retouch.app.values.document import FeelChoice
 
 ROW = {"step": 1, "roughness": 0.05, "contact_area_mm2": 30.0, "picture_mean_percent": 1.5, "seconds": 2.0}
+
+
+OUTLIVED = """
+import sys, time
+from pathlib import Path
+from relief.ground.files import only_writer
+with only_writer(Path(sys.argv[1])):
+    print("held", flush=True)
+    try:
+        time.sleep(60)
+    except KeyboardInterrupt:
+        sys.exit(130)
+"""
+"""A command that writes the run of a folder until Ctrl-C."""
 
 
 @pytest.fixture(autouse=True)
@@ -67,9 +84,8 @@ os.makedirs(sys.argv[4])
     commanded(monkeypatch, script)
     queue = Queue()
     first, second = (QueuedRun(Path(f"runs/stone-{number}"), FeelChoice()) for number in (1, 2))
-    queue.add(first)
-    queue.add(second)
-    assert second.state is State.WAITING
+    queue.jobs += [first, second]
+    assert queue.advance() and second.state is State.WAITING
     Path("go").touch()
     until(first, State.FAILED)
     assert queue.advance() and not queue.advance()
@@ -105,7 +121,8 @@ time.sleep(60)
 """
     commanded(monkeypatch, script)
     job, queue = QueuedRun(Path("runs/stone-1"), FeelChoice()), Queue()
-    queue.add(job)
+    queue.jobs.append(job)
+    queue.advance()
     end = time.monotonic() + 20.0
     while job.lines() != ["ready"]:
         assert time.monotonic() < end
@@ -113,6 +130,41 @@ time.sleep(60)
     assert os.getpgid(job.process.pid) != os.getpgid(0)  # type: ignore[union-attr]
     assert queue.stop_all(20.0) == [job]
     assert job.lines() == ["ready", "interrupted"] and not job.died
+
+
+@contextmanager
+def outlived(folder: Path) -> Iterator[subprocess.Popen[str]]:
+    """A run of which this app knows the folder alone, as of one that an earlier app has started."""
+    command = [sys.executable, "-c", OUTLIVED, str(folder)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None and process.stdout.readline() == "held\n"
+            yield process
+        finally:
+            process.kill()
+
+
+def test_a_run_of_an_earlier_app_is_asked_to_stop(request: pytest.FixtureRequest) -> None:
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    request.addfinalizer(lambda: signal.signal(signal.SIGINT, before))
+    job, queue = QueuedRun(Path("runs/stone-1"), FeelChoice()), Queue()
+    queue.jobs.append(job)
+    with outlived(job.folder) as process:
+        assert until(job, State.RUNNING) and job.can_be_stopped and queue.under_way() == [job]
+        job.stop()
+        assert process.wait(20.0) == 130
+    assert job.asked_to_stop and until(job, State.FAILED) is State.FAILED
+    # An app that is closed stops its own runs alone.
+    with outlived(job.folder) as process:
+        assert queue.stop_all(0.0) == [] and process.poll() is None
+
+
+def test_a_run_whose_process_is_not_found_offers_no_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runs, "lock_holder", lambda folder: None)
+    job = QueuedRun(Path("runs/stone-1"), FeelChoice())
+    with outlived(job.folder) as process:
+        job.stop()
+        assert job.state is State.RUNNING and not job.can_be_stopped and process.poll() is None
 
 
 @pytest.mark.parametrize("written", [False, True])
@@ -128,7 +180,8 @@ def test_a_closing_app_advises_to_go_on_only_where_a_run_can(
     request.addfinalizer(lambda: signal.signal(signal.SIGINT, before))
     commanded(monkeypatch, "import time; time.sleep(60)")
     job, queue = QueuedRun(Path("runs/stone-1"), FeelChoice()), Queue()
-    queue.add(job)
+    queue.jobs.append(job)
+    queue.advance()
     if written:
         checkpoint(job.folder)
     serve._stop_runs(queue)
@@ -152,7 +205,8 @@ def test_steps_are_read_while_they_are_written() -> None:
     assert steps(folder) == []
     row = json.dumps(ROW | {"target_roughness": 0.06})
     endless = json.dumps(ROW | {"step": float("inf")})
-    lines = [row, "[]", endless, json.dumps(ROW), '{"step": 2, "rough']
+    unknown = json.dumps(ROW | {"roughness": float("nan")})
+    lines = [row, "[]", endless, unknown, json.dumps(ROW), '{"step": 2, "rough']
     (folder / RUN_HISTORY).write_text("\n".join(lines))
     assert [step.target_roughness for step in steps(folder)] == [0.06, None]
 

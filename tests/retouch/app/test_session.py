@@ -3,6 +3,7 @@
 import asyncio
 import errno
 import json
+import os
 from collections.abc import Callable, Coroutine
 from dataclasses import replace
 from pathlib import Path
@@ -16,10 +17,11 @@ from optimize.estimates.change_curves import ChangeCurve, Reach
 from optimize.run_directory.key import RESULT
 from relief.ground.formats import RUN_HEIGHTS
 from relief.relief import Relief
-from retouch.app.computing import results, touch
-from retouch.app.state import numbers, running, session
+from retouch.app.computing import drafts, results, touch
+from retouch.app.state import kept, numbers, running, session
+from retouch.app.state.kept import KEPT
 from retouch.app.state.runs import State
-from retouch.app.state.session import KEPT, Session
+from retouch.app.state.session import Session
 from retouch.app.values.document import AppDocument, FeelChoice, PictureChoice, usual_numbers
 from retouch.app.values.findings import Map, Sides, Written
 
@@ -126,6 +128,29 @@ def test_what_is_no_picture_is_told_and_changes_nothing() -> None:
     assert one.document.picture is not None and one.document.picture.file == "stone.png"
 
 
+@pytest.mark.parametrize("number", [np.nan, np.inf, 1e308])
+def test_a_file_without_a_height_is_named_and_changes_nothing(number: float) -> None:
+    async def without(one: Session) -> None:
+        await chosen(one)
+        np.save("heights.npy", np.full((32, 32), number))
+        await one.choose("heights.npy")
+
+    one = settled(without)
+    fault = "heights.npy: nothing was measured in it; all its numbers are NaN or too large"
+    assert one.activity.faults == {"picture": fault}
+    assert one.document.picture is not None and one.document.picture.file == "stone.png"
+
+
+@pytest.mark.parametrize("relief_mm", [1e308, np.inf, np.nan, 0.0, -1.0])
+def test_a_relief_that_no_plate_can_have_is_told_with_the_file(relief_mm: float) -> None:
+    async def wrong(one: Session) -> None:
+        await chosen(one)
+        one.history.change_picture(relief_mm=relief_mm)
+
+    fault = settled(wrong).activity.faults["numbers"]
+    assert fault.startswith(f"stone.png: relief_mm: {relief_mm} is not a number from ")
+
+
 def test_a_relief_that_no_finger_can_follow_is_told() -> None:
     async def steep(one: Session) -> None:
         await chosen(one)
@@ -180,41 +205,11 @@ def test_the_next_start_goes_on_with_what_was_chosen() -> None:
     assert other.document == one.document
 
 
-@pytest.mark.parametrize(
-    "content",
-    [
-        "",
-        "[]",
-        "{" * 10_000,
-        '{"document": {}}',
-        '{"document": {"feel": {"jnd": "rough"}}, "queue": []}',
-        '{"document": {"feel": {"goal": "softness"}}, "queue": []}',
-        '{"document": {"picture": {"file": "a.png", "crop": [1]}}, "queue": []}',
-        '{"document": {}, "queue": [{"folder": "/etc", "feel": {}}]}',
-        '{"document": {}, "queue": [{"folder": "runs/../../x", "feel": {}}]}',
-        '{"document": {}, "queue": [{"folder": "runs/.x", "feel": {}}]}',
-        '{"document": {}, "queue": [{"folder": "runs/x", "feel": {"settings": 3}}]}',
-        '{"document": {}, "queue": [{"folder": "runs/' + "w" * 300 + '", "feel": {}}]}',
-        '{"document": {"run": "/elsewhere/run"}, "queue": []}',
-        '{"document": {"run": "runs/\\u0000"}, "queue": []}',
-        '{"document": {"run": "runs/\\ud800"}, "queue": []}',
-        '{"document": {"picture": {"file": "a.png", "crop": [1e30, 0, -1e30, 5]}}, "queue": []}',
-        '{"document": {"picture": {"file": "a.png", "crop": [0, 0, -5, -5]}}, "queue": []}',
-    ],
-)
-def test_a_hostile_file_of_the_last_start_is_not_believed(content: str) -> None:
-    KEPT.parent.mkdir()
-    KEPT.write_text(content)
-    one = Session()
-    one.restore()
-    assert one.document == AppDocument() and one.running.queue.jobs == []
-
-
 def test_a_full_disk_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: Any) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(session, "write_atomically", full)
+    monkeypatch.setattr(kept, "write_atomically", full)
     one = Session()
     one.history.change_feel(numbers=jnds(1.0))
     assert "No space left" in one.fault() and one.document.feel.numbers["jnd"] == 1.0
@@ -239,6 +234,66 @@ def test_a_run_waits_in_the_queue_and_is_there_at_the_next_start(monkeypatch: py
     assert json.loads(KEPT.read_text())["document"]["run"] == one.document.run == "runs/stone-2"
     one.drop(one.running.queue.jobs[0])
     assert len(one.running.queue.jobs) == 1 and Path("runs/stone-1.png").is_file()
+
+
+def test_a_run_is_in_the_list_after_a_kill_although_one_of_its_name_was_deleted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    at_start = []
+    monkeypatch.setattr(
+        running.Queue, "advance", lambda queue: at_start.append(json.loads(KEPT.read_text())["queue"])
+    )
+
+    async def anew(one: Session) -> None:
+        await chosen(one)
+        one.history.look_at("runs/stone-1")
+        await one.start_run()
+        Path("runs/stone-2.png").unlink()
+        one.history.look_at("runs/other-1")
+        await one.start_run()
+
+    settled(anew)
+    # Neither name is taken again: what a deleted run has written would be shown as that of the next one. The
+    # list is kept before the command begins, so that no kill comes between.
+    names = [[entry["folder"] for entry in queue] for queue in at_start]
+    assert names == [["runs/stone-2"], ["runs/stone-2", "runs/stone-1"]]
+
+
+def test_a_run_whose_command_cannot_be_started_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(queue: running.Queue) -> bool:
+        raise OSError(errno.EAGAIN, "no process can be made")
+
+    monkeypatch.setattr(running.Queue, "advance", refuse)
+
+    async def started(one: Session) -> None:
+        await chosen(one)
+        await one.start_run()
+
+    assert "no process" in settled(started).activity.faults["run"]
+    assert [entry["folder"] for entry in json.loads(KEPT.read_text())["queue"]] == ["runs/stone-1"]
+
+
+def test_what_could_not_be_read_is_told_and_not_overwritten() -> None:
+    KEPT.parent.mkdir()
+    KEPT.write_text(content := '{"document": {"feel": {"jnd": 1.5}, "picture": {"file": "a.png"}}, "que')
+    one = Session()
+    one.restore()
+    one.history.change_feel(numbers=jnds(3.0))
+    assert Path(f"{KEPT}.unread-1").read_text() == content
+    assert f"{KEPT}.unread-1" in one.fault() and "not read: all of it" in one.fault()
+    other = Session()
+    other.restore()
+    assert other.fault() == "" and other.document == one.document
+
+
+def test_a_name_that_is_no_utf8_is_shown_plainly() -> None:
+    name = os.fsdecode(b"caf\xe9.png")
+
+    async def missing(one: Session) -> None:
+        await one.choose(name)
+
+    one = settled(missing)
+    assert one.activity.faults["picture"] == "caf?.png: no such file"
 
 
 def test_a_painted_mask_becomes_a_region_in_grades() -> None:
@@ -301,7 +356,7 @@ def test_of_strokes_in_quick_succession_none_is_lost() -> None:
 
 def test_how_far_the_feel_can_change_is_of_the_picture_that_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
     found = Reach(ChangeCurve(1.0, True, ()), ChangeCurve(2.0, True, ()), "quick", "fast", 50.0)
-    monkeypatch.setattr(touch, "reach", lambda *_: found)
+    monkeypatch.setattr(drafts, "reach", lambda *_: (found, ()))
 
     async def estimated(one: Session) -> None:
         await chosen(one)
@@ -323,11 +378,11 @@ def test_how_far_the_feel_can_change_is_estimated_again_after_an_undone_change(
 ) -> None:
     reliefs = []
 
-    def reach(relief: Relief, skin: str) -> Reach:
+    def reach(relief: Relief, skin: str) -> tuple[Reach, tuple[()]]:
         reliefs.append(relief)
-        return Reach(ChangeCurve(1.0, True, ()), ChangeCurve(2.0, True, ()), "quick", "fast", 50.0)
+        return Reach(ChangeCurve(1.0, True, ()), ChangeCurve(2.0, True, ()), "quick", "fast", 50.0), ()
 
-    monkeypatch.setattr(touch, "reach", reach)
+    monkeypatch.setattr(drafts, "reach", reach)
 
     async def undone(one: Session) -> None:
         await chosen(one)

@@ -10,14 +10,18 @@ pytest.importorskip("nicegui", reason="without the extra app")
 from nicegui import Client, ui
 from nicegui.page import page
 
+from relief.ground.files import only_writer
 from retouch.app.stages.elements import JndSlider
 from retouch.app.stages.feel import FeelStage
 from retouch.app.stages.picture import PictureStage
 from retouch.app.stages.printing import PrintStage
+from retouch.app.stages.run import ELSEWHERE, RunStage
 from retouch.app.stages.window import AppWindow
+from retouch.app.state import runs
 from retouch.app.state.addresses import Addresses
+from retouch.app.state.runs import QueuedRun
 from retouch.app.state.session import Session
-from retouch.app.values.document import AppDocument, PictureChoice
+from retouch.app.values.document import AppDocument, FeelChoice, PictureChoice
 from retouch.app.values.findings import Written
 from tactile.quantities import QUANTITIES, GoalKey, Quantity
 
@@ -41,6 +45,25 @@ def test_a_file_for_a_printer_is_not_shown_as_that_of_the_next_run(
         assert shown()
         session.history.look_at("runs/b-1")
         assert not shown()
+    client.delete()
+
+
+def test_stop_is_offered_where_it_does_something(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    session, job = Session(), QueuedRun(Path("runs/a-1"), FeelChoice())
+    session.running.queue.jobs.append(job)
+    with Client(page("")) as client, only_writer(job.folder):
+        stage = RunStage(AppWindow(session, Addresses(), lambda _: None))
+        stage.build()
+        (stop,) = (
+            one for one in client.elements.values() if isinstance(one, ui.button) and one.text == "Stop"
+        )
+        stage.refresh()
+        assert stop.visible and ELSEWHERE not in texts(client)
+        # As on a system without a table of locks.
+        monkeypatch.setattr(runs, "lock_holder", lambda folder: None)
+        stage.refresh()
+        assert not stop.visible and ELSEWHERE in texts(client)
     client.delete()
 
 

@@ -1,5 +1,7 @@
 """The pages in a real browser: they ask for nothing, complain of nothing and cut nothing off."""
 
+import os
+import tempfile
 from collections.abc import Iterator
 from dataclasses import fields, replace
 from pathlib import Path
@@ -27,6 +29,18 @@ pytestmark = [
 def browser() -> Iterator[Browser]:
     with Browser() as open_browser:
         yield open_browser
+
+
+@pytest.mark.parametrize("webgl", [False, True])
+def test_a_browser_leaves_nothing_behind(webgl: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Of a short name: the browser makes a socket in it.
+    with tempfile.TemporaryDirectory() as folder:
+        monkeypatch.setenv("TMPDIR", folder)
+        monkeypatch.setattr(tempfile, "tempdir", None)
+        with Browser(webgl=webgl) as one:
+            one.open("about:blank", 800)
+            assert len(os.listdir(folder)) > 1
+        assert os.listdir(folder) == []
 
 
 def full() -> Report:

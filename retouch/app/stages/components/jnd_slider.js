@@ -15,7 +15,7 @@ export default {
         <line :x1="x(own)" :x2="x(own)" y1="0" y2="64" class="now"></line>
       </svg>
       <input type="range" :min="-most" :max="most" step="0.1" :value="own" :aria-label="label"
-        :aria-valuetext="signed(own) + ' just-noticeable differences. ' + costText" @input="slid" @change="kept">
+        :aria-valuetext="signed(own) + ' just-noticeable differences. ' + costText" @input="slid">
       <div class="jnd-ends"><span>smoother</span><span>as it is</span><span>rougher</span></div>
       <p class="hint cost">{{ costText }}</p>
     </div>`,
@@ -25,7 +25,7 @@ export default {
     smoother: { type: Number, default: 0 }, rougher: { type: Number, default: 0 }, waiting: String,
   },
   data() { return { own: this.value }; },
-  watch: { value(now) { this.own = now; } },
+  watch: { value(now) { if (!this.timer) this.own = now; } },
   computed: {
     top() { return 1.6 * this.limit; },
     curve() { return this.costs.map(([jnd, cost]) => `${this.x(jnd)},${this.y(cost)}`).join(" "); },
@@ -49,7 +49,16 @@ export default {
     x(jnd) { return (240 * (Math.min(this.most, Math.max(-this.most, jnd)) + this.most)) / (2 * this.most); },
     y(cost) { return 64 - (64 * Math.min(this.top, cost)) / this.top; },
     signed(jnd) { return (jnd > 0 ? "+" : jnd < 0 ? "−" : "") + Math.abs(jnd).toFixed(1); },
-    slid(event) { this.own = Number(event.target.value); },
-    kept() { this.$emit("jnd", this.own); },
+    slid(event) {
+      this.own = Number(event.target.value);
+      if (this.timer) return;
+      // The first move at once, the last one surely.
+      const sent = this.own;
+      this.$emit("jnd", sent);
+      this.timer = setTimeout(() => {
+        this.timer = null;
+        if (this.own !== sent) this.$emit("jnd", this.own);
+      }, 100);
+    },
   },
 };

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.objects.step.exact import SURFACES, distance
 from relief.ground.errors import InputError
 from relief.ground.formats import is_mesh
 from relief.heightmap import load_height_map
@@ -20,6 +19,7 @@ from relief.solids.meshes.solid import check_closed
 from relief.solids.remeshing.smooth_surface import SmoothSurface, smooth_surface
 from retouch.verbs.objects.wrap_options import WrapOptions
 from retouch.verbs.objects.wrap_task import task_of
+from tests.relief.solids.files.exact_surfaces import SURFACES, distance
 
 pytest.importorskip("cascadio")
 PARTS = Path(__file__).parents[4] / "benchmarks" / "objects" / "step"

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import retouch
-from benchmarks.objects.bare import Samples, check, crossings, faults, left_alone, shares_at
 from benchmarks.objects.bundled import tile_of
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import as_written, write_parts
@@ -26,6 +25,7 @@ from tests.relief.solids.wrapping.field_parts import (
     sealed_box,
     volume_below,
 )
+from tests.relief.solids.wrapping.left_as_read import Samples, check, crossings, faults, left_alone, shares_at
 
 RELIEF_MM, FALLOFF_MM, FACES = 0.5, 2.0, 20_000
 

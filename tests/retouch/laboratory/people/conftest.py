@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.people.observers import Observer, write_answers
 from retouch.laboratory.people.plan import write_plan
 from retouch.laboratory.people.plates import read_plates
 from retouch.laboratory.stimulus_sets.stimulus_set import Experiment
+from tests.retouch.laboratory.people.observers import Observer, write_answers
 
 HEADINGS = ["texture", "label", "kind", "level", "roughness", "contact_area_mm2", "picture_change_percent"]
 PEOPLE = 3

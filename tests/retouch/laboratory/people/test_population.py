@@ -41,7 +41,7 @@ def test_the_weber_fraction_is_where_84_of_100_pairs_are_told_right() -> None:
 
 
 def test_intervals_hold_what_was_simulated(rng: np.random.Generator) -> None:
-    """The full table is in docs/evidence/people.md; here a few of each, none of them far off."""
+    """docs/evidence/people.md counts thirteen kinds of experiments; here are a few of one."""
     middle, person, equality = [], [], []
     for _ in range(20):
         preferences = 0.4 * rng.standard_normal(4)

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import retouch
-from benchmarks.people.observers import Observer, write_answers
 from optimize.settings.skins import load_skin
 from retouch.commands.main import BAD_INPUT, main
 from retouch.laboratory.people.plan import plan
 from retouch.laboratory.people.plates import read_plates
 from retouch.laboratory.people.skin_fit import proposal, tried_fingers
 from retouch.laboratory.stimulus_sets.stimulus_set import Experiment, StimulusSet
+from tests.retouch.laboratory.people.observers import Observer, write_answers
 
 pytestmark = pytest.mark.slow
 

@@ -1,5 +1,7 @@
 """A study file becomes checked rows, and what is wrong with it is told in one line."""
 
+import hashlib
+import json
 import shutil
 from pathlib import Path
 
@@ -11,7 +13,7 @@ from relief.ground.errors import InputError
 from relief.heightmap import load_heights, save_heights_exr
 from retouch.laboratory.studies import rows
 from retouch.laboratory.studies.document import read_document
-from retouch.laboratory.studies.row_key import INTRODUCED, row_key
+from retouch.laboratory.studies.row_key import DEFAULTS, row_key
 from retouch.laboratory.studies.rows import expand
 from retouch.laboratory.studies.study_file import load_study
 
@@ -115,46 +117,28 @@ def test_a_row_is_found_again_by_what_decides_its_run(tmp_path: Path, texture: P
         assert row_key(first) != row_key(load_run("gravel.toml", [*same, other]))
 
 
-def test_each_setting_has_the_value_it_was_introduced_with() -> None:
-    """Without a line there, a later change of its default would change what old rows mean."""
-    assert run_keys().keys() - {"scene", "texture", "define"} == INTRODUCED.keys()
+def test_a_changed_default_raises_the_number_of_the_defaults(tmp_path: Path) -> None:
+    """A new setting is recorded here; a default that changes raises `DEFAULTS` as well."""
+    defaults = {name: repr(value) for name, value in run_keys().items()}
+    found = hashlib.sha256(json.dumps(defaults, sort_keys=True).encode()).hexdigest()
+    assert (DEFAULTS, found[:16]) == (1, "c6778d691a42964e")
 
 
-OLD_KEYS = {
-    "look.broad=0": "9cee3078e94f651b72caac839f6b49b3",
-    'look.model="fast" touch.model="quick" look.broad=0': "1364135bf1caac7f0bba3d257bbdc602",
-    'descent.method="adam" descent.steps=30': "e6830819e5b3e13fb1e8aeb8f94c629c",
-}
-"""First digits of row keys as in the committed studies, by settings beyond those of the run file below."""
-
-
-@pytest.mark.parametrize("settings", OLD_KEYS)
-def test_rows_of_earlier_versions_are_found(tmp_path: Path, settings: str) -> None:
-    """A new setting, or another default of an old one, must not make rows unknown that are computed."""
+def test_settings_at_their_defaults_are_not_in_the_key(tmp_path: Path) -> None:
     for name in ("scene.xml", "texture.png"):
         (tmp_path / name).write_text(name)
     path = tmp_path / "run.toml"
     path.write_text('scene = "scene.xml"\ntexture = "texture.png"\ntouch.jnd = 2\n')
-    assert row_key(load_run(path, settings.split())).startswith(OLD_KEYS[settings])
-
-
-def test_rows_with_regions_of_earlier_versions_are_found(tmp_path: Path) -> None:
-    """A new key of a region must not make rows unknown, nor stop a run from being resumed."""
-    for name in ("scene.xml", "texture.png", "mask.png"):
-        (tmp_path / name).write_text(name)
-    path, region = tmp_path / "run.toml", '{mask = "mask.png", jnd = 2%s}'
-    keys = []
-    for more in ("", ", graded = false", ", graded = true"):
-        beside = 'scene = "scene.xml"\ntexture = "texture.png"\nlook.broad = 0'
-        path.write_text(f"{beside}\ntouch.region = [{region % more}]\n")
-        keys.append(row_key(load_run(path)))
-    assert keys[0] == keys[1] != keys[2]
-    assert keys[0].startswith("0d3939a21926fa1b71ac27c4dff07463")
+    plain = row_key(load_run(path))
+    for name, value in run_keys().items():
+        if isinstance(value, (bool, int, float, str)) and not name.startswith("touch.skin"):
+            stated = json.dumps(value)
+            assert row_key(load_run(path, [f"{name}={stated}"])) == plain, name
 
 
 @pytest.mark.parametrize("study", ["figure10", "figure15", "figure17", "figure19", "figure22", "front"])
 def test_rows_that_are_committed_are_found(study: str) -> None:
-    """A revised scene must not make them unknown: `retouch.laboratory.studies.row_key.REVISED`."""
+    """Rows of committed studies are those of the study files, so that `--from` takes them over."""
     path = Path(__file__).parents[4] / "benchmarks" / "results" / "studies" / f"{study}.json"
     assert read_document(path).records.keys() == expand(load_study(study)).rows.keys()
 
