@@ -67,7 +67,7 @@ $(TESTS): $(RUNS)
 llvm:
 	@as_root=; [ "$$(id -u)" = 0 ] || as_root="sudo -n"; \
 	if command -v apt-get > /dev/null && $$as_root true 2> /dev/null; then \
-	    $$as_root apt-get -q update && $$as_root apt-get -q install -y --no-install-recommends libllvm19; \
+	    $$as_root apt-get -q update && $$as_root apt-get -q install -y --no-install-recommends libllvm19 libatomic1; \
 	fi; \
 	$(BIN)/python -m visual.backend.llvm || true
 

@@ -215,15 +215,8 @@ def test_the_wheel_works_outside_the_checkout(installed: Path, tmp_path: Path) -
     assert 0.03 < json.loads(told)[0]["roughness"] < 0.12
 
     small = ["-D", "resolution=32", "--samples", "4"]
-    run(
-        installed / "retouch",
-        "render",
-        f"{folder.strip()}/studio.xml",
-        "-o",
-        "pictures",
-        *small,
-        cwd=tmp_path,
-    )
+    scene = f"{folder.strip()}/studio.xml"
+    run(installed / "retouch", "render", scene, "-o", "pictures", *small, cwd=tmp_path)
     assert len([*(tmp_path / "pictures").glob("*.exr")]) == 3
     script = (
         "import retouch, mitsuba_scenes; "

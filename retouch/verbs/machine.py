@@ -140,8 +140,8 @@ def _variants() -> Finding:
     """The Mitsuba variants that run here."""
     try:
         mitsuba = load("mitsuba")
-    except ImportError as error:
-        return Finding("Mitsuba", False, f"does not import: {error}", INSTALL)
+    except InputError as error:
+        return Finding("Mitsuba", False, str(error), INSTALL)
     usable = [name for name in mitsuba.variants() if _runs(name)]
     detail = f"{mitsuba.__version__}: {', '.join(usable)}"
     return Finding(

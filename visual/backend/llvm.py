@@ -26,14 +26,17 @@ from visual.backend.llvm_candidates import Library, candidates, find
 VARIABLE = "DRJIT_LIBLLVM_PATH"
 """The environment variable from which Dr.Jit takes the path of libLLVM."""
 
-REMEDY = "Debian and Ubuntu: apt install libllvm19; macOS: brew install llvm"
-"""Advice to a person whose machine has no usable libLLVM."""
+REMEDY = "Debian and Ubuntu: apt install libllvm19 libatomic1; macOS: brew install llvm"
+"""Advice to a person whose machine has no usable libLLVM, or lacks a library that Dr.Jit itself loads."""
 
 OLDEST_MAJOR = 15
 """Oldest major version: Dr.Jit 1.5 needs opaque pointers, which LLVM has from 15 on."""
 
 ABORTING_MAJORS = frozenset({15, 16})
 """Major versions that abort the process: they cannot select fminimum and fmaximum (Dr.Jit 1.5, AVX-512)."""
+
+DOES_NOT_LOAD = 3
+"""Exit status of a probe that cannot import Dr.Jit, whose last line says why."""
 
 PROBE_SECONDS = 60.0
 """Longest time of a probe, s; it takes about 0.3 s on an idle machine."""
@@ -43,7 +46,11 @@ _PROBE = """
 import os, resource, sys
 resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 os.environ["HOME"] = sys.argv[1]
-import drjit as dr
+try:
+    import drjit as dr
+except (ImportError, NameError) as error:
+    print(f"Dr.Jit does not load: {error.__context__ or error}", file=sys.stderr)
+    sys.exit(3)
 from drjit.llvm.ad import Float, UInt32
 x = dr.arange(Float, 8) / 8
 y = dr.minimum(x, 0.5) + dr.maximum(x, 0.25)
@@ -100,7 +107,8 @@ def _probe(library: Library) -> str:
         The fault, in one line; empty if the library works.
 
     Raises:
-        _Undecided: the probe takes longer than `PROBE_SECONDS` or is killed from outside.
+        _Undecided: the probe takes longer than `PROBE_SECONDS`, is killed from outside, or cannot import
+            Dr.Jit, as where a library of the system is missing.
     """
     try:
         with tempfile.TemporaryDirectory() as home:
@@ -120,6 +128,8 @@ def _probe(library: Library) -> str:
     if -process.returncode in (signal.SIGKILL, signal.SIGTERM, signal.SIGINT):
         raise _Undecided("its probe was killed")
     lines = process.stderr.strip().splitlines() or ["no message"]
+    if process.returncode == DOES_NOT_LOAD:
+        raise _Undecided(lines[-1])
     # An abort says why in its first line; a Python traceback in its last.
     line = lines[0] if process.returncode < 0 else lines[-1]
     return f"its probe ended with status {process.returncode}: {line[:160]}"

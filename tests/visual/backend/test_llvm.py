@@ -2,6 +2,8 @@
 
 import json
 import os
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -10,6 +12,8 @@ import pytest
 from relief.ground.files import cache_folder
 from visual.backend import llvm, llvm_candidates
 from visual.backend.llvm_candidates import Library
+
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(autouse=True)
@@ -147,6 +151,27 @@ def test_a_probe_that_takes_too_long_is_not_remembered(
     machine("a/libLLVM.so.19.1")
     assert "longer than" in llvm.judge(llvm.candidates()[0]).fault
     assert not cache_folder().exists()
+
+
+@pytest.mark.slow
+def test_without_dr_jit_a_line_names_the_library_that_it_lacks(
+    machine: Callable[..., list[Path]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """As on a bare Debian without libatomic1. It may be installed next: the verdict is not remembered."""
+    lacks = "libatomic.so.1: cannot open shared object file: No such file or directory"
+    module = (
+        f"try:\n    raise ImportError('{lacks}')\nexcept ImportError:\n    raise NameError('_drjit_ext')\n"
+    )
+    (tmp_path / "drjit.py").write_text(module)
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:{ROOT}")
+    machine("a/libLLVM.so.19.1")
+    assert llvm.judge(llvm.candidates()[0]).fault == f"Dr.Jit does not load: {lacks}"
+    assert not cache_folder().exists()
+
+    command = [sys.executable, "-m", "retouch", "render", str(ROOT / "mitsuba_scenes" / "studio.xml")]
+    child = subprocess.run([*command, "-o", tmp_path / "out"], capture_output=True, text=True, check=False)
+    assert child.returncode == 2
+    assert child.stderr == f"retouch: mitsuba does not load: {lacks} ({llvm.REMEDY})\n"
 
 
 def test_a_probe_that_is_interrupted_is_not_remembered(
