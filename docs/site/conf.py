@@ -40,7 +40,7 @@ GENERATED = {
     "commands": commands.reference,
     **{name: partial(api.reference_of, name) for name in api.PACKAGES},
 }
-"""What stands on the site in place of a comment `<!-- site: NAME -->`, which GitHub does not show."""
+"""What stands on the site in place of a comment `<!-- on the site: NAME -->`, which GitHub does not show."""
 
 
 def read(_: object, page: str, source: list[str]) -> None:
@@ -49,7 +49,7 @@ def read(_: object, page: str, source: list[str]) -> None:
         source[0] = notebooks.as_markdown(source[0], Path(page).name)
     if page == root_doc:
         source[0] += (ROOT / "docs/site/navigation.txt").read_text(encoding="utf-8")
-    source[0] = re.sub(r"<!-- site: (\w+) -->", lambda found: GENERATED[found[1]](), source[0])
+    source[0] = re.sub(r"<!-- on the site: (\w+) -->", lambda found: GENERATED[found[1]](), source[0])
 
 
 def inline_mathematics(writer: Any, node: nodes.math) -> None:
