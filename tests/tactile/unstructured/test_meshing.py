@@ -10,7 +10,8 @@ import pytest
 from relief.ground.errors import InputError
 from tactile.unstructured import meshing
 from tactile.unstructured.meshing import MeshingError, Sizing, Tetrahedra, signed_volumes, tetrahedralise
-from tactile.unstructured.surface import ClosedSurface, block_surface, fingertip_surface, outward_normals
+from tactile.unstructured.surface import ClosedSurface, outward_normals
+from tests.tactile.unstructured.skin_surfaces import block_surface, fingertip_surface
 
 pytestmark = pytest.mark.slow
 

@@ -17,7 +17,7 @@ from tactile.strain import smallest_eigenvalue
 from tactile.touch import Touch
 from tactile.unstructured.meshing import Sizing, Tetrahedra, signed_volumes, tetrahedralise
 from tactile.unstructured.quadratic import gradients_at, stiffness
-from tactile.unstructured.surface import ClosedSurface, block_surface, fingertip_surface
+from tactile.unstructured.surface import ClosedSurface
 from tactile.unstructured.tetrahedra import (
     TetrahedralOperator,
     press_tetrahedra,
@@ -25,6 +25,7 @@ from tactile.unstructured.tetrahedra import (
 )
 from tests.recorded import Truth, Truths, solved
 from tests.tactile.reliefs import SIZE, bumps, grating, waves
+from tests.tactile.unstructured.skin_surfaces import block_surface, fingertip_surface
 from tests.taylor import dot_test
 
 pytestmark = pytest.mark.slow
