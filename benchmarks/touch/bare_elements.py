@@ -2,7 +2,7 @@
 
 With sliding sides, which act as mirrors, cosines at the pixel centres are the modes of the mesh of
 `tactile.structured.pixel_block`, and each mode needs only a small system along the depth: a discrete layer.
-The exact layer (`tactile.layer.layered_response`) minus the discrete one is the discretisation error of the
+The exact layer (`tactile.layer.layer_response`) minus the discrete one is the discretisation error of the
 elements under the shortest waves, where the error is largest.
 """
 
