@@ -17,7 +17,7 @@ import tactile
 from relief.depth import check_reach, floor_mm, within_reach
 from relief.ground.arrays import Array, Index
 from relief.ground.formatting import about, number
-from relief.ground.progress import Stage, say, stage
+from relief.ground.progress import say, stage
 from relief.ground.threads import one_torch_thread
 from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import places
@@ -161,14 +161,16 @@ def measure_touch(
         check_patch(patches.plate_mm)
     deep = floor_mm(relief.heights) > 0.0
 
-    def press(fields: Array) -> tuple[tactile.Touch, dict[str, Array]]:
+    def press(of: Patches, part: slice) -> tuple[tactile.Touch, dict[str, Array]]:
         # A plate that is its own patch is pressed as it is, without a dimension for locations.
+        fields = of.of(heights, part)
         pressed_on = torch.as_tensor(fields if len(fields) > 1 else fields[0])
         finger = by or partial(tactile.press, skin=skin, model=model, mesh=mesh)
         touch = finger(pressed_on, patches.size_mm)
         if deep:
             check_reach(fields, touch.gap.detach().numpy().reshape(fields.shape))
         values = {one.name: each(one.value(touch)) for one in quantities}
+        advance(fields.size)
         return touch, values | {one.name: each(one.value(touch, pressed_on)) for one in readouts}
 
     chosen = full_sampling(patches)
@@ -178,7 +180,7 @@ def measure_touch(
     say_forecast(relief, parts)
     with stage("pressing on places", sum(part.samples_in_all for part in parts)) as advance:
         nodes = mesh if model == "fem" else None
-        pressed = [collected(part, heights, press, advance, model, nodes) for part in parts]
+        pressed = [collected(part.count, part.samples, partial(press, part), model, nodes) for part in parts]
     # Not by ratios: a mean strain may be of either sign.
     read = [{one.name: part.values.pop(one.name) for one in readouts} for part in pressed]
     measures = pressed[0] if chosen is None else ratio_estimate(pressed[0], pressed[1], chosen)
@@ -235,71 +237,44 @@ def ratio_estimate(coarse: TouchMeasures, full: TouchMeasures, chosen: Index) ->
     return replace(coarse, values=values, contact_fractions=fractions, error_bound=bound, subsample=some)
 
 
-Press = Callable[[Array], tuple[tactile.Touch, dict[str, Array]]]
-"""Map from patches (k, n, n) to their touch and the values of quantities (k,) by name."""
+Press = Callable[[slice], tuple[tactile.Touch, dict[str, Array]]]
+"""Map from a part of the patches to its touch, and the values of quantities (k,) by name."""
 
 
 @one_torch_thread()
 def collected(
-    patches: Patches, heights: Array, press: Press, advance: Stage, model: ModelName, mesh: int | None = None
+    count: int,
+    samples: int,
+    press: Press,
+    model: ModelName,
+    mesh: int | None = None,
+    most: int | None = None,
 ) -> TouchMeasures:
-    """Press on all patches of a relief, batch by batch; fields as in `TouchMeasures`, without gradients.
+    """Press on patches batch by batch; fields as in `TouchMeasures`, without gradients.
 
     Args:
-        patches: where to press.
-        heights: (rows, cols) mm, `within_reach`.
+        count: number of patches.
+        samples: n, of their sides.
         press: of a batch.
-        advance: is called with the number of samples that were pressed.
         model, mesh: as in `TouchMeasures`.
+        most: samples of the maps that are kept; None for `MAP_SAMPLES`.
     """
-    side = patches.samples
-    kept = min(patches.count, max(1, MAP_SAMPLES // side**2))
-    maps = np.empty((2, kept, side, side))
+    maps = np.empty((2, min(count, max(1, (most or MAP_SAMPLES) // samples**2)), samples, samples))
     values, fractions, bounds = [], [], []
-    for part in batches(patches):
-        touch, of_part = press(patches.of(heights, part))
+    size = max(1, BATCH_SAMPLES // samples**2)
+    for part in (slice(start, start + size) for start in range(0, count, size)):
+        touch, of_part = press(part)
         # Maps beyond those that are kept are dropped here, and with them the gap.
-        of_batch = torch.stack((touch.strain, touch.pressure)).detach().reshape(2, -1, side, side)
+        of_batch = torch.stack((touch.strain, touch.pressure)).detach().reshape(2, -1, samples, samples)
         maps[:, part] = of_batch[:, : len(maps[0, part])]
         values.append(of_part)
         fractions.append(each(touch.contact_fraction))
         bounds.append(float(touch.error_bound.max()))
-        advance(of_batch[0].numel())
     joined = {name: np.concatenate([of_part[name] for of_part in values]) for name in values[0]}
-    none = np.zeros((0, heights.size))
+    none = np.zeros((0, samples**2))
     return TouchMeasures(model, mesh, joined, np.concatenate(fractions), maps[0], maps[1], none, max(bounds))
-
-
-def batches(patches: Patches) -> list[slice]:
-    """Parts of the patches that are pressed together."""
-    size = max(1, BATCH_SAMPLES // patches.samples**2)
-    return [slice(start, start + size) for start in range(0, patches.count, size)]
 
 
 def each(value: torch.Tensor) -> Array:
     """(k,) of a quantity's values, of which one has no dimension."""
     return np.atleast_1d(value.detach().double().numpy())
-
-
-def touch_measures(
-    touches: Sequence[tactile.Touch],
-    values: Sequence[dict[str, Array]],
-    model: ModelName,
-    gradients: Array | sp.csr_matrix,
-) -> TouchMeasures:
-    """The measures of touches, each (n, n) or (batch, n, n), and of their values; see `TouchMeasures`."""
-
-    def maps(name: str) -> Array:
-        fields = [getattr(touch, name).detach().double().numpy() for touch in touches]
-        return np.concatenate([field.reshape(-1, *field.shape[-2:]) for field in fields])
-
-    return TouchMeasures(
-        model,
-        None,
-        {name: np.concatenate([of_part[name] for of_part in values]) for name in values[0]},
-        np.concatenate([each(touch.contact_fraction) for touch in touches]),
-        maps("strain"),
-        maps("pressure"),
-        gradients,
-        max(float(touch.error_bound.max()) for touch in touches),
-    )

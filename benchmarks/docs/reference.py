@@ -19,7 +19,7 @@ from optimize.descent.methods import METHODS, methods_that_take
 from optimize.settings.run_file import Run, run_keys
 from optimize.settings.skins import SKIN_KEYS, load_skin
 from optimize.settings.touch import FEEL_OF_KEYS, GOAL_KEYS, MAPPED
-from optimize.verification.section import Keys, Section
+from optimize.verification.section import EachUnder, Section
 from optimize.verification.verification import Verification
 from relief.printers import PRINTERS, RANGES
 from retouch.laboratory.published.findings import FILE
@@ -160,10 +160,10 @@ def _walked(
     """Key, meaning and section of each value; a section within is walked where it comes first."""
     meanings = attributes(section)
     for name, field in section.model_fields.items():
-        keys = next((one for one in field.metadata if isinstance(one, Keys)), Keys((name,)))
+        each = next((f"{one.prefix}NAME" for one in field.metadata if isinstance(one, EachUnder)), None)
         inner = next((each for each in _classes(field.annotation) if issubclass(each, Section)), None)
         several = "[]" if inner is not None and "tuple[" in str(field.annotation) else ""
-        key = f"{before}{keys.names[0]}{'NAME' if keys.each else ''}{several}"
+        key = f"{before}{each or field.alias or name}{several}"
         inner = None if name in without else inner
         known = inner is None or inner in first
         if inner is not None:

@@ -18,7 +18,6 @@ from torch import Tensor
 from relief.ground.arrays import Array
 from tactile.contact import Compliance, ContactError, Stop, approach_contact
 from tactile.layer.layer_response import layer_response
-from tactile.layer.layered_response import layered_response
 from tactile.skin import Skin
 
 HALF_MM = 8.0
@@ -74,8 +73,7 @@ def quarter_layer(skin: Skin, rows: int, cols: int, half_mm: float = HALF_MM) ->
     k = np.hypot(*np.meshgrid(*waves, indexing="ij"))
     least = np.pi / half_mm
     nodes = np.concatenate(([0.0], np.geomspace(least, 1.001 * k.max(), SYMBOL_NODES)))
-    block = skin.poisson_ratio, skin.thickness_mm, skin.depth_mm
-    response = layered_response(nodes, *block, skin.stack) if skin.layers else layer_response(nodes, *block)
+    response = layer_response(nodes, skin.poisson_ratio, skin.thickness_mm, skin.depth_mm, skin.stack)
     spline = CubicSpline(np.log(nodes[1:]), np.log(response.surface[1:]))
     symbol = np.exp(spline(np.log(np.maximum(k, least))))
     return QuarterLayer(torch.as_tensor(np.where(k > 0.0, symbol, response.surface[0])), half_mm)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.shared.common import DOCS, again_given, load, machine, publish, save, table
+from benchmarks.touch.bare_elements import bare_elements
 from benchmarks.touch.pressed_reliefs import SIDE, SIZE_MM, many, twelve
 from benchmarks.touch.relief_pressing import SKIN, Measured, compared, measure, resampled, stacked
 from tactile.elements.finite_elements import finite_element_operator
@@ -57,7 +58,7 @@ def bare() -> list[dict[str, Any]]:
     for nodes in BARE:
         heights = resampled(stacked(twelve()), nodes)
         truth = measure(finite_element_operator(SKIN, nodes, SIZE_MM, mesh=nodes), heights)
-        alone = measure(finite_element_operator(SKIN, nodes, SIZE_MM, mesh=nodes, exact_layer=False), heights)
+        alone = measure(bare_elements(SKIN, nodes, SIZE_MM), heights)
         rows.append({"nodes a side": nodes} | compared(alone, truth))
     return rows
 

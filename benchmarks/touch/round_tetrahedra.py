@@ -17,7 +17,7 @@ from tactile.skin import Skin
 from tactile.sparse import factorised
 from tactile.unstructured.meshing import Sizing, Tetrahedra, tetrahedralise
 from tactile.unstructured.quadratic import gradients_at, pixel_forces, stiffness
-from tactile.unstructured.surface import block_surface
+from tactile.unstructured.surface import ClosedSurface
 from tactile.unstructured.tetrahedra import TetrahedralOperator
 
 LAYERED_ORDER = 6
@@ -30,7 +30,7 @@ def round_tetrahedra(
     """The operator of a round finger at unit modulus on an n x n patch; or of a flat pad of the same mesh."""
     assert skin.radii_mm is not None
     along, across = (np.inf, np.inf) if flat else skin.radii_mm
-    block = tetrahedralise(block_surface(size_mm, skin.thickness_mm), sizing)
+    block = tetrahedralise(_block(size_mm, skin.thickness_mm), sizing)
     face = block.boundary()
     face = face[(block.vertices[face, 2] == 0.0).all(axis=1)]
     unbent = _basis(block, skin)
@@ -70,6 +70,14 @@ def round_tetrahedra(
         gradients_at(basis, _curved(receptors, along, across)),
         layer_response(waves, skin.poisson_ratio, skin.thickness_mm, skin.depth_mm).surface,
     )
+
+
+def _block(size_mm: float, thickness_mm: float) -> ClosedSurface:
+    """Surface of a flat block, `size_mm` a side."""
+    corners = np.array([*np.ndindex(2, 2, 2)]) * (size_mm, size_mm, thickness_mm)
+    quads = np.array([(0, 2, 6, 4), (1, 5, 7, 3), (0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6)])
+    triangles = np.concatenate((quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]))
+    return ClosedSurface(corners - (0.5 * size_mm, 0.5 * size_mm, 0.0), triangles)
 
 
 def _basis(mesh: Tetrahedra, skin: Skin) -> skfem.Basis:

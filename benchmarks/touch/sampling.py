@@ -20,7 +20,6 @@ import tactile
 from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
 from mitsuba_scenes import find_texture
 from relief.ground.arrays import Array
-from relief.ground.progress import stage
 from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import places
 from relief.relief import Relief
@@ -111,12 +110,11 @@ def fine_reliefs(n: int) -> dict[str, Array]:
 def felt(patches: Patches, heights: Array) -> TouchMeasures:
     """What the paper's finger feels of patches, by the elastic layer."""
 
-    def press(fields: Array) -> tuple[tactile.Touch, dict[str, Array]]:
-        touch = tactile.press(fields, patches.size_mm)
+    def press(part: slice) -> tuple[tactile.Touch, dict[str, Array]]:
+        touch = tactile.press(patches.of(heights, part), patches.size_mm)
         return touch, {name: each(one.value(touch)) for name, one in QUANTITIES.items()}
 
-    with stage("pressing") as advance:
-        return collected(patches, heights, press, advance, "layer")
+    return collected(patches.count, patches.samples, press, "layer")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """The problem of a descent: a relief, the feel to reach, the look to keep; the meeting of touch and sight."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -21,7 +21,7 @@ from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import SPACING_MM, places
 from relief.relief import Relief
 from relief.surface import Surface
-from tactile.measures import TouchMeasures, batches, each, touch_measures
+from tactile.measures import TouchMeasures, collected, each
 from tactile.model import ModelName
 from tactile.quantities import Quantity
 from visual.looks import EXACT, look_model
@@ -139,10 +139,18 @@ class Problem:
         Raises:
             ContactError: the contact does not converge.
         """
-        parts = [self._press(heights, part, start, gradients, steering) for part in batches(self.patches)]
-        touches, values, slopes = zip(*parts, strict=True)
-        by_target = [np.concatenate(batch) for batch in zip(*slopes, strict=True)]
-        return touch_measures(touches, values, self.touch, gradients=self._rows(by_target))
+        rows: list[list[Array]] = []
+
+        def press(part: slice) -> tuple[tactile.Touch, dict[str, Array]]:
+            touch, values, of_part = self._press(heights, part, start, gradients, steering)
+            rows.append(of_part)
+            return touch, values
+
+        felt = collected(
+            self.patches.count, self.patches.samples, press, self.touch, most=self.patches.samples_in_all
+        )
+        by_target = [np.concatenate(batch) for batch in zip(*rows, strict=True)]
+        return replace(felt, gradients=self._rows(by_target))
 
     def fields(self, heights: Tensor) -> Tensor:
         """Patches (k, n, n) of a relief (rows, cols), or (n, n) if there is one; differentiable."""

@@ -2,77 +2,59 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import BaseModel, ConfigDict, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from tactile.quantities import QUANTITIES
 
 
 @dataclass(frozen=True)
-class Keys:
-    """Where a value stands in JSON, if not under the name of its attribute.
+class EachUnder:
+    """Mark of a mapping by quantity, whose entries stand beside the other values of the section.
 
     Attributes:
-        names: keys of the value; the first counts, the others are its earlier names, written for one release.
-        each: whether the value is a mapping by quantity, whose entries stand beside the other values of the
-            section, under the name of the quantity; `names` are then what comes before this name.
+        prefix: what comes before the name of the quantity in the key of an entry.
     """
 
-    names: tuple[str, ...]
-    each: bool = False
+    prefix: str
 
 
 class Section(BaseModel):
     """A section of a document; what a document lacks has its default, and is not written."""
 
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False, populate_by_name=True)
 
     @model_validator(mode="before")
     @classmethod
     def _gathered(cls, content: object) -> object:
-        """The content by the names of the attributes."""
+        """The content, with mappings for entries of each quantity."""
         if not isinstance(content, Mapping):
             return content
         gathered = dict(content)
-        for name, keys in _keys_of(cls).items():
-            # The first of the names, which counts, comes last.
-            for key in reversed(keys.names):
-                if keys.each:
-                    values = {one: content[f"{key}{one}"] for one in QUANTITIES if f"{key}{one}" in content}
-                    gathered |= {name: values} if values and name not in content else {}
-                elif key in content and name not in content:
-                    gathered[name] = content[key]
+        for name, prefix in cls._prefixes():
+            values = {one: content[f"{prefix}{one}"] for one in QUANTITIES if f"{prefix}{one}" in content}
+            gathered |= {name: values} if values and name not in content else {}
         return gathered
+
+    @model_serializer(mode="wrap")
+    def _spread_out(self, serialized: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """The content, with entries of each quantity for mappings."""
+        content, prefixes = dict[str, Any](), dict(self._prefixes())
+        for name, value in serialized(self).items():
+            prefix = prefixes.get(name)
+            each = {} if prefix is None else {f"{prefix}{one}": number for one, number in value.items()}
+            content |= {name: value} if prefix is None else each
+        return content
 
     def as_json(self) -> dict[str, Any]:
         """The section of JSON types, without the values that were not given."""
-        content: dict[str, Any] = {}
-        for name, keys in _keys_of(type(self)).items():
-            if name not in self.model_fields_set:
-                continue
-            value = _plain(getattr(self, name))
-            for key in keys.names:
-                content |= {f"{key}{one}": each for one, each in value.items()} if keys.each else {key: value}
-        return content
+        return self.model_dump(mode="json", by_alias=True, exclude_unset=True)
 
-
-@cache
-def _keys_of(section: type[Section]) -> Mapping[str, Keys]:
-    """Keys of every attribute."""
-    return {
-        name: next((one for one in field.metadata if isinstance(one, Keys)), Keys((name,)))
-        for name, field in section.model_fields.items()
-    }
-
-
-def _plain(value: Any) -> Any:
-    """A value of JSON types."""
-    if isinstance(value, Section):
-        return value.as_json()
-    if isinstance(value, Mapping):
-        return {key: _plain(each) for key, each in value.items()}
-    return [_plain(each) for each in value] if isinstance(value, list | tuple) else value
+    @classmethod
+    def _prefixes(cls) -> Iterator[tuple[str, str]]:
+        """Attributes that are mappings by quantity, and what comes before the names in their keys."""
+        for name, field in cls.model_fields.items():
+            yield from ((name, one.prefix) for one in field.metadata if isinstance(one, EachUnder))

@@ -1,7 +1,7 @@
 """The verification of a result: what was measured of it, typed. `result.json` is its dump.
 
-Attributes have the names of the keys, unless `Keys` says otherwise. The docstrings are the text of
-docs/reference/json.md.
+Attributes have the names of the keys, unless an alias or `EachUnder` says otherwise. The docstrings are the
+text of docs/reference/json.md.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from optimize.settings.run_file import Run
-from optimize.verification.section import Keys, Section
+from optimize.verification.section import EachUnder, Section
 from relief.ground.formatting import duration, html_table, number, percent
 from tactile.quantities import QUANTITIES, ROUGHNESS
 
@@ -158,9 +158,9 @@ class PlaceValues(Spread):
     """
 
     centres_mm: tuple[tuple[float, float], ...]
-    initial: Annotated[EachPlace, Keys(("initial_",), each=True)]
-    verified: Annotated[EachPlace, Keys(("verified_",), each=True)]
-    target: Annotated[EachPlace, Keys(("target_",), each=True)] = Field(default_factory=dict)
+    initial: Annotated[EachPlace, EachUnder("initial_")]
+    verified: Annotated[EachPlace, EachUnder("verified_")]
+    target: Annotated[EachPlace, EachUnder("target_")] = Field(default_factory=dict)
 
 
 class Places(Spread):
@@ -209,7 +209,7 @@ class FeelOf(Section):
     name: str
     quantities: tuple[str, ...]
     model: str
-    values: Annotated[Values, Keys(("",), each=True)]
+    values: Annotated[Values, EachUnder("")]
     places: Mapping[str, int | float]
 
 
@@ -237,10 +237,10 @@ class Touch(Section):
     """
 
     model: str | None = None
-    target: Annotated[Values, Keys(("target_",), each=True)] = Field(default_factory=dict)
-    initial: Annotated[Values, Keys(("initial_",), each=True)] = Field(default_factory=dict)
-    achieved: Annotated[Values, Keys(("",), each=True)]
-    verified: Annotated[Values, Keys(("verified_",), each=True)] = Field(default_factory=dict)
+    target: Annotated[Values, EachUnder("target_")] = Field(default_factory=dict)
+    initial: Annotated[Values, EachUnder("initial_")] = Field(default_factory=dict)
+    achieved: Annotated[Values, EachUnder("")]
+    verified: Annotated[Values, EachUnder("verified_")] = Field(default_factory=dict)
     verified_by: str | None = None
     contact_fraction: float
     initial_contact_fraction: float | None = None
@@ -273,17 +273,11 @@ class IterationValues(Section):
         steps: number of its last step.
     """
 
-    surrogate_target: Annotated[Values, Keys(("surrogate_target_", "aimed_"), each=True)]
-    achieved: Annotated[Values, Keys(("",), each=True)]
-    verified: Annotated[Values, Keys(("verified_",), each=True)]
-    relative_error: Annotated[float, Keys(("relative_error", "miss"))]
+    surrogate_target: Annotated[Values, EachUnder("surrogate_target_")]
+    achieved: Annotated[Values, EachUnder("")]
+    verified: Annotated[Values, EachUnder("verified_")]
+    relative_error: float
     steps: int
-
-    def as_json(self) -> dict[str, Any]:
-        """The iteration of JSON types, quantity by quantity."""
-        content = super().as_json()
-        ordered = [key for name in QUANTITIES for key in content if key.endswith(name)]
-        return {key: content[key] for key in dict.fromkeys((*ordered, *content))}
 
 
 class OuterIterations(Section):
@@ -298,10 +292,8 @@ class OuterIterations(Section):
 
     resolution: int | None = None
     miss_percent: float | None = None
-    surrogate_initial: Annotated[Values, Keys(("surrogate_initial_", "believed_initial_"), each=True)] = (
-        Field(default_factory=dict)
-    )
-    each: Annotated[tuple[IterationValues, ...], Keys(("outer_iterations", "rounds"))] = ()
+    surrogate_initial: Annotated[Values, EachUnder("surrogate_initial_")] = Field(default_factory=dict)
+    each: Annotated[tuple[IterationValues, ...], Field(alias="outer_iterations")] = ()
 
 
 class ChangePercent(Section):
@@ -511,10 +503,10 @@ class Verification(Section):
 
     stop: Stop
     touch: Touch
-    outer: Annotated[OuterIterations, Keys(("verification",))] = OuterIterations()
+    outer: Annotated[OuterIterations, Field(alias="verification")] = OuterIterations()
     look: PictureChange
     heights: Heights
-    printed: Annotated[PrintNumbers | None, Keys(("print",))] = None
+    printed: Annotated[PrintNumbers | None, Field(alias="print")] = None
     time_s: Mapping[str, float]
     cpu_s: Mapping[str, float] = Field(default_factory=dict)
     skin: Mapping[str, Any] = Field(default_factory=dict)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
-from optimize.verification.section import Keys, Section
+from optimize.verification.section import EachUnder, Section
 from optimize.verification.verification import Fingers, Measured, PictureChange, Spread, SurfaceBand, Values
 from relief.ground.formatting import number, percent
 from retouch.pages import sentences
@@ -30,7 +30,7 @@ class ComparedSide(Section):
     samples: int
     rows: int
     relief_mm: float
-    values: Annotated[Values, Keys(("",), each=True)]
+    values: Annotated[Values, EachUnder("")]
     contact_fraction: float
 
 

@@ -7,9 +7,9 @@ The formula is the one of `tactile.layer.elastic_layer` (see `cosine_layer` besi
 at every pixel or with 64 nodes a side. The block does not depend on the texture: its parity blocks with free
 sides are condensed onto the nodes of the contact face once per skin and mesh, and kept on disk; a texture
 costs some dense products after that. Elements err most under the shortest waves of pressure, which do not
-feel the sides of the block. The same elements with sliding sides are solved mode by mode
-(`tactile.structured.pixel_layer`), so the difference is free of this error. T interpolates from the nodes of
-the mesh to the pixels, where contact is decided; where there is a node at every pixel, T is the identity.
+feel the sides of the block; the same elements with sliding sides err alike, so the difference is free of this
+error. T interpolates from the nodes of the mesh to the pixels, where contact is decided; where there is a
+node at every pixel, T is the identity.
 """
 
 from functools import lru_cache
@@ -20,13 +20,12 @@ from numpy.typing import NDArray
 
 from relief.ground.arrays import Array
 from relief.ground.cache import fingerprint, is_cached
-from tactile.layer.cosine_layer import CosineLayer, Parity, modes_at_centres, sliding_layer
+from tactile.layer.cosine_layer import Parity, modes_at_centres, sliding_layer
 from tactile.layer.free_sides import FreeSidedLayer, FreeSides, free_sides
 from tactile.layer.interpolation import lagrange
 from tactile.layer.skin_layers import LEAST_ROWS, Stack, boundaries
 from tactile.skin import Skin
 from tactile.structured.pixel_block import PixelBlock
-from tactile.structured.pixel_layer import discrete_layer
 
 DECAY_AT_DEPTH = 8.0
 """Largest product of wavenumber and receptor depth for which strain is taken from the elements; shorter waves
@@ -55,7 +54,6 @@ def finite_element_operator(
     size_mm: float,
     dtype: torch.dtype = torch.float64,
     mesh: int | None = None,
-    exact_layer: bool = True,
 ) -> FiniteElementOperator:
     """The operator of a skin on an n x n patch: built the first time, from disk after that.
 
@@ -65,27 +63,15 @@ def finite_element_operator(
         size_mm: side of the patch.
         dtype: of the operator's tensors.
         mesh: nodes along a side of the contact face, even; None: one at each pixel.
-        exact_layer: without, the bare elements (for comparison), with a node at each pixel.
 
     Raises:
-        ValueError: the mesh is odd, or coarser than the pixels without the exact layer.
+        ValueError: the mesh is odd.
     """
     nodes = samples if mesh is None else mesh
     if nodes % 2:
         raise ValueError("the mesh must be even: the block is split at its mirror planes")
-    if not exact_layer and nodes != samples:
-        raise ValueError("the bare elements need a node at every pixel")
     block = skin.at_unit_modulus()
-    sides = _free_sides(block, samples, size_mm, nodes)
-    if exact_layer:
-        layer = sliding_layer(block, samples, size_mm)
-    else:
-        symbols = discrete_layer(_mesh(block, size_mm, nodes))
-        layer = CosineLayer(
-            samples,
-            size_mm,
-            *map(torch.as_tensor, (*modes_at_centres(samples), symbols.surface, symbols.strain)),
-        )
+    sides, layer = _free_sides(block, samples, size_mm, nodes), sliding_layer(block, samples, size_mm)
     return FiniteElementOperator(**vars(layer), free_sides=sides).to(dtype)
 
 

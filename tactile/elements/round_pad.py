@@ -12,7 +12,7 @@ and C is symmetric positive definite.
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,11 +22,10 @@ import torch
 from torch import Tensor
 
 from relief.ground.arrays import Array
-from relief.ground.cache import Arrays, cached, fingerprint, is_cached, ship
+from relief.ground.cache import Arrays, fingerprint, is_cached, ship
 from relief.ground.errors import InputError
-from relief.ground.progress import stage
-from tactile.layer.cosine_layer import PARITIES, CosineLayer, Parity, TensorFields, is_odd, sliding_layer
-from tactile.layer.free_sides import ROWS_AND_COLUMNS_EXCHANGED, STORED
+from tactile.layer.cosine_layer import CosineLayer, Parity, TensorFields, is_odd, sliding_layer
+from tactile.layer.free_sides import STORED, kept_parities
 from tactile.layer.skin_layers import SAME_DEPTH_MM, boundaries
 from tactile.skin import Skin
 from tactile.sparse import factorised
@@ -48,9 +47,6 @@ ALL: dict[str, Parity] = STORED | {"mixed, transposed": (True, False)}
 """Parities that are built and kept of a pad with two radii, by name; of one with one radius, `STORED`."""
 THICKEST_PAD = 0.8
 """Greatest thickness of the pad in units of its least radius: the bone's radius is what is left."""
-
-PRECISIONS = {"face": "f4", "signs": "f4", "strain_in": "f2", "strain_sizes": "f4", "strain_out": "f2"}
-"""Name of each part on disk -> its precision. Patterns of strain have unit norm and are a correction."""
 
 Radii = tuple[float, float]
 """Radii of the skin along rows and columns, mm."""
@@ -235,49 +231,15 @@ def _key(skin: Skin, radii: Radii, size: float, mesh: PadMesh) -> dict[str, floa
 
 def _curvature(skin: Skin, radii: Radii, size: float, mesh: PadMesh) -> Curvature:
     modes = (mesh.cutoff(size) // 2) ** 2
+    # Patterns of strain have unit norm and are a correction: half precision does.
+    layout = {"face": (modes, "f4"), "strain_in": (modes, "f2"), "strain_out": (COMPONENTS * modes, "f2")}
+    layout |= dict.fromkeys(("signs", "strain_sizes"), (1, "f4"))
     stored = STORED if radii[0] == radii[1] else ALL
-
-    def build() -> Arrays:
-        arrays: Arrays = {}
-        with stage("building the round pad (kept on disk)", len(stored)) as advance:
-            for name, parity in stored.items():
-                added = difference(skin, radii, size, mesh, parity)
-                arrays |= {f"{part}_{name}": array.astype(PRECISIONS[part]) for part, array in added.items()}
-                advance()
-        return arrays
-
-    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(PRECISIONS, (-1, 1))
-    shapes |= {"face": (-1, modes), "strain_in": (-1, modes), "strain_out": (-1, COMPONENTS * modes)}
-    layout = {
-        f"{part}_{name}": (shapes[part], precision)
-        for name in stored
-        for part, precision in PRECISIONS.items()
-    }
-    arrays = cached(KIND, _key(skin, radii, size, mesh), build, layout, SHIPPED)
-    parts = {}
-    for part in PRECISIONS:
-        each = [_of_parity(arrays, stored, part, parity).astype(np.float64) for parity in PARITIES]
-        rank = max(map(len, each))
-        padded = [np.pad(matrix, ((0, rank - len(matrix)), (0, 0))) for matrix in each]
-        parts[part] = torch.as_tensor(np.stack(padded))
-    strain_out = parts["strain_sizes"] * parts["strain_out"]
-    return Curvature(parts["face"], parts["signs"], parts["strain_in"], strain_out)
-
-
-def _of_parity(arrays: Arrays, stored: dict[str, Parity], part: str, parity: Parity) -> Array:
-    """Part of a parity; of one that is not stored, that of the transposed pattern."""
-    names = {each: name for name, each in stored.items()}
-    if parity in names:
-        return arrays[f"{part}_{names[parity]}"]
-    array = arrays[f"{part}_{names[parity[::-1]]}"]
-    if array.shape[1] == 1:
-        return array
-    components = COMPONENTS if part == "strain_out" else 1
-    side = round((array.shape[1] // components) ** 0.5)
-    exchanged = array.reshape(-1, components, side, side).swapaxes(2, 3)
-    if part == "strain_out":
-        exchanged = exchanged[:, ROWS_AND_COLUMNS_EXCHANGED]
-    return exchanged.reshape(array.shape)
+    key, parts = _key(skin, radii, size, mesh), partial(difference, skin, radii, size, mesh)
+    kept = kept_parities(KIND, key, parts, layout, stored, SHIPPED)
+    return Curvature(
+        kept["face"], kept["signs"], kept["strain_in"], kept["strain_sizes"] * kept["strain_out"]
+    )
 
 
 def difference(skin: Skin, radii: Radii, size: float, mesh: PadMesh, parity: Parity) -> Arrays:

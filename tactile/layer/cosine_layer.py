@@ -20,7 +20,6 @@ from torch import Tensor
 
 from relief.ground.arrays import Array
 from tactile.layer.layer_response import layer_response
-from tactile.layer.layered_response import layered_response
 from tactile.skin import Skin
 from tactile.strain import STRAIN_COMPONENTS
 
@@ -180,8 +179,7 @@ def layer_symbols(n: int, size_mm: float, skin: Skin) -> tuple[Array, Array]:
     wavenumber = np.pi * np.arange(n) / size_mm
     kr, kc = np.meshgrid(wavenumber, wavenumber, indexing="ij")
     k = np.hypot(kr, kc)
-    block = skin.poisson_ratio, skin.thickness_mm, skin.depth_mm
-    layer = layered_response(k, *block, skin.stack) if skin.layers else layer_response(k, *block)
+    layer = layer_response(k, skin.poisson_ratio, skin.thickness_mm, skin.depth_mm, skin.stack)
     # Lateral displacement is minus (U/k) times the gradient of the pressure pattern; W/k terms are those of
     # the shear strain.
     over_k = np.divide(layer.lateral, k, out=np.zeros_like(k), where=k > 0)

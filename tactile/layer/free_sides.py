@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from relief.ground.arrays import Array
-from relief.ground.cache import Arrays, cached
+from relief.ground.cache import Arrays, Key, cached
 from relief.ground.progress import stage
 from tactile.layer.cosine_layer import PARITIES, CosineLayer, Parity, TensorFields, is_odd
 from tactile.strain import STRAIN_COMPONENTS
@@ -115,7 +116,7 @@ class FreeSidedLayer(CosineLayer):
 
 def free_sides(
     kind: str,
-    key: Mapping[str, float | int | str],
+    key: Key,
     quarter: Callable[[], Quarter],
     felt: Callable[[Parity], Array],
     hats: Array,
@@ -133,52 +134,77 @@ def free_sides(
         pixel_mm2: area of a pixel.
     """
 
-    def build() -> Arrays:
-        arrays: Arrays = {}
-        with stage(f"building the {kind.replace('-', ' ')} (kept on disk)", len(STORED)) as advance:
-            for name, parity in STORED.items():
-                added = vars(release(quarter(), parity, felt(parity), ACCURACY))
-                # Single precision: 6e-8 off the same truth, half the bytes to keep and to read.
-                arrays |= {f"{part}_{name}": array.astype(np.float32) for part, array in added.items()}
-                advance()
-        return arrays
+    def parts(parity: Parity) -> Arrays:
+        added = release(quarter(), parity, felt(parity), ACCURACY)
+        strain_out = added.strain_out.reshape(-1, added.strain_out.shape[-1]).T
+        return {"face": added.face, "strain_in": added.strain_in, "strain_out": strain_out}
 
     loads, points = (matrix.shape[1] ** 2 // 4 for matrix in (hats, interpolation))
-    shapes = {"face": (-1, loads), "strain_in": (-1, loads), "strain_out": (6, points, -1)}
-    layout = {f"{part}_{name}": (shape, "f4") for name in STORED for part, shape in shapes.items()}
-    arrays = cached(kind, key, build, layout)
+    # Single precision: 6e-8 off the same truth, half the bytes to keep and to read.
+    layout = {"face": (loads, "f4"), "strain_in": (loads, "f4"), "strain_out": (6 * points, "f4")}
+    kept = kept_parities(kind, key, parts, layout)
     # A pattern of one parity stores four times the energy of its quarter: hence 1/4 per unit of load on the
     # whole face.
     force = 0.25 * pixel_mm2
-    parts = {
-        part: [_of_parity(arrays, part, parity).astype(np.float64) for parity in PARITIES] for part in shapes
-    }
     return FreeSides(
         torch.as_tensor(hats),
-        _stacked(parts["face"]) * np.sqrt(force),
-        _stacked(parts["strain_in"]) * force,
-        _stacked([out.reshape(-1, out.shape[-1]).T for out in parts["strain_out"]]),
+        kept["face"] * np.sqrt(force),
+        kept["strain_in"] * force,
+        kept["strain_out"],
         torch.as_tensor(interpolation),
     )
 
 
-def _of_parity(arrays: Arrays, part: str, parity: Parity) -> Array:
-    """Part of a parity's `Release`; of one that is not stored, that of the transposed pattern."""
-    names = {parity: name for name, parity in STORED.items()}
-    if parity in names:
-        return arrays[f"{part}_{names[parity]}"]
-    array = arrays[f"{part}_{names[parity[::-1]]}"]
-    if part == "strain_out":
-        side = round(array.shape[1] ** 0.5)
-        exchanged = array.reshape(6, side, side, -1).transpose(0, 2, 1, 3)[ROWS_AND_COLUMNS_EXCHANGED]
-        return exchanged.reshape(array.shape)
-    side = round(array.shape[1] ** 0.5)
-    return array.reshape(-1, side, side).transpose(0, 2, 1).reshape(array.shape)
+def kept_parities(
+    kind: str,
+    key: Key,
+    parts: Callable[[Parity], Arrays],
+    layout: Mapping[str, tuple[int, str]],
+    stored: Mapping[str, Parity] = STORED,
+    shipped: Path | None = None,
+) -> dict[str, Tensor]:
+    """Parts of an operator for every parity: built the first time, from disk after that; in double precision.
+
+    Args:
+        kind, key, shipped: as of `cached`.
+        parts: of a parity, each (rank, k), by name.
+        layout: k of each part, and its precision on disk.
+        stored: parities that are built and kept, by name; others are the transposed ones of those.
+
+    Returns:
+        (4, greatest rank, k) by name, in the order of `PARITIES`, with zeros below.
+    """
+
+    def build() -> Arrays:
+        arrays: Arrays = {}
+        with stage(f"building the {kind.replace('-', ' ')} (kept on disk)", len(stored)) as advance:
+            for name, parity in stored.items():
+                built = parts(parity).items()
+                arrays |= {f"{part}_{name}": array.astype(layout[part][1]) for part, array in built}
+                advance()
+        return arrays
+
+    each = {f"{part}_{name}": ((-1, k), kept) for name in stored for part, (k, kept) in layout.items()}
+    arrays = cached(kind, key, build, each, shipped)
+    names = {parity: name for name, parity in stored.items()}
+
+    def of_parity(part: str, parity: Parity) -> Array:
+        if parity in names:
+            return arrays[f"{part}_{names[parity]}"]
+        return _transposed(arrays[f"{part}_{names[parity[::-1]]}"], 6 if part == "strain_out" else 1)
+
+    return {part: _stacked([of_parity(part, parity) for parity in PARITIES]) for part in layout}
+
+
+def _transposed(patterns: Array, components: int) -> Array:
+    """Patterns (rank, components * m²) with rows and columns exchanged; numbers (rank, 1) stay."""
+    side = round((patterns.shape[1] / components) ** 0.5)
+    exchanged = patterns.reshape(-1, components, side, side).swapaxes(2, 3)
+    return (exchanged[:, ROWS_AND_COLUMNS_EXCHANGED] if components > 1 else exchanged).reshape(patterns.shape)
 
 
 def _stacked(matrices: list[Array]) -> Tensor:
-    """(k, greatest rank, ...) of k matrices (rank, ...), with zeros below."""
-    rank = max(len(matrix) for matrix in matrices)
-    return torch.as_tensor(
-        np.stack([np.pad(matrix, ((0, rank - len(matrix)), (0, 0))) for matrix in matrices])
-    )
+    """(n, greatest rank, k) of n matrices (rank, k), with zeros below."""
+    rank = max(map(len, matrices))
+    padded = [np.pad(one.astype(np.float64), ((0, rank - len(one)), (0, 0))) for one in matrices]
+    return torch.as_tensor(np.stack(padded))

@@ -1,17 +1,30 @@
-"""Response of a bonded elastic layer to normal pressure, exact for every wavenumber.
+"""Response of an elastic layer, or a stack of bonded ones, to normal pressure, exact for every wavenumber.
 
 A cosine pressure on a laterally unbounded (or, by mirror images, laterally sliding) layer causes cosine
 displacements and strains of the same wavenumber. Depth w runs from the loaded face (w = 0) to the bonded face
-(w = t); a positive normal displacement points into the layer. Young's modulus is 1 throughout; displacements
+(w = t); a positive normal displacement points into the layer. Young's modulus is 1 in the base; displacements
 and strains are to be divided by E.
+
+Each layer is a 4 x 4 stiffness from the displacements of its two faces to the forces on them, and the layers
+are assembled like elements (Kausel and Roesset, Bull. Seism. Soc. Am. 71, 1981, here without inertia). All
+entries are quotients of hyperbolic functions by the square of the cosine, so that they stay finite for every
+wavenumber, where products of transfer matrices overflow.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from relief.ground.arrays import Array
+from tactile.layer.skin_layers import SAME_DEPTH_MM, Stack, boundaries, layer_around, moduli_of_rows
 from tactile.skin import lame
+
+LATERAL, NORMAL = 0, 1
+"""Places of the two displacements, and of the two forces, at a face."""
+LONG_WAVE = 350.0
+"""Half the product of wavenumber and thickness beyond which the two faces of a layer do not feel each other:
+the square of the hyperbolic cosine is near the largest number of double precision there."""
 
 
 @dataclass(frozen=True)
@@ -34,57 +47,85 @@ class LayerResponse:
 
 
 def layer_response(
-    wavenumbers: Array, poisson_ratio: float, thickness_mm: float, depth_mm: float
+    wavenumbers: Array, poisson_ratio: float, thickness_mm: float, depth_mm: float, stack: Stack = ()
 ) -> LayerResponse:
-    """Surface displacement and displacements at depth of a bonded layer under unit cosine pressure.
+    """Surface displacement and displacements at depth of bonded layers under unit cosine pressure.
 
-    Per wavenumber the displacements are W = sum_s (a_s + b_s k w) e^{s k w} and
-    U = sum_s (c_s - s b_s k w) e^{s k w} with s = -1, +1 and c_s = -s a_s - (3 - 4 nu) b_s (Navier's
-    equations); the four constants follow from no shear and unit pressure at w = 0 and no displacement at
-    w = t. The growing exponential is scaled by e^{-k t}, so that every wavenumber is well conditioned.
+    The receptors' depth is made a face of its own. Slopes follow from the displacements there and from the
+    forces on the part of the layer below, so that on a boundary between layers the slopes are the lower
+    layer's.
 
     Args:
         wavenumbers: k in 1/mm, any shape, k >= 0.
-        poisson_ratio: nu.
-        thickness_mm: t.
-        depth_mm: depth w at which displacements are returned, in [0, t].
+        poisson_ratio: nu of all layers.
+        thickness_mm: t of the whole.
+        depth_mm: depth w at which displacements are returned, in (0, t).
+        stack: layers above the base, whose modulus is 1.
 
     Returns:
-        Amplitudes with the shape of `wavenumbers`.
+        Amplitudes with the shape of `wavenumbers`, at unit modulus of the base.
     """
     lam, mu = lame(1.0, poisson_ratio)
-    k = np.where(wavenumbers > 0.0, wavenumbers, 1.0).ravel()
-    kappa = 3.0 - 4.0 * poisson_ratio
+    # Waves of the same length in several directions are solved once.
+    each, place = np.unique(wavenumbers, return_inverse=True)
+    k = np.where(each > 0.0, each, 1.0)
+    top, _ = layer_around(depth_mm, thickness_mm, stack)
+    depth = top if abs(depth_mm - top) <= SAME_DEPTH_MM else depth_mm
+    faces = np.unique([0.0, *boundaries(stack), depth, thickness_mm])
+    moduli = moduli_of_rows(faces, stack)
+    stiffness = [
+        modulus * _layer_stiffness(k, mu, poisson_ratio, lower - upper)
+        for (upper, lower), modulus in zip(pairwise(faces), moduli, strict=True)
+    ]
+    unknowns = 2 * len(moduli)
+    system = np.zeros((k.size, unknowns + 2, unknowns + 2))
+    for layer, matrix in enumerate(stiffness):
+        here = slice(2 * layer, 2 * layer + 4)
+        system[:, here, here] += matrix
+    load = np.zeros((k.size, unknowns, 1))
+    load[:, NORMAL] = 1.0
+    field = np.zeros((k.size, unknowns + 2))
+    # The bonded face does not move.
+    field[:, :-2] = np.linalg.solve(system[:, :-2, :-2], load)[..., 0]
 
-    def rows(w: float) -> tuple[Array, Array, Array, Array]:
-        """Coefficients of (a-, b-, a+, b+) in W, dW/dw, U, dU/dw at depth w: each (wavenumbers, 4)."""
-        columns: tuple[list[Array], ...] = ([], [], [], [])
-        for s in (-1, +1):
-            e = np.exp(-k * w) if s < 0 else np.exp(k * (w - thickness_mm))
-            columns[0].extend((e, k * w * e))
-            columns[1].extend((s * k * e, (k + s * k * k * w) * e))
-            columns[2].extend((-s * e, (-kappa - s * k * w) * e))
-            columns[3].extend((-k * e, (-s * k * kappa - k * k * w - s * k) * e))
-        w_, dw_, u_, du_ = (np.stack(c, axis=1) for c in columns)
-        return w_, dw_, u_, du_
+    below = int(np.searchsorted(faces, depth))
+    forces = np.einsum("kij,kj->ki", stiffness[below], field[:, 2 * below : 2 * below + 4])
+    lateral, normal = field[:, 2 * below + LATERAL], field[:, 2 * below + NORMAL]
+    # Forces on an upper face are minus the stresses.
+    shear, normal_stress = (-forces[:, axis] / moduli[below] for axis in (LATERAL, NORMAL))
+    normal_slope = (normal_stress - lam * k * lateral) / (lam + 2.0 * mu)
+    lateral_slope = shear / mu + k * normal
 
-    w0, dw0, u0, du0 = rows(0.0)
-    wt, _, ut, _ = rows(thickness_mm)
-    normal_stress = (lam + 2.0 * mu) * dw0 + lam * k[:, None] * u0
-    shear = du0 - k[:, None] * w0
-    system = np.stack((normal_stress, shear, wt, ut), axis=1)
-    load = np.zeros((k.size, 4, 1))
-    load[:, 0, 0] = -1.0
-    # Row scaling: the stress rows grow with k, the displacement rows do not.
-    norm = np.abs(system).max(axis=2, keepdims=True)
-    constants = np.linalg.solve(system / norm, load / norm)[..., 0]
-
-    wd, dwd, ud, dud = rows(depth_mm)
-    values = [np.sum(r * constants, axis=1) for r in (w0, wd, dwd, ud, dud)]
-    # k = 0: uniaxial strain.
     uniform = 1.0 / (lam + 2.0 * mu)
-    at_zero = (uniform * thickness_mm, uniform * (thickness_mm - depth_mm), -uniform, 0.0, 0.0)
-    shape = np.shape(wavenumbers)
-    flat = np.asarray(wavenumbers).ravel()
-    out = [np.where(flat > 0.0, v, z).reshape(shape) for v, z in zip(values, at_zero, strict=True)]
-    return LayerResponse(*out)
+    squeezed = uniform * np.diff(faces) / moduli
+    at_zero = (squeezed.sum(), squeezed[below:].sum(), -uniform / moduli[below], 0.0, 0.0)
+    values = (field[:, NORMAL], normal, normal_slope, lateral, lateral_slope)
+    found = (np.where(each > 0.0, v, z) for v, z in zip(values, at_zero, strict=True))
+    return LayerResponse(*(value[place].reshape(np.shape(wavenumbers)) for value in found))
+
+
+def _layer_stiffness(k: Array, mu: float, poisson_ratio: float, thickness_mm: float) -> Array:
+    """(wavenumbers, 4, 4): forces on a layer's faces by their displacements (lateral, normal; upper, lower).
+
+    Motions symmetric about the layer's middle plane (squeeze) and antisymmetric ones (bending) do not mix.
+    With x = k thickness / 2 and kappa = 3 - 4 nu, Navier's equations give for the tractions of the lower face
+
+        symmetric:      mu k / (kappa S C - x) [[(kappa + 1) S², 2 x - (kappa - 1) S C], [., (kappa + 1) C²]]
+        antisymmetric:  mu k / (kappa S C + x) [[(kappa + 1) C², -2 x - (kappa - 1) S C], [., (kappa + 1) S²]]
+
+    with S = sinh x and C = cosh x; here divided by C².
+    """
+    kappa = 3.0 - 4.0 * poisson_ratio
+    x = np.minimum(0.5 * k * thickness_mm, LONG_WAVE)
+    tanh, over_cosh2 = np.tanh(x), x / np.cosh(x) ** 2
+    matrix = np.zeros((k.size, 4, 4))
+    for sign, lateral, normal in ((-1.0, tanh**2, np.ones_like(x)), (1.0, np.ones_like(x), tanh**2)):
+        scale = 0.5 * mu * k / (kappa * tanh + sign * over_cosh2)
+        mixed = -sign * 2.0 * over_cosh2 - (kappa - 1.0) * tanh
+        # The upper face moves like the mirror image of the lower one: (lateral, normal) by these signs.
+        mirror = np.array([-sign, sign])
+        lower = np.stack(((kappa + 1.0) * lateral, mixed, mixed, (kappa + 1.0) * normal), axis=1)
+        lower = scale[:, None, None] * lower.reshape(-1, 2, 2)
+        both = np.concatenate((mirror, np.ones(2)))
+        matrix += np.tile(lower, (1, 2, 2)) * both[:, None] * both[None, :]
+    return matrix

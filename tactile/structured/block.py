@@ -4,40 +4,18 @@ The elements are those of `tactile.structured.pixel_block`. Axes are (row, colum
 contact face (0) to the bonded face. Young's modulus is 1 in the base of the skin.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from relief.ground.arrays import Array
-from tactile.layer.skin_layers import Stack, moduli_of_rows, row_weights
+from tactile.layer.skin_layers import row_weights
+from tactile.structured.side_release import Quarter
 
 
-@dataclass(frozen=True)
-class CoarseBlock:
-    """Mesh of a quarter of the block; forces act on nodes, strains are those at the elements' centres.
+class CoarseBlock(Quarter):
+    """Mesh of a quarter of the block, of `half` elements along half a side.
 
-    Attributes:
-        half_mm: half the side of the block.
-        half: elements along half a side.
-        levels: node depths, from 0 to the thickness, among them the boundaries of the skin's layers.
-        depth_mm: receptor depth.
-        poisson_ratio: nu.
-        stack: layers above the base, whose modulus is 1.
+    Forces act on nodes, strains are those at the elements' centres.
     """
-
-    half_mm: float
-    half: int
-    levels: Array
-    depth_mm: float
-    poisson_ratio: float
-    stack: Stack = ()
-
-    straddling = False
-
-    @property
-    def moduli(self) -> Array:
-        """(rows,) Young's modulus of each row of elements."""
-        return moduli_of_rows(self.levels, self.stack)
 
     @property
     def line(self) -> Array:

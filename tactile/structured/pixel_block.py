@@ -10,44 +10,23 @@ Axes are (row, column, depth); depth runs from the contact face (0) to the bonde
 in the base of the skin.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from relief.ground.arrays import Array
 from tactile.layer.interpolation import STENCIL, lagrange
-from tactile.layer.skin_layers import Stack, levels_within, moduli_of_rows
+from tactile.layer.skin_layers import levels_within
+from tactile.structured.side_release import Quarter
 
 
-@dataclass(frozen=True)
-class PixelBlock:
-    """Mesh of a quarter of the block.
+class PixelBlock(Quarter):
+    """Mesh of a quarter of the block, of `half` pixels along half a side."""
 
-    Attributes:
-        half_mm: half the side of the block.
-        half: pixels along half a side.
-        levels: node depths, from 0 (contact face) to the thickness (bonded face).
-        depth_mm: receptor depth.
-        poisson_ratio: nu.
-        stack: layers above the base, whose modulus is 1; their boundaries are among the levels.
-    """
-
-    half_mm: float
-    half: int
-    levels: Array
-    depth_mm: float
-    poisson_ratio: float
-    stack: Stack = ()
+    straddling = True
 
     @property
     def pitch_mm(self) -> float:
         """Side of a pixel."""
         return self.half_mm / self.half
-
-    @property
-    def moduli(self) -> Array:
-        """(rows,) Young's modulus of each row of elements."""
-        return moduli_of_rows(self.levels, self.stack)
 
     def at_depth(self, derivative: bool) -> Array:
         """(levels - 1,) weights of the value or the slope at the receptors, from the nodes of their layer."""
@@ -55,8 +34,6 @@ class PixelBlock:
         weights[here] = lagrange(self.levels[here], np.array([self.depth_mm]), derivative)[0]
         # The bonded level does not move, so its column is left out.
         return weights[:-1]
-
-    straddling = True
 
     @property
     def line(self) -> Array:

@@ -11,15 +11,17 @@ so that the compliance grows by r' S^-1 r, and only the unknowns on the sides ar
 result is that of a factorisation of the whole block, to rounding, at a third of the cost.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
-from typing import Protocol
+from typing import ClassVar
 
 import numpy as np
 import scipy
 
 from relief.ground.arrays import Array
 from tactile.layer.cosine_layer import Parity
+from tactile.layer.skin_layers import Stack, moduli_of_rows
 from tactile.skin import lame
 from tactile.strain import STRAIN_COMPONENTS
 from tactile.structured.along_axes import fold, kinds_along, matrices_along
@@ -36,40 +38,49 @@ ROUNDED = 1e-9
 """Greatest value of a wave that is zero at every node, but for rounding."""
 
 
-class Quarter(Protocol):
-    """Tensor grid on a quarter of the block; axes (row, column, depth), from the mirror planes outward."""
+@dataclass(frozen=True)
+class Quarter(ABC):
+    """Tensor grid on a quarter of the block; axes (row, column, depth), from the mirror planes outward.
 
-    @property
-    def half_mm(self) -> float:
-        """Half the side of the block."""
+    Attributes:
+        half_mm: half the side of the block.
+        half: loads along half a side.
+        levels: node depths, from 0 (contact face) to the thickness (bonded face), among them the boundaries
+            of the skin's layers.
+        depth_mm: receptor depth.
+        poisson_ratio: nu, the same everywhere.
+        stack: layers above the base, whose modulus is 1.
+        straddling: whether elements straddle the mirror planes. Sliding sides then lie amid elements, too.
+    """
 
-    @property
-    def levels(self) -> Array:
-        """Node depths, from 0 (contact face) to the thickness (bonded face)."""
-
-    @property
-    def poisson_ratio(self) -> float:
-        """Nu, the same everywhere."""
+    half_mm: float
+    half: int
+    levels: Array
+    depth_mm: float
+    poisson_ratio: float
+    stack: Stack = ()
+    straddling: ClassVar[bool] = False
 
     @property
     def moduli(self) -> Array:
         """(rows,) Young's modulus of each row of elements."""
+        return moduli_of_rows(self.levels, self.stack)
 
     @property
+    @abstractmethod
     def line(self) -> Array:
         """(k,) node positions along an axis, mm; first a ghost, where elements straddle the mirror plane."""
 
     @property
-    def straddling(self) -> bool:
-        """Whether elements straddle the mirror planes. Sliding sides then lie amid elements, too."""
-
-    @property
+    @abstractmethod
     def shares(self) -> Array:
         """(nodes, loads) along an axis: the nodes' shares of the loads, without the ghost."""
 
+    @abstractmethod
     def reading(self, slope: bool, odd: bool) -> Array:
         """(points, nodes) along an axis: value or slope of a field, even or odd at the mirror plane."""
 
+    @abstractmethod
     def at_depth(self, derivative: bool) -> Array:
         """(levels - 1,) weights of value or slope at the receptors; the bonded level does not move."""
 

@@ -33,6 +33,8 @@ PLANE_AREA = 0.05
 more, triangles of a curved face less."""
 BESIDE_MM = 3.0
 """Distance, mm, over which edges grow to their length at the bone beside `Sizing.within_mm`."""
+TIME_LIMIT_S = 600.0
+"""Seconds after which meshing is given up."""
 BACKGROUND = (8, 8, 16)
 """Cells of the background grid of edge lengths along x, y and z: most along z, as lengths vary with depth."""
 
@@ -93,28 +95,24 @@ def signed_volumes(vertices: Array, cells: NDArray[np.integer]) -> Array:
     return np.asarray(np.linalg.det(vertices[cells[:, 1:]] - first[:, None]) / 6.0)
 
 
-def tetrahedralise(
-    surface: ClosedSurface, sizing: Sizing | None = None, time_limit_s: float = 600.0
-) -> Tetrahedra:
+def tetrahedralise(surface: ClosedSurface, sizing: Sizing) -> Tetrahedra:
     """Mesh the inside of a surface; the same surface and sizing come from disk the second time.
 
     (fTetWild's meshes differ a little from run to run even on one thread, so the first one is kept.)
 
     Args:
         surface: closed, of the skin.
-        sizing: edge lengths; None for `Sizing()`.
-        time_limit_s: seconds after which meshing is given up.
+        sizing: edge lengths.
 
     Raises:
         MeshingError: pytetwild is not installed, took longer than the limit, or failed.
     """
-    sizing = sizing or Sizing()
     digest = hashlib.sha256(np.ascontiguousarray(surface.vertices).tobytes())
     digest.update(np.ascontiguousarray(surface.triangles).tobytes())
     key = {"code": fingerprint(__name__), "surface": digest.hexdigest(), **asdict(sizing)}
 
     def build() -> Arrays:
-        vertices, cells = _run(surface, sizing, time_limit_s)
+        vertices, cells = _run(surface, sizing)
         cells = np.where((signed_volumes(vertices, cells) < 0.0)[:, None], cells[:, [0, 1, 3, 2]], cells)
         return {"vertices": _put_back(surface, vertices, cells), "cells": cells}
 
@@ -123,7 +121,7 @@ def tetrahedralise(
     return Tetrahedra(arrays["vertices"], arrays["cells"])
 
 
-def _run(surface: ClosedSurface, sizing: Sizing, time_limit_s: float) -> tuple[Array, NDArray[np.int64]]:
+def _run(surface: ClosedSurface, sizing: Sizing) -> tuple[Array, NDArray[np.int64]]:
     if find_spec("pytetwild") is None:
         raise MeshingError("meshing: pytetwild is missing: pip install 'retouch[tetrahedra]'")
     points, tetrahedra, lengths = _background(surface, sizing)
@@ -144,10 +142,10 @@ def _run(surface: ClosedSurface, sizing: Sizing, time_limit_s: float) -> tuple[A
         try:
             # fTetWild leaves a file in its working folder.
             child = subprocess.run(
-                command, cwd=folder, capture_output=True, text=True, timeout=time_limit_s, check=False
+                command, cwd=folder, capture_output=True, text=True, timeout=TIME_LIMIT_S, check=False
             )
         except subprocess.TimeoutExpired as error:
-            raise MeshingError(f"meshing: pytetwild took longer than {time_limit_s:g} s") from error
+            raise MeshingError(f"meshing: pytetwild took longer than {TIME_LIMIT_S:g} s") from error
         if child.returncode or not target.exists():
             reason = (child.stderr.strip().splitlines() or ["it said nothing"])[-1]
             raise MeshingError(f"meshing: pytetwild failed with exit status {child.returncode}: {reason}")

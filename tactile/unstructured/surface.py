@@ -1,4 +1,4 @@
-"""Surfaces of soft skin, closed: a flat block, a rounded fingertip, or any other triangle mesh.
+"""Surfaces of soft skin, closed: any triangle mesh with a flat top.
 
 Axes are (x, y, z): x to the right and y to the top of the picture, from the middle of the touched square; z
 up from the lowest point of the skin (0) to its flat top, which is bonded to the bone.
@@ -17,11 +17,6 @@ from relief.ground.errors import InputError
 
 DOWNWARD = 0.3
 """Least downward component of the outward unit normal of faces that may touch the texture; sides have 0."""
-LEAST_RIM_MM = 0.15
-"""Least thickness of skin at a fingertip's corners, mm: with less, no body is left to mesh."""
-CAP_STEP_MM = 0.25
-"""Side of a cap's triangles, mm: their chords lie at most 0.25² / (4 x 8) = 2 µm inside a radius of 8 mm."""
-
 INSIDE = 1e-6
 """Tolerance on barycentric coordinates: a point lies in a simplex if none is below minus this (rounding)."""
 
@@ -153,50 +148,3 @@ def locate(corners: Array, points: Array) -> tuple[NDArray[np.intp], Array]:
     indices, barycentric = np.full(len(points), -1), np.zeros((len(points), corners.shape[1]))
     indices[point[last]], barycentric[point[last]] = simplex[last], weights[last]
     return indices, barycentric
-
-
-def block_surface(size_mm: float, thickness_mm: float) -> ClosedSurface:
-    """Surface of the flat soft block, `size_mm` a side, whose top is bonded."""
-    half = 0.5 * size_mm
-    return _prism(np.array([-half, half]), np.zeros((2, 2)), thickness_mm)
-
-
-def fingertip_surface(size_mm: float, thickness_mm: float, radius_mm: float) -> ClosedSurface:
-    """Surface of a block whose lower face is a cap of a sphere that touches the plane z = 0 in the middle.
-
-    Args:
-        size_mm: side of the block.
-        thickness_mm: height of the flat, bonded top.
-        radius_mm: of the sphere; 8-15 mm is a fingertip.
-
-    Raises:
-        InputError: the sphere does not reach the corners, or leaves less than `LEAST_RIM_MM` there.
-    """
-    half = 0.5 * size_mm
-    corner = np.sqrt(2.0) * half
-    if not (np.isfinite(radius_mm) and radius_mm > corner):
-        raise InputError(f"radius_mm: {radius_mm} must be more than {corner:.3g}, half the diagonal")
-    sag = radius_mm - np.sqrt(radius_mm**2 - corner**2)
-    if sag > thickness_mm - LEAST_RIM_MM:
-        raise InputError(
-            f"radius_mm: {radius_mm} raises the corners by {sag:.3g} mm of the {thickness_mm} mm of skin"
-        )
-    line = np.linspace(-half, half, 2 * int(np.ceil(half / CAP_STEP_MM)) + 1)
-    square = line[:, None] ** 2 + line[None, :] ** 2
-    return _prism(line, radius_mm - np.sqrt(radius_mm**2 - square), thickness_mm)
-
-
-def _prism(line: Array, bottom: Array, top: float) -> ClosedSurface:
-    """Surface of the body between heights `bottom` (n, n) over a square grid and the plane z = top."""
-    n = line.size
-    x, y = np.meshgrid(line, line, indexing="ij")
-    lower, upper = (np.stack((x, y, np.broadcast_to(z, x.shape)), axis=-1) for z in (bottom, top))
-    number = np.arange(n * n).reshape(n, n)
-    quads = np.stack((number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]), -1).reshape(-1, 4)
-    rim = np.concatenate((number[0, :-1], number[:-1, -1], number[-1, :0:-1], number[:0:-1, 0]))
-    following = np.roll(rim, -1)
-    above = n * n
-    walls = np.stack((following, rim, rim + above, following + above), axis=1)
-    faces = np.concatenate((quads, quads[:, ::-1] + above, walls))
-    triangles = np.concatenate((faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]))
-    return ClosedSurface(np.concatenate((lower, upper)).reshape(-1, 3), triangles)

@@ -26,23 +26,18 @@ from torch import Tensor
 
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
-from relief.ground.limits import PATCH_SIDE_MM
 from tactile.contact import TIGHT, Compliance, solve_contact
 from tactile.elements.condensation import condensed_onto_loads
 from tactile.layer.layer_response import layer_response
 from tactile.skin import Skin
-from tactile.sparse import factorised
 from tactile.strain import STRAIN_COMPONENTS, principal_strain
 from tactile.touch import Touch, share_in_contact
-from tactile.unstructured.meshing import Sizing, Tetrahedra, tetrahedralise
+from tactile.unstructured.meshing import Tetrahedra
 from tactile.unstructured.quadratic import gradients_at, pixel_forces, stiffness
-from tactile.unstructured.surface import ClosedSurface, height_over, locate, lower_face
+from tactile.unstructured.surface import height_over, locate, lower_face
 
 Solve = Callable[[Array], Array]
 
-MOST_CONDENSED = 9000
-"""Largest number of pixels onto which the body is condensed (0.65 GB); with more, every product with the
-compliance is a solution of the whole body."""
 MESH_AXES = (1, 0, 2)
 """Mesh axis (x, y, z) along which each of row, column, depth lies."""
 SIGNS = (-1.0, 1.0, 1.0)
@@ -82,14 +77,9 @@ class TetrahedralOperator(Compliance):
         grid = f"{self.samples} x {self.samples} samples of {self.size_mm:g} mm"
         return f"TetrahedralOperator({grid}, {self.unknowns} unknowns)"
 
-    @property
-    def pixel_area_mm2(self) -> float:
-        """Area of a pixel."""
-        return (self.size_mm / self.samples) ** 2
-
     def displacement(self, pressure: Tensor) -> Tensor:
         """Normal displacement of the skin, mm, away from the texture: C p."""
-        moved = self.work(self._columns(pressure)) / self.pixel_area_mm2
+        moved = self.work(self._columns(pressure)) * (self.samples / self.size_mm) ** 2
         return _band_limited(torch.as_tensor(moved.T.copy()).view(pressure.shape))
 
     def precondition(self, residual: Tensor) -> Tensor:
@@ -170,7 +160,16 @@ def tetrahedral_operator(skin: Skin, mesh: Tetrahedra, samples: int, size_mm: fl
     loaded = np.flatnonzero(np.diff(spread.indptr))
     loaded = loaded[number[2 * nodes + loaded] >= 0]
     matrix = stiffness(basis, skin.poisson_ratio, _modulus(basis, skin, mesh, face))[free][:, free]
-    work, solution = _body(matrix, free, number[2 * nodes + loaded], 3 * nodes, spread[loaded])
+    place = spread[loaded].tocoo()
+    rows = number[2 * nodes + loaded][place.row]
+    loads = sp.csr_matrix((place.data, (rows, place.col)), shape=(free.size, samples**2))
+    body = condensed_onto_loads(matrix, loads)
+
+    def solution(pressure: Array) -> Array:
+        result = np.zeros((3 * nodes, pressure.shape[1]))
+        result[free] = body.solution(pressure)
+        return result
+
     receptors = np.stack((x.ravel(), y.ravel(), height.ravel() + skin.depth_mm), axis=1)
     wavenumber = np.pi * np.arange(samples) / size_mm
     waves = np.hypot(wavenumber[:, None], wavenumber)
@@ -181,7 +180,7 @@ def tetrahedral_operator(skin: Skin, mesh: Tetrahedra, samples: int, size_mm: fl
         torch.as_tensor(height - mesh.vertices[face, 2].min()),
         free.size,
         spread[loaded],
-        work,
+        lambda pressure: body.compliance @ pressure,
         solution,
         gradients_at(basis, receptors),
         symbol,
@@ -198,14 +197,7 @@ def _modulus(basis: skfem.Basis, skin: Skin, mesh: Tetrahedra, face: NDArray[np.
     return np.asarray([*moduli, 1.0])[np.searchsorted(ends, depth, side="right")]
 
 
-def press_tetrahedra(
-    heights: Tensor,
-    skin: Skin,
-    surface: ClosedSurface,
-    size_mm: float = PATCH_SIDE_MM,
-    sizing: Sizing | None = None,
-    operator: TetrahedralOperator | None = None,
-) -> Touch:
+def press_tetrahedra(heights: Tensor, skin: Skin, operator: TetrahedralOperator) -> Touch:
     """Press a skin of any shape on reliefs, like `tactile.press`, in double precision without gradients.
 
     Strain is relative to that of the same skin on a flat plate. The approach is counted from the first touch
@@ -213,24 +205,14 @@ def press_tetrahedra(
 
     Args:
         heights: (..., n, n) mm, float64.
-        surface: of the skin, its lowest point at z = 0; see `tactile.unstructured.surface`.
-        sizing: of the mesh; by default its facets are as wide as the pixels.
-        operator: of the same skin, surface, size and sampling; None: the operator is built here.
+        skin: its force and modulus.
+        operator: of the skin. With pixels finer than facets several pressures deform the mesh alike, and
+            contact converges slowly.
 
     Raises:
-        InputError: heights of another shape or type, or not finite; see also `tetrahedral_operator`.
-        MeshingError: see `tetrahedralise`.
+        ContactError: the contact does not converge.
     """
-    if heights.ndim < 2 or heights.shape[-1] != heights.shape[-2] or heights.dtype != torch.float64:
-        raise InputError(f"heights: {tuple(heights.shape)} of {heights.dtype} is not (..., n, n) of float64")
-    if not bool(torch.isfinite(heights).all()):
-        raise InputError("heights: not every value is finite")
-    samples = heights.shape[-1]
-    if operator is None:
-        # With pixels finer than facets several pressures deform the mesh alike, and contact converges slowly.
-        sizing = sizing or Sizing(contact_mm=min(size_mm / samples, 0.8))
-        operator = tetrahedral_operator(skin, tetrahedralise(surface, sizing), samples, size_mm)
-    mean = skin.mean_pressure_mpa(size_mm) / skin.young_modulus_mpa
+    mean = skin.mean_pressure_mpa(operator.size_mm) / skin.young_modulus_mpa
     state = solve_contact(operator, heights - operator.rise_mm, mean, stop=TIGHT)
     flat = solve_contact(operator, -operator.rise_mm, mean, stop=TIGHT)
     strains = [principal_strain(operator, contact.pressure) for contact in (state, flat)]
@@ -240,7 +222,7 @@ def press_tetrahedra(
         state.pressure * skin.young_modulus_mpa,
         state.approach,
         share_in_contact(state.pressure),
-        size_mm,
+        operator.size_mm,
         state.bound,
     )
 
@@ -250,36 +232,3 @@ def _centres(samples: int, size_mm: float) -> tuple[Array, Array]:
     line = (np.arange(samples) + 0.5) * (size_mm / samples) - 0.5 * size_mm
     y, x = np.meshgrid(-line, line, indexing="ij")
     return y, x
-
-
-def _body(
-    matrix: sp.csr_matrix, free: NDArray[np.intp], face: NDArray[np.intp], size: int, forces: sp.csr_matrix
-) -> tuple[Solve, Solve]:
-    """The maps `work` and `solution` of `TetrahedralOperator`.
-
-    Args:
-        matrix: stiffness of the free unknowns.
-        free: indices of the free unknowns among all displacements.
-        face: indices, among the free ones, of the unknowns that `forces` acts on.
-        size: number of all displacements.
-        forces: (face, n²) per pressure.
-    """
-    place = forces.tocoo()
-    loads = sp.csr_matrix((place.data, (face[place.row], place.col)), shape=(free.size, forces.shape[1]))
-    if forces.shape[1] <= MOST_CONDENSED:
-        body = condensed_onto_loads(matrix, loads)
-        return (
-            lambda pressure: body.compliance @ pressure,
-            lambda pressure: _scattered(body.solution(pressure), free, size),
-        )
-    solve = factorised(matrix)
-    return (
-        lambda pressure: loads.T @ solve(loads @ pressure),
-        lambda pressure: _scattered(solve(loads @ pressure), free, size),
-    )
-
-
-def _scattered(values: Array, free: NDArray[np.intp], size: int) -> Array:
-    result = np.zeros((size, values.shape[1]))
-    result[free] = values
-    return result

@@ -5,6 +5,7 @@ import pytest
 import scipy.sparse as sp
 import torch
 
+from benchmarks.touch.bare_elements import bare_elements, discrete_layer
 from tactile import Skin, roughness
 from tactile.contact import Stop, press, solve_contact
 from tactile.elements.finite_elements import (
@@ -19,7 +20,6 @@ from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_oper
 from tactile.sparse import factorised
 from tactile.strain import STRAIN_COMPONENTS, smallest_eigenvalue
 from tactile.structured.pixel_block import PixelBlock
-from tactile.structured.pixel_layer import discrete_layer
 from tests.tactile.folded_block import face_response
 from tests.tactile.reliefs import EIGHT, SIZE, bumps, grating, moved, waves
 from tests.tactile.whole_block import whole_basis, whole_stiffness
@@ -104,7 +104,7 @@ def test_the_parities_are_the_whole_block() -> None:
     field[moving] = factorised(sp.csr_matrix(whole_stiffness(block)[np.ix_(moving, moving)]))(force[moving])
     u = field[dofs]
 
-    operator = finite_element_operator(SKIN, 2 * half, SIZE, exact_layer=False)
+    operator = bare_elements(SKIN, 2 * half, SIZE)
     displacement = operator.displacement(pressure)[1:-1, 1:-1].numpy()
     np.testing.assert_allclose(displacement, u[2, 2:-2, 2:-2, 0], atol=1e-6 * np.abs(u).max())
 
@@ -266,8 +266,6 @@ def test_layers_grow_towards_the_bone(thickness: float, pitch: float) -> None:
 def test_an_odd_mesh_is_refused() -> None:
     with pytest.raises(ValueError, match="even"):
         finite_element_operator(SKIN, 15, SIZE)
-    with pytest.raises(ValueError, match="node at every pixel"):
-        finite_element_operator(SKIN, 32, SIZE, mesh=16, exact_layer=False)
 
 
 def test_elements_make_of_long_waves_what_the_exact_layer_does() -> None:
@@ -291,7 +289,7 @@ def test_elements_make_of_long_waves_what_the_exact_layer_does() -> None:
 
 def test_modes_of_sliding_sides_are_those_of_the_mesh_itself() -> None:
     """Its blocks answer a short wave, deep inside a wide plate, as the solution mode by mode does."""
-    operator = finite_element_operator(SKIN, SAMPLES, SIZE, exact_layer=False)
+    operator = bare_elements(SKIN, SAMPLES, SIZE)
     mesh = PixelBlock(
         SIZE / 2.0, SAMPLES // 2, graded_levels(SKIN.thickness_mm, SIZE / SAMPLES), 0.75, SKIN.poisson_ratio
     )

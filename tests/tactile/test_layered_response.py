@@ -5,9 +5,9 @@ import pytest
 
 from relief.ground.arrays import Array
 from tactile.layer.layer_response import LayerResponse, layer_response
-from tactile.layer.layered_response import layered_response
 from tactile.layer.skin_layers import Stack
 from tactile.skin import lame
+from tests.tactile.by_exponentials import by_exponentials
 from tests.tactile.test_layer_response import DEPTH, RATIOS, THICKNESS, WAVENUMBERS
 
 STIFF_OVER_SOFT: Stack = ((0.7, 5.0),)
@@ -25,8 +25,8 @@ def amplitudes(response: LayerResponse) -> dict[str, Array]:
 )
 def test_equal_layers_are_one_layer(nu: float, stack: Stack) -> None:
     """By another method: the one layer is solved for the constants of exponentials."""
-    one = layer_response(WAVENUMBERS, nu, THICKNESS, DEPTH)
-    several = layered_response(WAVENUMBERS, nu, THICKNESS, DEPTH, stack)
+    one = by_exponentials(WAVENUMBERS, nu, THICKNESS, DEPTH)
+    several = layer_response(WAVENUMBERS, nu, THICKNESS, DEPTH, stack)
     for name, expected in amplitudes(one).items():
         size = np.abs(expected).max()
         np.testing.assert_allclose(amplitudes(several)[name], expected, rtol=0.0, atol=1e-10 * size)
@@ -41,22 +41,22 @@ def test_a_stiff_thin_film_is_a_plate(nu: float) -> None:
     base = 4.0 * (1.0 - nu) / (3.0 - 4.0 * nu) * mu * k  # a half-space whose surface does not slide
     plate = ratio * film**3 / (12.0 * (1.0 - nu**2)) * k**4
     assert plate[0] < 1e-2 * base[0] and plate[-1] > 2.0 * base[-1]
-    surface = layered_response(k, nu, 20.0, DEPTH, ((film, ratio),)).surface
+    surface = layer_response(k, nu, 20.0, DEPTH, ((film, ratio),)).surface
     np.testing.assert_allclose(surface, 1.0 / (base + plate), rtol=1.5e-3)
 
 
 @RATIOS
 def test_short_waves_feel_the_top_layer_only(nu: float) -> None:
     k = np.array([8.0, 30.0, 200.0])
-    surface = layered_response(k, nu, 12.5, DEPTH, ((6.0, 3.0),)).surface
+    surface = layer_response(k, nu, 12.5, DEPTH, ((6.0, 3.0),)).surface
     np.testing.assert_allclose(surface, 2.0 * (1.0 - nu**2) / (3.0 * k), rtol=1e-12)
 
 
 @RATIOS
 def test_a_base_far_stiffer_than_the_top_layer_is_bone(nu: float) -> None:
     k, top = np.geomspace(0.05, 20.0, 50), 1.5
-    alone = amplitudes(layer_response(k, nu, top, DEPTH))
-    above = amplitudes(layered_response(k, nu, THICKNESS, DEPTH, ((top, 1e-8),)))
+    alone = amplitudes(by_exponentials(k, nu, top, DEPTH))
+    above = amplitudes(layer_response(k, nu, THICKNESS, DEPTH, ((top, 1e-8),)))
     for name, expected in alone.items():
         size = np.abs(expected).max()
         np.testing.assert_allclose(1e-8 * above[name], expected, rtol=0.0, atol=1e-5 * size)
@@ -68,7 +68,7 @@ def test_displacements_and_stresses_pass_through_a_boundary(nu: float, stack: St
     lam, mu = lame(1.0, nu)
     k, boundary = np.geomspace(0.05, 20.0, 50), sum(thickness for thickness, _ in stack)
     sides = [
-        (layered_response(k, nu, THICKNESS, boundary + step, stack), modulus)
+        (layer_response(k, nu, THICKNESS, boundary + step, stack), modulus)
         for step, modulus in ((-1e-6, stack[-1][1]), (0.0, 1.0))
     ]
     above, below = (
@@ -91,9 +91,7 @@ def test_displacements_and_stresses_pass_through_a_boundary(nu: float, stack: St
 def test_slopes_are_the_derivatives_of_displacements_by_depth(nu: float, stack: Stack) -> None:
     k, step = np.geomspace(0.05, 20.0, 50), 1e-4
     for depth in (0.3, 1.2):
-        here, below, above = (
-            layered_response(k, nu, THICKNESS, depth + d, stack) for d in (0.0, step, -step)
-        )
+        here, below, above = (layer_response(k, nu, THICKNESS, depth + d, stack) for d in (0.0, step, -step))
         for value, slope in (("normal", "normal_slope"), ("lateral", "lateral_slope")):
             measured = (getattr(below, value) - getattr(above, value)) / (2.0 * step)
             expected = getattr(here, slope)
@@ -106,9 +104,9 @@ def test_uniform_pressure_squeezes_a_row_of_springs(nu: float, stack: Stack) -> 
     lam, mu = lame(1.0, nu)
     springs = [thickness / modulus for thickness, modulus in stack]
     springs.append(THICKNESS - sum(thickness for thickness, _ in stack))
-    uniform = layered_response(np.zeros(1), nu, THICKNESS, 2.0, stack)
+    uniform = layer_response(np.zeros(1), nu, THICKNESS, 2.0, stack)
     assert uniform.surface == pytest.approx(sum(springs) / (lam + 2.0 * mu), rel=1e-12)
     assert uniform.normal == pytest.approx(0.5 / (lam + 2.0 * mu), rel=1e-12)
     assert uniform.normal_slope == pytest.approx(-1.0 / (lam + 2.0 * mu), rel=1e-12)
-    nearly = layered_response(np.full(1, 1e-4), nu, THICKNESS, 2.0, stack)
+    nearly = layer_response(np.full(1, 1e-4), nu, THICKNESS, 2.0, stack)
     assert nearly.surface == pytest.approx(uniform.surface, rel=2e-3)

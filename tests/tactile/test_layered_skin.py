@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+from benchmarks.touch.bare_elements import discrete_layer
 from tactile import Skin, contact_area, press, roughness
 from tactile.elements.finite_elements import graded_levels
 from tactile.layer.cosine_layer import layer_symbols
@@ -14,7 +15,6 @@ from tactile.layer.skin_layers import even_levels, layer_around, levels_within, 
 from tactile.skin import Layers, lame
 from tactile.strain import STRAIN_COMPONENTS
 from tactile.structured.pixel_block import PixelBlock
-from tactile.structured.pixel_layer import discrete_layer
 from tests.tactile.coarse_block import quarter_responses
 from tests.tactile.folded_block import face_response
 from tests.tactile.reliefs import SIZE, bumps, grating, waves

@@ -24,7 +24,7 @@ WORDS = {"stop.reason": "reason", "touch.model": "touch.model", "look.model": "l
 """Columns whose names differ from the last part of their place in result.json."""
 SECTIONS = ("stop", "touch", "verification", "look", "heights", "time_s")
 """Sections of result.json whose values become columns."""
-LEFT_OUT = ("stop.message", "look.conditions", "verification.rounds", "verification.outer_iterations")
+LEFT_OUT = ("stop.message", "look.conditions", "verification.outer_iterations")
 """Values that are no numbers of a table."""
 
 LONGEST_TEXT = 1000

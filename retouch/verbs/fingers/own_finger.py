@@ -97,9 +97,7 @@ class OwnFinger:
         with naming(self.file):
             operator, receptors = _operator(self, n - 2 * beside, (1.0 - 2.0 * beside / n) * size_mm)
         heights = torch.maximum(fields, fields.amax((-2, -1), keepdim=True) - OUT_OF_REACH_MM)
-        felt = press_tetrahedra(
-            heights[..., inner, inner], self.skin, self.surface, operator.size_mm, operator=operator
-        )
+        felt = press_tetrahedra(heights[..., inner, inner], self.skin, operator)
         if float(felt.pressure[..., 1:-1, 1:-1].sum()) < (1.0 - 1e-12) * float(felt.pressure.sum()):
             say(f"{self.file}: contact reaches the rim of the {operator.size_mm:.3g} mm that are pressed")
         beyond = {"strain": 0.0, "gap": 1.0, "pressure": 0.0}

@@ -155,8 +155,8 @@ def test_the_target_is_met(finished: Result) -> None:
     touch = finished.summary["touch"]
     assert finished.stop is StopReason.CONVERGED
     assert touch["target_roughness"] == pytest.approx(tactile.jnd_scaled(touch["initial_roughness"], 1))
-    (only,) = finished.summary["verification"]["rounds"]
-    assert touch["roughness"] == pytest.approx(only["aimed_roughness"], rel=0.01)
+    (only,) = finished.summary["verification"]["outer_iterations"]
+    assert touch["roughness"] == pytest.approx(only["surrogate_target_roughness"], rel=0.01)
     assert touch["verified_roughness"] == pytest.approx(touch["target_roughness"], rel=0.01)
     assert touch["verified_by"] == "fem"
     assert touch["jnd_from_original"] == pytest.approx(1.0, abs=0.06)
@@ -175,7 +175,7 @@ KEYS: dict[str, dict[str, type | tuple[type, ...]]] = {
         **dict.fromkeys(("contact_fraction", "contact_error_bound"), NUMBER),
         "jnd_from_original": NUMBER,
     },
-    "verification": {"resolution": int, "miss_percent": NUMBER, "rounds": list},
+    "verification": {"resolution": int, "miss_percent": NUMBER, "outer_iterations": list},
     "look": {"pixel_change_percent": list, "dssim": list, "flip": list},
     "heights": {"min_mm": NUMBER, "max_mm": NUMBER, "rms_change_mm": NUMBER},
     "time_s": {"total": NUMBER, "verify": NUMBER},
@@ -283,7 +283,7 @@ def test_the_history_has_a_line_for_every_step(finished: Result) -> None:
     rows = history(finished.run_dir)
     stop = finished.summary["stop"]
     assert [row["step"] for row in rows] == list(range(stop["steps"] + 1))
-    believed = finished.summary["verification"]["believed_initial_roughness"]
+    believed = finished.summary["verification"]["surrogate_initial_roughness"]
     assert rows[0]["roughness"] == pytest.approx(believed)
     assert rows[0]["picture_rms_percent"] == 0.0
     assert rows[stop["best_step"]]["roughness"] == finished.summary["touch"]["roughness"]
@@ -662,9 +662,9 @@ def uninterrupted(run_file: RunFile, tmp_path_factory: pytest.TempPathFactory) -
 def test_a_scaled_original_is_verified_and_rendered_as_any_result(out: Path, run_file: RunFile) -> None:
     scaled = runs.optimize(run_file("jnd = -1", 'method = "scaling"'), out)
     assert scaled.stop is StopReason.CONVERGED
-    rounds = scaled.summary["verification"]["rounds"]
+    rounds = scaled.summary["verification"]["outer_iterations"]
     assert [row["step"] for row in history(out)] == list(range(len(rounds) + 1))
-    assert rounds[-1]["miss"] <= 0.01
+    assert rounds[-1]["relative_error"] <= 0.01
     original = prepare(load_run(out / SETTINGS), None).problem.heights
     factor = scaled.heights.max() / np.ptp(original)
     assert factor < 1.0
@@ -710,14 +710,14 @@ def test_a_run_killed_in_a_later_round_goes_on_to_the_same_end(
     with monkeypatch.context() as patch:
         copied_at_every_step(patch, out.with_name("copies"))
         whole = runs.optimize(path, out.with_name("whole"))
-    rounds = whole.summary["verification"]["rounds"]
+    rounds = whole.summary["verification"]["outer_iterations"]
     assert len(rounds) > 1
-    assert rounds[-1]["miss"] <= 0.002 < rounds[0]["miss"]
+    assert rounds[-1]["relative_error"] <= 0.002 < rounds[0]["relative_error"]
     shutil.copytree(out.with_name("copies") / str(rounds[0]["steps"] + 1), out)
     assert len(load_checkpoint(out).state.iterations) >= 1
     resumed = runs.resume(out)
     assert resumed.summary["stop"] == whole.summary["stop"]
-    assert len(resumed.summary["verification"]["rounds"]) == len(rounds)
+    assert len(resumed.summary["verification"]["outer_iterations"]) == len(rounds)
     np.testing.assert_allclose(resumed.heights, whole.heights, atol=SAME_MM["gauss-newton"])
 
 

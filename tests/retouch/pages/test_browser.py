@@ -46,17 +46,22 @@ def test_a_browser_leaves_nothing_behind(webgl: bool, monkeypatch: pytest.Monkey
 def full() -> Report:
     """A report with every section, the widest numbers, and a condition of a long name."""
     report = noisy("known", "The noise of the pictures is small beside their change.")
-    rounds = [
+    iterations = [
         {
-            **{"steps": 12, "aimed_roughness": 0.0676, "roughness": 0.0676, "verified_roughness": 0.0681},
-            "miss": 0.0102,
+            **{
+                "steps": 12,
+                "surrogate_target_roughness": 0.0676,
+                "roughness": 0.0676,
+                "verified_roughness": 0.0681,
+            },
+            "relative_error": 0.0102,
         }
     ] * 2
     names = ["light-10", "light-130", "a-lamp-in-the-far-corner-of-the-workshop"]
     look = report.verification.look.as_json()
     return replace(
         report,
-        verification=verified(look=look, verification={"resolution": 64, "rounds": rounds}),
+        verification=verified(look=look, verification={"resolution": 64, "outer_iterations": iterations}),
         conditions=names,
         settings={"scene": "/" + 30 * "folder/" + "s.xml"},
     )

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import torch
 
+from benchmarks.touch.bare_elements import discrete_layer
 from tactile.layer.cosine_layer import PARITIES, CosineLayer, Parity, modes_at_centres
 from tactile.layer.skin_layers import Stack
 from tactile.skin import Skin
 from tactile.structured.block import CoarseBlock, depth_levels
 from tactile.structured.pixel_block import PixelBlock
-from tactile.structured.pixel_layer import discrete_layer
 from tactile.structured.side_release import release
 from tests.tactile.coarse_block import quarter_responses
 from tests.tactile.folded_block import face_response

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from relief.ground.errors import InputError
-from tactile.unstructured.surface import ClosedSurface, block_surface, fingertip_surface, height_over, locate
+from tactile.unstructured.surface import ClosedSurface, height_over, locate
+from tests.tactile.unstructured.skin_surfaces import block_surface, fingertip_surface
 
 TETRAHEDRON = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 OUTWARD = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
@@ -29,12 +30,6 @@ def test_a_fingertip_is_a_block_less_what_lies_under_the_sphere() -> None:
     sphere = radius - np.sqrt(radius**2 - x**2 - y**2)
     assert fingertip.lower_height(x, y) == pytest.approx(sphere, abs=2e-3)
     assert fingertip.lower_height(np.array([0.0]), np.array([0.0])) == pytest.approx(0.0, abs=1e-12)
-
-
-@pytest.mark.parametrize(("thickness", "radius"), [(2.5, 8.0), (2.0, 12.0), (2.5, 5.0), (2.5, np.nan)])
-def test_a_cap_that_would_reach_the_bone_is_refused(thickness: float, radius: float) -> None:
-    with pytest.raises(InputError, match="radius_mm"):
-        fingertip_surface(10.0, thickness, radius)
 
 
 @pytest.mark.parametrize(

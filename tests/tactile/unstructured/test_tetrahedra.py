@@ -17,7 +17,7 @@ from tactile.strain import smallest_eigenvalue
 from tactile.touch import Touch
 from tactile.unstructured.meshing import Sizing, Tetrahedra, signed_volumes, tetrahedralise
 from tactile.unstructured.quadratic import gradients_at, stiffness
-from tactile.unstructured.surface import ClosedSurface, block_surface, fingertip_surface
+from tactile.unstructured.surface import ClosedSurface
 from tactile.unstructured.tetrahedra import (
     TetrahedralOperator,
     press_tetrahedra,
@@ -25,6 +25,7 @@ from tactile.unstructured.tetrahedra import (
 )
 from tests.recorded import Truth, Truths, solved
 from tests.tactile.reliefs import SIZE, bumps, grating, waves
+from tests.tactile.unstructured.skin_surfaces import block_surface, fingertip_surface
 from tests.taylor import dot_test
 
 pytestmark = pytest.mark.slow
@@ -111,18 +112,7 @@ def test_compliance_and_its_preconditioner_are_their_own_adjoints(small: Tetrahe
 
 
 def test_pressures_add_up_to_their_force(small: TetrahedralOperator) -> None:
-    np.testing.assert_allclose(np.asarray(small.forces.sum(axis=0)), small.pixel_area_mm2, rtol=1e-12)
-
-
-def test_condensed_and_whole_bodies_are_the_same(
-    small: TetrahedralOperator, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("tactile.unstructured.tetrahedra.MOST_CONDENSED", 0)
-    mesh = box(np.linspace(-5.0, 5.0, 9), np.linspace(0.0, 2.5, 4))
-    whole = tetrahedral_operator(SOFT, mesh, 16, SIZE)
-    pressure = waves(16, 1.0).expand(2, 16, 16)
-    torch.testing.assert_close(whole.displacement(pressure), small.displacement(pressure))
-    torch.testing.assert_close(whole.strain(pressure), small.strain(pressure))
+    np.testing.assert_allclose(np.asarray(small.forces.sum(axis=0)), (SIZE / 16) ** 2, rtol=1e-12)
 
 
 def test_a_flat_plate_sinks_in_as_far_as_into_the_structured_block(block: TetrahedralOperator) -> None:
@@ -194,9 +184,8 @@ def test_a_rounded_skin_touches_more_under_more_force(rounded: TetrahedralOperat
 
 
 def test_a_rounded_skin_feels_nothing_of_a_flat_plate(rounded: TetrahedralOperator) -> None:
-    surface = fingertip_surface(SIZE, FINGER.thickness_mm, 12.0)
     plate = torch.zeros(20, 20, dtype=torch.float64)
-    touch = press_tetrahedra(plate, FINGER, surface, operator=rounded)
+    touch = press_tetrahedra(plate, FINGER, rounded)
     assert isinstance(touch, Touch)
     assert float(touch.strain.abs().max()) == 0.0
     assert float(touch.pressure.mean()) == pytest.approx(0.1)
@@ -215,12 +204,13 @@ def test_a_fingertip_given_as_a_surface_feels_what_its_structured_mesh_feels(tru
 
     def structured() -> Truth:
         operator = tetrahedral_operator(FINGER, mesh, 20, SIZE)
-        touch = press_tetrahedra(bumps(20), FINGER, surface, operator=operator)
+        touch = press_tetrahedra(bumps(20), FINGER, operator)
         return solved([*numbers(touch), *touch.strain.ravel()])
 
     inputs = [repr(FINGER), bumps(20), mesh.vertices, mesh.cells]
     expected, strain = np.split(truths(inputs, structured).mean, [3])
-    touch = press_tetrahedra(bumps(20), FINGER, surface, sizing=Sizing(0.5, 0.9))
+    meshed = tetrahedral_operator(FINGER, tetrahedralise(surface, Sizing(0.5, 0.9)), 20, SIZE)
+    touch = press_tetrahedra(bumps(20), FINGER, meshed)
     for ours, theirs, allowed in zip(numbers(touch), expected, (0.06, 0.1, 0.03), strict=True):
         assert ours == pytest.approx(theirs, rel=allowed)
     assert np.corrcoef(touch.strain.ravel(), strain)[0, 1] > 0.98
@@ -232,14 +222,6 @@ def test_strain_is_zero_where_the_receptors_would_lie_in_the_bone(rounded: Tetra
     assert bool(in_bone.any())
     assert float(strain[:, in_bone].abs().max()) == 0.0
     assert float(strain[2][~in_bone].abs().min()) > 0.0
-
-
-def test_heights_that_are_no_relief_are_refused(rounded: TetrahedralOperator) -> None:
-    surface = fingertip_surface(SIZE, FINGER.thickness_mm, 12.0)
-    plate = torch.zeros(20, 20, dtype=torch.float64)
-    for heights in (plate[:10], plate.float(), plate + torch.nan):
-        with pytest.raises(InputError, match="heights"):
-            press_tetrahedra(heights, FINGER, surface, operator=rounded)
 
 
 def test_a_square_wider_than_the_skin_is_refused() -> None:

@@ -1,16 +1,19 @@
-"""Discrete layer: the elements of `tactile.structured.pixel_block` with sliding sides, solved mode by mode.
+"""Finite elements alone: the reference without its exact layer, to compare with.
 
-Between sliding sides, which act as mirrors, cosines at the pixel centres are the modes of the mesh, and each
-mode needs only a small system along the depth. The exact layer (`tactile.layer.layer_response`) minus the
-discrete one is the discretisation error of the elements under the shortest waves, where the error is largest.
+With sliding sides, which act as mirrors, cosines at the pixel centres are the modes of the mesh of
+`tactile.structured.pixel_block`, and each mode needs only a small system along the depth: a discrete layer.
+The exact layer (`tactile.layer.layer_response`) minus the discrete one is the discretisation error of the
+elements under the shortest waves, where the error is largest.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import torch
 
 from relief.ground.arrays import Array
-from tactile.skin import lame
+from tactile.elements.finite_elements import FiniteElementOperator, finite_element_operator, graded_levels
+from tactile.skin import Skin, lame
 from tactile.structured.along_axes import kinds_along, matrices_along
 from tactile.structured.pixel_block import PixelBlock
 
@@ -29,6 +32,21 @@ class DiscreteLayer:
 
     surface: Array
     strain: Array
+
+
+def bare_elements(skin: Skin, samples: int, size_mm: float) -> FiniteElementOperator:
+    """The operator of a skin by elements alone, with a node at every pixel.
+
+    Args:
+        skin: all but force and modulus matters here.
+        samples: n, even.
+        size_mm: side of the patch.
+    """
+    levels = graded_levels(skin.thickness_mm, size_mm / samples, skin.stack)
+    mesh = PixelBlock(size_mm / 2.0, samples // 2, levels, skin.depth_mm, skin.poisson_ratio, skin.stack)
+    layer = discrete_layer(mesh)
+    surface, strain = torch.as_tensor(layer.surface), torch.as_tensor(layer.strain)
+    return replace(finite_element_operator(skin, samples, size_mm), symbol=surface, strain_symbols=strain)
 
 
 def discrete_layer(block: PixelBlock) -> DiscreteLayer:
