@@ -10,7 +10,7 @@ from typing import Any
 import retouch
 from relief.ground.errors import InputError
 from relief.ground.options import Option, add_option
-from retouch.commands.options import add_skin, add_talk, print_json
+from retouch.commands.options import add_talk, print_json
 from retouch.commands.printing import print_lines
 
 HELP = "analyse people's answers to a set of stimuli"
@@ -37,7 +37,6 @@ examples:
   retouch answers runs/gravel-set answers.csv --without P3 --partial
   retouch answers runs/gravel-set data/*.csv --columns person=participant,rougher=key_resp.keys \\
       --values rougher:left=first,right=second
-  retouch answers runs/gravel-set answers.csv --skin-out mine.toml --press press.csv
 
 SET then holds answers.html and answers.json. docs/explanation/answers.md says how the numbers are computed.
 """
@@ -72,17 +71,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "columns", Option(text, "NAME=COLUMN,...", read=_equations, several=True))
     text = "what the cells of a column mean: first or second plate, a label, yes or no; once for each column"
     add_option(parser, "values", Option(text, "NAME:CELL=VALUE,...", read=_meanings, several=True))
-    own = parser.add_argument_group("a finger of one's own")
-    own.add_argument(
-        "--skin-out", type=Path, metavar="SKIN", help="write the finger that the answers propose (.toml)"
-    )
-    own.add_argument(
-        "--press",
-        type=Path,
-        metavar="FILE",
-        help="CSV table of simple measurements on that finger, which enter the proposal: ink prints, grooves",
-    )
-    add_skin(own, "that of the set; the proposal starts from it")
     add_talk(parser, "the content of answers.json")
 
 
@@ -112,8 +100,7 @@ def _meanings(text: str) -> tuple[str, list[tuple[str, str]]]:
 
 def run(arguments: argparse.Namespace) -> int:
     if arguments.serve:
-        others = arguments.files, arguments.out, arguments.skin_out, arguments.press
-        if any(others) or arguments.options.keys() - {"serve", "quiet", "verbose"}:
+        if arguments.files or arguments.out or arguments.options.keys() - {"serve", "quiet", "verbose"}:
             raise InputError("--serve: takes a folder alone; the answers are analysed by another call")
         from retouch.verbs.answering import serve  # with all that the verb loads
 
@@ -127,9 +114,6 @@ def run(arguments: argparse.Namespace) -> int:
         without=arguments.without,
         columns=_once("columns", itertools.chain(*arguments.columns or ())),
         values={name: _once("values", pairs) for name, pairs in meanings.items()},
-        skin_out=arguments.skin_out,
-        press=arguments.press,
-        skin=arguments.skin,
     )
     if arguments.json:
         print_json(answered.as_json())
