@@ -1,20 +1,5 @@
-"""`retouch answers`: people's answers to a set of stimuli, beside the prediction."""
+r"""`retouch answers`: analyse people's answers to a set of stimuli.
 
-import argparse
-import csv
-import itertools
-from collections.abc import Iterable
-from pathlib import Path
-from typing import Any
-
-import retouch
-from relief.ground.errors import InputError
-from relief.ground.options import Option, add_option
-from retouch.commands.options import add_talk, print_json
-from retouch.commands.printing import print_lines
-
-HELP = "analyse people's answers to a set of stimuli"
-DESCRIPTION = """\
 Reads the answers of an experiment with the plates of `retouch stimuli`, and reports the just-noticeable
 difference, for each person and all, beside the prediction: the fraction of V at which 84 of 100 pairs are
 judged rightly. Without a file of answers it reports how exactly the plan will measure that fraction.
@@ -27,19 +12,30 @@ tables of answers (CSV; a column `trial` names the trial of the plan):
   person, rougher 1, rougher 2, ...  one row a person, a column for each trial of the plan
 --columns and --values read the tables of PsychoPy, jsPsych and Qualtrics; docs/tutorials/people.md has
 an example each.
-"""
-EPILOG = """\
+
 examples:
   retouch answers runs/gravel-set
   retouch answers runs/gravel-set --serve
   retouch answers runs/gravel-set answers-rougher.csv answers-sorts.csv
   retouch answers runs/gravel-set answers.csv --json
   retouch answers runs/gravel-set answers.csv --without P3 --partial
-  retouch answers runs/gravel-set data/*.csv --columns person=participant,rougher=key_resp.keys \\
+  retouch answers runs/gravel-set data/*.csv --columns person=participant,rougher=key_resp.keys \
       --values rougher:left=first,right=second
 
 SET then holds answers.html and answers.json. docs/explanation/answers.md says how the numbers are computed.
 """
+
+import argparse
+import csv
+import itertools
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import retouch
+from relief.ground.errors import InputError
+from relief.ground.options import Option, add_option
+from retouch.commands.options import add_talk, report
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -115,8 +111,5 @@ def run(arguments: argparse.Namespace) -> int:
         columns=_once("columns", itertools.chain(*arguments.columns or ())),
         values={name: _once("values", pairs) for name, pairs in meanings.items()},
     )
-    if arguments.json:
-        print_json(answered.as_json())
-    elif not arguments.quiet:
-        print_lines(answered.lines())
+    report(arguments, answered.as_json(), answered.lines())
     return 0

@@ -1,4 +1,18 @@
-"""`retouch dataset`: data sets for the training of nets."""
+"""`retouch dataset`: make a data set to train the learned models on.
+
+Draws a corpus of textures and computes for each how it feels (strain, gap, roughness and contact area, by
+finite elements or the elastic layer) and how it looks (pictures under single parallel lights and under
+ambient light). The files appear in DIR one by one; after an interruption the same command continues.
+
+examples:
+  retouch dataset -o data --count 6300
+  retouch dataset -o data --count 6300 --textures ~/materials --optimised runs/optimised
+  retouch dataset -o data --count 100000 --touch layer --lights studio --dask tcp://10.0.0.1:8786
+
+docs/reference/formats.md describes the format.
+
+exit status: 0 if every texture has its fields; 1 if some have none, which failures.jsonl lists.
+"""
 
 import argparse
 import sys
@@ -16,23 +30,6 @@ MOST_DIRECTIONS = 64
 FAILURES = "failures.jsonl"
 MOST_SHOWN = 5
 """Most failures that are printed; failures.jsonl lists all."""
-
-HELP = "make a data set to train the learned models on"
-DESCRIPTION = """\
-Draws a corpus of textures and computes for each how it feels (strain, gap, roughness and contact area, by
-finite elements or the elastic layer) and how it looks (pictures under single parallel lights and under
-ambient light). The files appear in DIR one by one; after an interruption the same command continues.
-"""
-EPILOG = """\
-examples:
-  retouch dataset -o data --count 6300
-  retouch dataset -o data --count 6300 --textures ~/materials --optimised runs/optimised
-  retouch dataset -o data --count 100000 --touch layer --lights studio --dask tcp://10.0.0.1:8786
-
-docs/reference/formats.md describes the format.
-
-exit status: 0 if every texture has its fields; 1 if some have none, which failures.jsonl lists.
-"""
 
 
 AFTER_INTERRUPT = "; the same command goes on"

@@ -1,4 +1,20 @@
-"""`retouch export`: a texture as a plate for a 3-D printer, or as displacement for a modelling program."""
+"""`retouch export`: write a texture as a plate for a 3-D printer, or for a modelling program.
+
+Writes the relief on a base as one watertight body, or as a picture by which a modelling program
+displaces a surface.
+
+formats:
+{PLATES}  {DISPLACEMENT}  displacement, 16-bit grey: black is 0, white the highest point
+
+examples:
+  retouch export stone.png --relief-mm 1.2 -o stone.3mf
+  retouch export runs/stone --base-mm 3 -o stone.stl
+  retouch export gravel-tile --repeat 3x3 -o gravel.3mf
+  retouch export runs/stone -o stone.png
+  retouch export gravel-tile --tile -o tile.png
+  retouch export gravel --printer mask-50 -o gravel.3mf
+  retouch export --coupon -o coupon.3mf
+"""
 
 import argparse
 import re
@@ -15,23 +31,7 @@ from retouch.commands.options import LENGTHS, TEXTURE, add_plate, add_printer, a
 if TYPE_CHECKING:
     from retouch.verbs.exporting import Exported
 
-HELP = "write a texture as a plate for a 3-D printer, or for a modelling program"
-DESCRIPTION = (
-    "Writes the relief on a base as one watertight body, or as a picture by which a modelling program\n"
-    "displaces a surface.\n\nformats:\n"
-    + "".join(f"  {suffix}  {plate.description}\n" for suffix, plate in FORMATS.items())
-    + f"  {DISPLACEMENT}  displacement, 16-bit grey: black is 0, white the highest point\n"
-)
-EPILOG = """\
-examples:
-  retouch export stone.png --relief-mm 1.2 -o stone.3mf
-  retouch export runs/stone --base-mm 3 -o stone.stl
-  retouch export gravel-tile --repeat 3x3 -o gravel.3mf
-  retouch export runs/stone -o stone.png
-  retouch export gravel-tile --tile -o tile.png
-  retouch export gravel --printer mask-50 -o gravel.3mf
-  retouch export --coupon -o coupon.3mf
-"""
+PLATES = "".join(f"  {suffix}  {plate.description}\n" for suffix, plate in FORMATS.items())
 MOST_REPEATS = 256
 """Most times that a tile of the fewest samples, 16 a side, fits into the most, 4096."""
 

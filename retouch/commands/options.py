@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import itertools
 import json
 import logging
 import math
@@ -119,6 +120,28 @@ def telling(verbose: bool) -> Iterator[None]:
 def print_json(content: Any) -> None:
     """Print one JSON document on stdout; numbers that are not finite, which JSON lacks, become null."""
     print(json.dumps(_finite(content), indent=2, default=str))
+
+
+def report(arguments: argparse.Namespace, document: Any, lines: Iterable[Any]) -> None:
+    """Print the document of `--json`, or else lines for a person unless `-q` is given.
+
+    Args:
+        arguments: of the verb.
+        document: as of `print_json`.
+        lines: texts, tables (`TextTable`), and pairs of a word and a sentence, which make tables.
+    """
+    if arguments.json:
+        print_json(document)
+    elif not getattr(arguments, "quiet", False):
+        for paired, each in itertools.groupby(lines, lambda line: isinstance(line, tuple)):
+            if paired:
+                console().print(lines_table(each))
+                continue
+            for line in each:
+                if isinstance(line, str):
+                    print(line)
+                else:
+                    console().print(table(line.columns, line.rows, line.gap))
 
 
 def _finite(content: Any) -> Any:

@@ -1,24 +1,9 @@
-"""`retouch palette`: fills for tactile maps, braille graphics and controls, told apart by touch."""
+"""`retouch palette`: make fills for tactile maps and controls that are told apart by touch.
 
-import argparse
-from pathlib import Path
-
-import retouch
-from relief.ground.options import given
-from retouch.commands.options import LENGTHS, TEXTURE, add_plate, add_skin, add_talk, print_json, whole_number
-from retouch.commands.printing import print_lines
-from retouch.commands.stimuli import AFTER_INTERRUPT as AFTER_INTERRUPT
-from retouch.commands.stimuli import COMPLETE, PRINT, WITH_FAILURES, add_print, add_work, settings_of
-
-MOST_FILLS = 16
-
-HELP = "make fills for tactile maps and controls that are told apart by touch"
-DESCRIPTION = """\
 Makes fills that every finger of a range tells apart by roughness, softer and stiffer, with shallower and
 deeper receptors: levels of one texture, or several textures, each changed as little as it takes while it
 keeps its look. Textures are tiles (`retouch prepare --tile`). Each is tried rougher and smoother first.
-"""
-EPILOG = """\
+
 examples:
   retouch palette gravel-tile -o runs/gravel-fills
   retouch palette brick-tile grass-tile leather-tile --apart 3 -o runs/map
@@ -28,6 +13,17 @@ DIR then holds index.html, tiles/, print/palette.3mf, palette.json and rows/: do
 exit status: 0 if fills are as far apart as asked for; 1 if not; 2 for bad input, or more fills than there is
 room for; 130 if interrupted, after which the same command goes on.
 """
+
+import argparse
+from pathlib import Path
+
+import retouch
+from relief.ground.options import given
+from retouch.commands.options import LENGTHS, TEXTURE, add_plate, add_skin, add_talk, report, whole_number
+from retouch.commands.stimuli import AFTER_INTERRUPT as AFTER_INTERRUPT
+from retouch.commands.stimuli import COMPLETE, PRINT, WITH_FAILURES, add_print, add_work, settings_of
+
+MOST_FILLS = 16
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -55,8 +51,5 @@ def run(arguments: argparse.Namespace) -> int:
         settings=settings_of(arguments),
         **given(arguments, "apart", "fills", "one_finger", "skin", "fast", "workers", "dask", *LENGTHS),
     )
-    if arguments.json:
-        print_json(made.as_json())
-    elif not arguments.quiet:
-        print_lines(made.lines())
+    report(arguments, made.as_json(), made.lines())
     return WITH_FAILURES if made.content["short"] else COMPLETE

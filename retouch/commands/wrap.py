@@ -1,4 +1,30 @@
-"""`retouch wrap`: a tile on an object, with the same size in mm everywhere."""
+"""`retouch wrap`: lay a tile over an object.
+
+Displaces the surface of a mesh by a texture that repeats, along the normals, with the same size in mm
+everywhere: by the mesh's texture coordinates where they keep sizes, around a cylinder without a seam, else by
+flat patches that are turned to fit one another and blended where they cannot. A texture whose sides do not
+fit is placed once. A solid comes out as a solid; a flat bottom stays flat.
+
+meshes: STL, OBJ, PLY, GLB, 3MF, STEP (extra step), or an object that comes with Retouch by its name:
+  {OBJECT_NAMES}
+
+masks, joined by & or |, with not and parentheses:
+  "z>2"          above z = 2 mm; the texture grows over the falloff, "z>2..5" from z = 2 to z = 5; x and y too
+  "angle<60"     normals within 60 degrees of +z; "angle:-x<30" within 30 degrees of -x
+  "turn>90"      angle about z through the middle of the object, degrees from +x
+  mask.png       a picture over the mesh's texture coordinates, white carries the texture
+  colour         colours of PLY, OBJ, GLB, STEP, 3MF: white carries; "colour:red", "colour:#ff8000": there
+  odd            a region of a bundled object: the bracelet has odd and even
+
+examples:
+  retouch wrap gravel-tile starfish -o starfish.3mf
+  retouch wrap gravel-tile part.stl --mask "z>2 & angle<80" --size-mm 8 -o part.3mf
+  retouch wrap gravel-tile bracelet --region odd=+2 -o bracelet.3mf
+  retouch wrap gravel-tile frog --preview frog.html
+  retouch wrap bark-tile handle.stl --along z -o handle.3mf
+  retouch wrap logo.png part.stl --at 0,0,20 --size-mm 12 --relief-mm 0.6 -o part.3mf
+  retouch wrap leather-tile grip.obj --units in --relief-mm 0.4 --level 0.5 -o grip.glb
+"""
 
 import argparse
 from pathlib import Path
@@ -12,34 +38,7 @@ from relief.solids.names import OBJECTS
 from retouch.commands.options import TEXTURE, add_talk, print_json
 from retouch.verbs.objects.wrap_options import WrapOptions
 
-HELP = "lay a tile over an object"
-DESCRIPTION = f"""\
-Displaces the surface of a mesh by a texture that repeats, along the normals, with the same size in mm
-everywhere: by the mesh's texture coordinates where they keep sizes, around a cylinder without a seam, else by
-flat patches that are turned to fit one another and blended where they cannot. A texture whose sides do not
-fit is placed once. A solid comes out as a solid; a flat bottom stays flat.
-
-meshes: STL, OBJ, PLY, GLB, 3MF, STEP (extra step), or an object that comes with Retouch by its name:
-  {", ".join(OBJECTS)}
-
-masks, joined by & or |, with not and parentheses:
-  "z>2"          above z = 2 mm; the texture grows over the falloff, "z>2..5" from z = 2 to z = 5; x and y too
-  "angle<60"     normals within 60 degrees of +z; "angle:-x<30" within 30 degrees of -x
-  "turn>90"      angle about z through the middle of the object, degrees from +x
-  mask.png       a picture over the mesh's texture coordinates, white carries the texture
-  colour         colours of PLY, OBJ, GLB, STEP, 3MF: white carries; "colour:red", "colour:#ff8000": there
-  odd            a region of a bundled object: the bracelet has odd and even
-"""
-EPILOG = """\
-examples:
-  retouch wrap gravel-tile starfish -o starfish.3mf
-  retouch wrap gravel-tile part.stl --mask "z>2 & angle<80" --size-mm 8 -o part.3mf
-  retouch wrap gravel-tile bracelet --region odd=+2 -o bracelet.3mf
-  retouch wrap gravel-tile frog --preview frog.html
-  retouch wrap bark-tile handle.stl --along z -o handle.3mf
-  retouch wrap logo.png part.stl --at 0,0,20 --size-mm 12 --relief-mm 0.6 -o part.3mf
-  retouch wrap leather-tile grip.obj --units in --relief-mm 0.4 --level 0.5 -o grip.glb
-"""
+OBJECT_NAMES = ", ".join(OBJECTS)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
