@@ -1,7 +1,5 @@
 """A stimulus set from its request: rows by the engine of studies, plates to print, tables and the page."""
 
-import json
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -116,21 +114,19 @@ def make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> Sti
             folder holds something else, or another command writes into it.
         OSError, KeyboardInterrupt: rows that are done stay; the same call goes on.
     """
-    began = time.monotonic()
     stimuli.check_textures()
     check_sources(stimuli)
     with only_writer(out):
-        return _make(stimuli, out, make_runner, began)
+        return _make(stimuli, out, make_runner)
 
 
-def _make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None, began: float) -> StimulusPlates:
+def _make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> StimulusPlates:
     claim(out, stimuli)
     (out / engine.ROWS).mkdir(exist_ok=True)
     study = write_study_file(stimuli, make_controls(stimuli, out), out)
     expanded = expand(study)
     plates = list(plate_rows(stimuli, expanded))
     check_labels([plate.label for plate in plates], stimuli.print)
-    before = engine.known_rows(expanded, out, study.measures)
     if make_runner is None:
         rows = engine.known(expanded, out, study.measures)
     else:
@@ -157,7 +153,6 @@ def _make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None, began
         textures=textures,
         summary=documents.summary_of(textures),
         failures=[*expanded.faults, *(f"{key[:12]}: {why}" for key, why in rows.failures.items())],
-        wall_s=_wall_s(out, time.monotonic() - began, bool(before), make_runner is None),
     )
     write_atomically(out / documents.DOCUMENT, documents.document_bytes(asdict(numbers)))
     for file, spread in documents.spreadsheets(numbers).items():
@@ -165,14 +160,3 @@ def _make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None, began
     write_atomically(out / PAGE, page(numbers, stimuli, out))
     missing = len(expanded.rows) - len(rows.records) - len(rows.failures)
     return StimulusPlates(out, numbers, tuple(files), missing)
-
-
-def _wall_s(out: Path, took_s: float, continued: bool, redrawn: bool) -> float | None:
-    """Seconds from the command to its files; None for a set that several commands have made."""
-    if not redrawn:
-        return None if continued else took_s
-    try:
-        earlier = json.loads((out / documents.DOCUMENT).read_bytes()).get("wall_s")
-    except (OSError, ValueError, AttributeError):
-        return None
-    return float(earlier) if isinstance(earlier, int | float) else None
