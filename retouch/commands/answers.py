@@ -35,19 +35,13 @@ from typing import Any
 import retouch
 from relief.ground.errors import InputError
 from relief.ground.options import Option, add_option
-from retouch.commands.options import add_talk, report
+from retouch.commands.options import add_out, add_talk, report
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("set", type=Path, metavar="SET", help="folder of a finished set of stimuli")
     parser.add_argument("files", type=Path, nargs="*", metavar="FILE", help="CSV table of answers")
-    parser.add_argument(
-        "-o",
-        dest="out",
-        type=Path,
-        metavar="DIR",
-        help="folder of answers.html and answers.json (default: SET)",
-    )
+    add_out(parser, "DIR", "folder of answers.html and answers.json (default: SET)")
     parser.add_argument(
         "--partial", action="store_true", help="go without trials of the plan that have no answer"
     )

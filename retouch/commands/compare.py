@@ -26,7 +26,6 @@ from relief.ground.errors import InputError
 from relief.ground.files import check_file_to_write
 from relief.ground.options import given
 from retouch.commands import options
-from tactile.touch_limits import MODEL_NAMES
 
 if TYPE_CHECKING:
     from relief.ground.lengths import Lengths
@@ -44,30 +43,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="B",
         help="the same (default: the result of the run A)",
     )
-    parser.add_argument(
-        "-o", dest="out", type=Path, default=PAGE, metavar="PAGE", help=f"file to write (default: {PAGE})"
-    )
+    options.add_out(parser, "PAGE", f"file to write (default: {PAGE})", default=PAGE)
     options.add_plate(parser)
     options.add_repeats(parser, "the run's")
-    parser.add_argument(
-        "--model",
-        choices=tuple(MODEL_NAMES),
-        default="layer",
-        help="model of touch: layer (elastic layer, default), quick, net, fem (finite elements)",
-    )
+    options.add_model(parser)
     options.add_skin(parser, f"the run's, or {DEFAULT_SKIN}")
     options.add_talk(parser, "every number")
 
-    pictures = parser.add_argument_group("the pictures")
-    pictures.add_argument(
-        "--scene", type=Path, metavar="SCENE", help="Mitsuba scene (default: that of the run, or studio)"
-    )
-    pictures.add_argument(
-        "--samples",
-        type=options.count,
-        metavar="N",
-        help="samples a pixel, 4 to 65536 (default: as many as the change of the pictures needs)",
-    )
+    pictures = options.add_pictures(parser)
     pictures.add_argument(
         "--seed",
         type=options.seed,
@@ -75,7 +58,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="seed of the random numbers (default: that of the run's pictures, or 0)",
     )
     options.add_distance(pictures)
-    options.add_mitsuba(pictures)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -105,12 +87,8 @@ def _check(arguments: argparse.Namespace, paths: list[Path]) -> None:
             raise InputError(f"{path}: no such file")
     if textures:
         options.check_scales(arguments, textures)
-    else:
-        for flag, value in (("--size-mm", arguments.size_mm), ("--relief-mm", arguments.relief_mm)):
-            if value is not None:
-                raise InputError(f"{flag}: is for textures; a run directory knows its own")
-        if arguments.height_scale is not None:
-            raise InputError("--height-scale: is for textures; a run directory knows its own")
+    for name in () if textures else given(arguments, *options.LENGTHS):
+        raise InputError(f"--{name.replace('_', '-')}: is for textures; a run directory knows its own")
     out = arguments.out
     check_file_to_write(out)
     if out.suffix.lower() not in (".html", ".htm"):

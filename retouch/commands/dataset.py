@@ -20,7 +20,7 @@ from pathlib import Path
 
 import retouch
 from relief.ground.options import given, whole_number
-from retouch.commands.options import add_talk, add_workers, print_json, seed
+from retouch.commands.options import add_out, add_talk, add_workers, print_json, seed
 
 COMPLETE, WITH_FAILURES = 0, 1
 """Exit statuses: every texture has its fields, or some have none."""
@@ -37,9 +37,7 @@ AFTER_INTERRUPT = "; the same command goes on"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "-o", dest="out", type=Path, required=True, metavar="DIR", help="the data set, new or unfinished"
-    )
+    add_out(parser, "DIR", "the data set, new or unfinished", required=True)
     textures = parser.add_argument_group("the textures")
     textures.add_argument(
         "--count",

@@ -52,7 +52,7 @@ from retouch.commands import options
 from retouch.commands.solid_entries import add_filament, add_meshes, check_solid_options
 from retouch.commands.touch_entries import bands_table, readouts_sources, readouts_table, table
 from tactile.quantities import GAPS_COUNT
-from tactile.touch_limits import MODEL_NAMES, model_name
+from tactile.touch_limits import model_name
 
 if TYPE_CHECKING:
     from retouch import Evaluation, Scene, Skin
@@ -80,13 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add_corrections(parser)
     options.add_repeats(parser)
     options.add_printer(parser, "press on the texture as this printer makes it")
-    parser.add_argument(
-        "--model",
-        choices=tuple(MODEL_NAMES),
-        default="layer",
-        help="model of touch: layer (elastic layer, default), quick (its solver stopped after a few steps), "
-        "net (quick with a learned net), fem (finite elements)",
-    )
+    options.add_model(parser)
     skin = parser.add_argument_group("the skin")
     options.add_skin(skin)
     for name, (metavar, quantity) in SKIN.items():

@@ -26,7 +26,7 @@ from relief.ground.errors import InputError
 from relief.ground.formats import DISPLACEMENT, FORMATS
 from relief.ground.limits import BASE_MM
 from relief.ground.options import given
-from retouch.commands.options import LENGTHS, TEXTURE, add_plate, add_printer, add_talk, print_json
+from retouch.commands.options import LENGTHS, TEXTURE, add_out, add_plate, add_printer, add_talk, print_json
 
 if TYPE_CHECKING:
     from retouch.verbs.exporting import Exported
@@ -50,14 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="write, in place of a texture, a plate by whose scan a printer is measured (retouch scan "
         "--coupon); --printer chooses its size",
     )
-    parser.add_argument(
-        "-o",
-        dest="out",
-        type=Path,
-        required=True,
-        metavar="OUT",
-        help=f"file to write: {', '.join((*FORMATS, DISPLACEMENT))}",
-    )
+    add_out(parser, "OUT", f"file to write: {', '.join((*FORMATS, DISPLACEMENT))}", required=True)
     add_plate(parser)
     parser.add_argument(
         "--base-mm",

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import retouch
 from relief.ground.options import add_options, declared, given
-from retouch.commands.options import add_talk, contact_errors_name, report
+from retouch.commands.options import add_out, add_talk, contact_errors_name, report
 from retouch.verbs.fuzzy.fuzzy_options import FuzzyOptions
 
 
@@ -23,8 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("part", type=Path, metavar="PART", help="print file, or the name of a bundled object")
     text = ".ini of PrusaSlicer or SuperSlicer, or .json of a process of OrcaSlicer or Bambu Studio"
     parser.add_argument("--profile", type=Path, required=True, metavar="FILE", help=text)
-    text = "profile to write (default: FILE with -fuzzy after its name)"
-    parser.add_argument("-o", dest="out", type=Path, metavar="NEW_PROFILE", help=text)
+    add_out(parser, "NEW_PROFILE", "profile to write (default: FILE with -fuzzy after its name)")
     add_options(parser, FuzzyOptions)
     add_talk(parser, "settings, target and roughness")
 

@@ -59,13 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="TEXTURE|RUN.toml",
         help=f"{options.TEXTURE}; or run file; or scene (.xml) for --texture",
     )
-    parser.add_argument(
-        "-o",
-        dest="out",
-        type=Path,
-        metavar="RUN_DIR",
-        help="folder to write to (default: runs/<name of the run file or texture>)",
-    )
+    options.add_out(parser, "RUN_DIR", "folder to write to (default: runs/<name of the run file or texture>)")
     parser.add_argument("--force", action="store_true", help="replace an earlier run in RUN_DIR")
     parser.add_argument(
         "--dry-run",

@@ -20,6 +20,7 @@ from relief.ground.formats import UNITS
 from relief.ground.limits import PATCH_SIDE_MM
 from relief.ground.options import add_option, given, whole_number
 from retouch.verbs.progress_display import console_on
+from tactile.touch_limits import MODEL_NAMES
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -150,6 +151,29 @@ def _finite(content: Any) -> Any:
     if isinstance(content, list | tuple):
         return [_finite(value) for value in content]
     return None if isinstance(content, float) and not math.isfinite(content) else content
+
+
+def add_out(place: argparse._ActionsContainer, metavar: str, text: str, **more: Any) -> None:
+    """Add `-o`, the file or folder to write; `more` as of `add_argument`."""
+    place.add_argument("-o", dest="out", type=Path, metavar=metavar, help=text, **more)
+
+
+def add_model(place: argparse._ActionsContainer) -> None:
+    """Add `--model`."""
+    text = "model of touch: layer (elastic layer, default), quick (its solver stopped after a few steps), "
+    text += "net (quick with a learned net), fem (finite elements)"
+    place.add_argument("--model", choices=tuple(MODEL_NAMES), default="layer", help=text)
+
+
+def add_pictures(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
+    """Add `--scene`, `--samples`, `-D` and `-m` of pictures that are compared, None where not given."""
+    pictures = parser.add_argument_group("the pictures")
+    text = "Mitsuba scene (default: that of the run, or studio)"
+    pictures.add_argument("--scene", type=Path, metavar="SCENE", help=text)
+    text = "samples a pixel, 4 to 65536 (default: as many as the change of the pictures needs)"
+    pictures.add_argument("--samples", type=count, metavar="N", help=text)
+    add_mitsuba(pictures)
+    return pictures
 
 
 def add_plate(

@@ -18,8 +18,8 @@ import argparse
 from pathlib import Path
 
 import retouch
-from relief.ground.options import given
-from retouch.commands.options import LENGTHS, TEXTURE, add_plate, add_skin, add_talk, report, whole_number
+from relief.ground.options import given, whole_number
+from retouch.commands import options
 from retouch.commands.stimuli import AFTER_INTERRUPT as AFTER_INTERRUPT
 from retouch.commands.stimuli import COMPLETE, PRINT, WITH_FAILURES, add_print, add_work, settings_of
 
@@ -27,20 +27,19 @@ MOST_FILLS = 16
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("textures", type=Path, nargs="+", metavar="TEXTURE", help=TEXTURE)
-    text = "folder to write to, or to go on in"
-    parser.add_argument("-o", dest="out", type=Path, required=True, metavar="DIR", help=text)
+    parser.add_argument("textures", type=Path, nargs="+", metavar="TEXTURE", help=options.TEXTURE)
+    options.add_out(parser, "DIR", "folder to write to, or to go on in", required=True)
     text = "just-noticeable differences of 19 %% between any two fills (default: 2, right in 97 of 100 pairs)"
     parser.add_argument("--apart", type=float, metavar="N", help=text)
     text = "number of fills (default: one of each texture, or of one texture as many as there is room for)"
     parser.add_argument("--fills", type=whole_number(2, MOST_FILLS), metavar="N", help=text)
     text = "the given finger alone tells them apart (default: a range of fingers about it)"
     parser.add_argument("--one-finger", action="store_true", help=text)
-    add_plate(parser, side="width of the tile")
-    add_skin(parser)
+    options.add_plate(parser, side="width of the tile")
+    options.add_skin(parser)
     add_print(parser)
     add_work(parser)
-    add_talk(parser, "the content of palette.json, with the folder,")
+    options.add_talk(parser, "the content of palette.json, with the folder,")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -49,7 +48,9 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.out,
         plates=given(arguments, *PRINT),
         settings=settings_of(arguments),
-        **given(arguments, "apart", "fills", "one_finger", "skin", "fast", "workers", "dask", *LENGTHS),
+        **given(
+            arguments, "apart", "fills", "one_finger", "skin", "fast", "workers", "dask", *options.LENGTHS
+        ),
     )
-    report(arguments, made.as_json(), made.lines())
+    options.report(arguments, made.as_json(), made.lines())
     return WITH_FAILURES if made.content["short"] else COMPLETE

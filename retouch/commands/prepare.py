@@ -30,7 +30,7 @@ from relief.ground.formatting import number
 from relief.ground.options import add_options, declared, given
 from relief.ground.progress import stage
 from relief.preparing.choices import PrepareOptions, check_output
-from retouch.commands.options import add_talk, console, contact_errors_name, lines_table, print_json
+from retouch.commands.options import add_out, add_talk, console, contact_errors_name, lines_table, print_json
 from tactile.quantities import QUANTITIES, ROUGHNESS
 from tactile.touch_limits import MAX_SAMPLES
 
@@ -47,9 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "picture", type=Path, metavar="PICTURE", help="any picture; a bundled texture goes by its name"
     )
-    parser.add_argument(
-        "-o", dest="out", type=Path, required=True, metavar="OUT", help="16-bit PNG, or EXR, which holds mm"
-    )
+    add_out(parser, "OUT", "16-bit PNG, or EXR, which holds mm", required=True)
     add_options(parser, PrepareOptions)
     add_talk(parser, "the numbers", quiet=False)
 

@@ -42,13 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SCENE",
         help="Mitsuba scene (.xml) with a height field; a bundled one goes by its name",
     )
-    parser.add_argument(
-        "-o",
-        dest="out",
-        type=Path,
-        metavar="DIR",
-        help="folder to write to (default: renders/<name of the scene>)",
-    )
+    options.add_out(parser, "DIR", "folder to write to (default: renders/<name of the scene>)")
     parser.add_argument("--texture", type=Path, help=f"instead of the scene's, {options.TEXTURE}")
     options.add_plate(parser, size="the scene's")
     options.add_repeats(parser)

@@ -25,7 +25,6 @@ from relief.ground.formats import UNITS
 from relief.ground.options import add_option, given
 from relief.plate_options import height_scale_option, relief_option, size_option
 from retouch.commands import options
-from tactile.touch_limits import MODEL_NAMES
 
 FOLDER = Path("scans")
 """Folder of the folders of scans where no other is given."""
@@ -39,13 +38,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--other", type=Path, metavar="FILE2", help="scan of a second print, to be compared with the first"
     )
-    parser.add_argument(
-        "-o",
-        dest="out",
-        type=Path,
-        metavar="OUT",
-        help="folder to write (default: scans/NAME of FILE); of a coupon, the printer file (.toml)",
-    )
+    text = "folder to write (default: scans/NAME of FILE); of a coupon, the printer file (.toml)"
+    options.add_out(parser, "OUT", text)
     parser.add_argument(
         "--units",
         choices=tuple(UNITS),
@@ -58,9 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser, "size_mm", size_option("width of the scan of a height map", "the file's header"), float
     )
     add_option(parser, "relief_mm", relief_option("the file's header"), float)
-    parser.add_argument(
-        "--model", choices=tuple(MODEL_NAMES), default="layer", help="model of touch (default: layer)"
-    )
+    options.add_model(parser)
     options.add_skin(parser, f"the run's, or {DEFAULT_SKIN}")
     options.add_talk(parser, "every number")
     measured = parser.add_argument_group("a printer by its coupon")
@@ -71,17 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     measured.add_argument(
         "--layer-um", type=float, metavar="UM", help="thickness of layers (default: as the scan shows)"
     )
-    pictures = parser.add_argument_group("the pictures")
-    pictures.add_argument(
-        "--scene", type=Path, metavar="SCENE", help="Mitsuba scene (default: that of the run, or studio)"
-    )
-    pictures.add_argument(
-        "--samples",
-        type=options.count,
-        metavar="N",
-        help="samples a pixel (default: as many as the change needs)",
-    )
-    options.add_mitsuba(pictures)
+    options.add_pictures(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

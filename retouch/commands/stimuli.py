@@ -64,9 +64,7 @@ def bed(text: str) -> tuple[float, float]:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("textures", type=Path, nargs="*", metavar="TEXTURE", help=options.TEXTURE)
-    parser.add_argument(
-        "-o", dest="out", type=Path, required=True, metavar="DIR", help="folder to write to, or to go on in"
-    )
+    options.add_out(parser, "DIR", "folder to write to, or to go on in", required=True)
     parser.add_argument(
         "--redraw", action="store_true", help="compute nothing; draw plates and page of DIR anew"
     )

@@ -29,7 +29,7 @@ import retouch
 from relief.ground.errors import InputError
 from relief.ground.formatting import duration
 from relief.ground.options import given
-from retouch.commands.options import add_talk, add_workers, report
+from retouch.commands.options import add_out, add_talk, add_workers, report
 from retouch.pages.sentences import TextTable
 
 COMPLETE, WITH_FAILURES = 0, 1
@@ -48,13 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="study file (.toml), or the name of a study that comes with Retouch",
     )
     parser.add_argument("--list", action="store_true", help="list the studies that come with Retouch")
-    parser.add_argument(
-        "-o",
-        dest="out",
-        type=Path,
-        metavar="DIR",
-        help="folder to write to (default: runs/<name of the study>)",
-    )
+    add_out(parser, "DIR", "folder to write to (default: runs/<name of the study>)")
     rows = parser.add_argument_group("the rows")
     rows.add_argument("--quick", action="store_true", help="the study in small, by its section [quick]")
     rows.add_argument(

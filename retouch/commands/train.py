@@ -20,7 +20,7 @@ from pathlib import Path
 
 import retouch
 from relief.ground.options import given
-from retouch.commands.options import add_talk, report, seed, whole_number
+from retouch.commands.options import add_out, add_talk, report, seed, whole_number
 
 MOST_EPOCHS = 100_000
 
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--data", type=Path, required=True, metavar="FOLDER", help="folder of a data set of `retouch dataset`"
     )
-    parser.add_argument("-o", dest="out", type=Path, required=True, metavar="DIR", help="results folder")
+    add_out(parser, "DIR", "results folder", required=True)
     parser.add_argument("--resume", action="store_true", help="continue from the checkpoint in DIR")
     parser.add_argument("--seed", type=seed, default=0, metavar="S", help="random seed (default: 0)")
     parser.add_argument(

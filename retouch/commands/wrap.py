@@ -35,7 +35,7 @@ from relief.ground.errors import InputError
 from relief.ground.formats import FORMATS
 from relief.ground.options import add_options, declared, given
 from relief.solids.names import OBJECTS
-from retouch.commands.options import TEXTURE, add_talk, print_json
+from retouch.commands.options import TEXTURE, add_out, add_talk, print_json
 from retouch.verbs.objects.wrap_options import WrapOptions
 
 OBJECT_NAMES = ", ".join(OBJECTS)
@@ -46,9 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "mesh", type=Path, metavar="MESH", help="file of a solid, or the name of an object that comes along"
     )
-    parser.add_argument(
-        "-o", dest="out", type=Path, metavar="OUT", help=f"file to write: {', '.join(FORMATS)}"
-    )
+    add_out(parser, "OUT", f"file to write: {', '.join(FORMATS)}")
     parser.add_argument(
         "--preview",
         type=Path,
