@@ -67,12 +67,12 @@ def seed(text: str) -> int:
     return whole_number(0, 2**31 - 1)(text)
 
 
-def add_talk(parser: argparse.ArgumentParser, document: str | None = None, quiet: bool = True) -> None:
+def add_talk(parser: argparse.ArgumentParser, document: str, quiet: bool = True) -> None:
     """Add `-v`, and how else a verb talks.
 
     Args:
         parser: of the verb.
-        document: what `--json` prints, for the help; None leaves the option out.
+        document: what `--json` prints, for the help.
         quiet: whether there is `-q`.
     """
     talk = parser.add_argument_group("output")
@@ -81,9 +81,8 @@ def add_talk(parser: argparse.ArgumentParser, document: str | None = None, quiet
     talk.add_argument(
         "-v", dest="verbose", action="store_true", help="report on stderr what is done, and what is skipped"
     )
-    if document is not None:
-        text = f"print {document} as one JSON document; progress goes to stderr"
-        talk.add_argument("--json", action="store_true", help=text)
+    text = f"print {document} as one JSON document; progress goes to stderr"
+    talk.add_argument("--json", action="store_true", help=text)
 
 
 class _Telling(logging.Handler):
