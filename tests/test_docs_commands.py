@@ -103,7 +103,7 @@ def inputs(parsed: Namespace) -> Iterator[str]:
     """The files and folders that a command reads."""
     for name, value in vars(parsed).items():
         for each in value if isinstance(value, list) else [value]:
-            if isinstance(each, Path) and name not in ("out", "preview", "skin_out"):
+            if isinstance(each, Path) and name not in ("out", "preview"):
                 yield str(each)
     for region in getattr(parsed, "region", ()):
         tile = region.rpartition("=")[2]

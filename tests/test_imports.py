@@ -124,10 +124,6 @@ _ALLOWED = {
         "optimize.run_directory relief.ground retouch.laboratory.stimulus_sets retouch.pages tactile"
     ),
     "retouch.laboratory.people.serving": "relief.ground retouch.laboratory.people retouch.pages",
-    "retouch.laboratory.people.skin_fit": (
-        "mitsuba_scenes optimize.settings optimize.verification relief relief.ground "
-        "retouch.laboratory.people retouch.laboratory.stimulus_sets tactile"
-    ),
     "retouch.laboratory.published": (
         "mitsuba_scenes optimize.settings relief relief.ground retouch.laboratory.studies retouch.pages "
         "tactile"
@@ -168,7 +164,7 @@ _ALLOWED = {
         "optimize.verification optimize.verification.solids relief relief.ground relief.preparing "
         "relief.solids.export relief.solids.filament relief.solids.files relief.solids.mending "
         "relief.solids.meshes relief.solids.objects retouch.verbs.filament retouch.verbs.fingers "
-        "retouch.laboratory.people retouch.laboratory.people.serving retouch.laboratory.people.skin_fit "
+        "retouch.laboratory.people retouch.laboratory.people.serving "
         "retouch.laboratory.published retouch.laboratory.stimulus_sets retouch.laboratory.studies "
         "retouch.laboratory.training "
         "retouch.laboratory.workers retouch.pages retouch.pages.objects surrogate.corpus surrogate.data "

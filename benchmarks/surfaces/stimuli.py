@@ -73,7 +73,7 @@ def measured(content: dict[str, Any]) -> dict[str, Any]:
         }
         for texture in content["textures"]
     }
-    return {"wall_s": content["wall_s"], "textures": textures, "summary": content["summary"]}
+    return {"textures": textures, "summary": content["summary"]}
 
 
 def _mark(level: float) -> str:

@@ -1,20 +1,5 @@
-"""`retouch answers`: people's answers to a set of stimuli, beside the prediction."""
+r"""`retouch answers`: analyse people's answers to a set of stimuli.
 
-import argparse
-import csv
-import itertools
-from collections.abc import Iterable
-from pathlib import Path
-from typing import Any
-
-import retouch
-from relief.ground.errors import InputError
-from relief.ground.options import Option, add_option
-from retouch.commands.options import add_skin, add_talk, print_json
-from retouch.commands.printing import print_lines
-
-HELP = "analyse people's answers to a set of stimuli"
-DESCRIPTION = """\
 Reads the answers of an experiment with the plates of `retouch stimuli`, and reports the just-noticeable
 difference, for each person and all, beside the prediction: the fraction of V at which 84 of 100 pairs are
 judged rightly. Without a file of answers it reports how exactly the plan will measure that fraction.
@@ -27,33 +12,37 @@ tables of answers (CSV; a column `trial` names the trial of the plan):
   person, rougher 1, rougher 2, ...  one row a person, a column for each trial of the plan
 --columns and --values read the tables of PsychoPy, jsPsych and Qualtrics; the guide's page
 "A study with people" has an example of each.
-"""
-EPILOG = """\
+
 examples:
   retouch answers runs/gravel-set
   retouch answers runs/gravel-set --serve
   retouch answers runs/gravel-set answers-rougher.csv answers-sorts.csv
   retouch answers runs/gravel-set answers.csv --json
   retouch answers runs/gravel-set answers.csv --without P3 --partial
-  retouch answers runs/gravel-set data/*.csv --columns person=participant,rougher=key_resp.keys \\
+  retouch answers runs/gravel-set data/*.csv --columns person=participant,rougher=key_resp.keys \
       --values rougher:left=first,right=second
-  retouch answers runs/gravel-set answers.csv --skin-out mine.toml --press press.csv
 
 SET then holds answers.html and answers.json. The guide's page "Statistics of answers" says how
 the numbers are computed.
 """
 
+import argparse
+import csv
+import itertools
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import retouch
+from relief.ground.errors import InputError
+from relief.ground.options import Option, add_option
+from retouch.commands.options import add_out, add_talk, report
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("set", type=Path, metavar="SET", help="folder of a finished set of stimuli")
     parser.add_argument("files", type=Path, nargs="*", metavar="FILE", help="CSV table of answers")
-    parser.add_argument(
-        "-o",
-        dest="out",
-        type=Path,
-        metavar="DIR",
-        help="folder of answers.html and answers.json (default: SET)",
-    )
+    add_out(parser, "DIR", "folder of answers.html and answers.json (default: SET)")
     parser.add_argument(
         "--partial", action="store_true", help="go without trials of the plan that have no answer"
     )
@@ -73,17 +62,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "columns", Option(text, "NAME=COLUMN,...", read=_equations, several=True))
     text = "what the cells of a column mean: first or second plate, a label, yes or no; once for each column"
     add_option(parser, "values", Option(text, "NAME:CELL=VALUE,...", read=_meanings, several=True))
-    own = parser.add_argument_group("a finger of one's own")
-    own.add_argument(
-        "--skin-out", type=Path, metavar="SKIN", help="write the finger that the answers propose (.toml)"
-    )
-    own.add_argument(
-        "--press",
-        type=Path,
-        metavar="FILE",
-        help="CSV table of simple measurements on that finger, which enter the proposal: ink prints, grooves",
-    )
-    add_skin(own, "that of the set; the proposal starts from it")
     add_talk(parser, "the content of answers.json")
 
 
@@ -113,8 +91,7 @@ def _meanings(text: str) -> tuple[str, list[tuple[str, str]]]:
 
 def run(arguments: argparse.Namespace) -> int:
     if arguments.serve:
-        others = arguments.files, arguments.out, arguments.skin_out, arguments.press
-        if any(others) or arguments.options.keys() - {"serve", "quiet", "verbose"}:
+        if arguments.files or arguments.out or arguments.options.keys() - {"serve", "quiet", "verbose"}:
             raise InputError("--serve: takes a folder alone; the answers are analysed by another call")
         from retouch.verbs.answering import serve  # with all that the verb loads
 
@@ -128,12 +105,6 @@ def run(arguments: argparse.Namespace) -> int:
         without=arguments.without,
         columns=_once("columns", itertools.chain(*arguments.columns or ())),
         values={name: _once("values", pairs) for name, pairs in meanings.items()},
-        skin_out=arguments.skin_out,
-        press=arguments.press,
-        skin=arguments.skin,
     )
-    if arguments.json:
-        print_json(answered.as_json())
-    elif not arguments.quiet:
-        print_lines(answered.lines())
+    report(arguments, answered.as_json(), answered.lines())
     return 0

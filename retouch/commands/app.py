@@ -1,4 +1,15 @@
-"""`retouch app`: the page on which textures are made, felt, run and compared."""
+"""`retouch app`: make, feel, run and compare on a page in the browser.
+
+Opens a page in the browser: drop a picture, light it, see how rough it feels, choose another feel, run, and
+compare. The page is served by this machine to itself alone; the address that is printed holds a token without
+which nobody gets in. Pictures are kept in the folder `pictures`, runs in `runs`, as `retouch optimize` writes
+them. Ctrl-C closes the app; a run under way writes its best relief and can go on later.
+
+examples:
+  retouch app
+  retouch app stone.jpg
+  retouch app --no-browser --port 8080
+"""
 
 import argparse
 import importlib.util
@@ -10,21 +21,6 @@ from relief.ground.options import whole_number
 
 PORT = 8642
 """Port where none is given; none of the registered services of common machines has it."""
-
-
-HELP = "make, feel, run and compare on a page in the browser"
-DESCRIPTION = """\
-Opens a page in the browser: drop a picture, light it, see how rough it feels, choose another feel, run, and
-compare. The page is served by this machine to itself alone; the address that is printed holds a token without
-which nobody gets in. Pictures are kept in the folder `pictures`, runs in `runs`, as `retouch optimize` writes
-them. Ctrl-C closes the app; a run under way writes its best relief and can go on later.
-"""
-EPILOG = """\
-examples:
-  retouch app
-  retouch app stone.jpg
-  retouch app --no-browser --port 8080
-"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

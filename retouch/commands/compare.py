@@ -1,4 +1,20 @@
-"""`retouch compare`: two textures, results or runs side by side, on one page and on the screen."""
+"""`retouch compare`: show two textures, results or runs side by side.
+
+Presses the finger on both reliefs and renders both under the same lights. Writes one page that needs no
+network: how each feels, how many just-noticeable differences apart the two are, both pictures over one
+another to slide or blink between, the change of the pictures, DSSIM and FLIP, profiles, heights and strain.
+
+A run directory stands for its result. One run directory alone: its original beside its result. Reliefs on
+plates of two sizes are compared by touch alone.
+
+TEXTURE: {options.TEXTURE}.
+
+examples:
+  retouch compare runs/stone
+  retouch compare runs/stone runs/stone-2 -o both.html
+  retouch compare gravel brick --relief-mm 1.2
+  retouch compare stone.exr runs/stone --scene five_views --json
+"""
 
 import argparse
 from pathlib import Path
@@ -9,49 +25,13 @@ from mitsuba_scenes.fingers import DEFAULT_SKIN
 from relief.ground.errors import InputError
 from relief.ground.files import check_file_to_write
 from relief.ground.options import given
-from retouch.commands.options import (
-    LENGTHS,
-    TEXTURE,
-    add_distance,
-    add_mitsuba,
-    add_plate,
-    add_repeats,
-    add_skin,
-    add_talk,
-    check_scales,
-    console,
-    contact_errors_name,
-    count,
-    lines_table,
-    print_json,
-    seed,
-)
-from tactile.touch_limits import MODEL_NAMES
+from retouch.commands import options
 
 if TYPE_CHECKING:
     from relief.ground.lengths import Lengths
 
 PAGE = Path("comparison.html")
 """File of the page where no other is given."""
-
-HELP = "show two textures, results or runs side by side"
-DESCRIPTION = f"""\
-Presses the finger on both reliefs and renders both under the same lights. Writes one page that needs no
-network: how each feels, how many just-noticeable differences apart the two are, both pictures over one
-another to slide or blink between, the change of the pictures, DSSIM and FLIP, profiles, heights and strain.
-
-A run directory stands for its result. One run directory alone: its original beside its result. Reliefs on
-plates of two sizes are compared by touch alone.
-
-TEXTURE: {TEXTURE}.
-"""
-EPILOG = """\
-examples:
-  retouch compare runs/stone
-  retouch compare runs/stone runs/stone-2 -o both.html
-  retouch compare gravel brick --relief-mm 1.2
-  retouch compare stone.exr runs/stone --scene five_views --json
-"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -63,38 +43,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="B",
         help="the same (default: the result of the run A)",
     )
-    parser.add_argument(
-        "-o", dest="out", type=Path, default=PAGE, metavar="PAGE", help=f"file to write (default: {PAGE})"
-    )
-    add_plate(parser)
-    add_repeats(parser, "the run's")
-    parser.add_argument(
-        "--model",
-        choices=tuple(MODEL_NAMES),
-        default="layer",
-        help="model of touch: layer (elastic layer, default), quick, net, fem (finite elements)",
-    )
-    add_skin(parser, f"the run's, or {DEFAULT_SKIN}")
-    add_talk(parser, "every number")
+    options.add_out(parser, "PAGE", f"file to write (default: {PAGE})", default=PAGE)
+    options.add_plate(parser)
+    options.add_repeats(parser, "the run's")
+    options.add_model(parser)
+    options.add_skin(parser, f"the run's, or {DEFAULT_SKIN}")
+    options.add_talk(parser, "every number")
 
-    pictures = parser.add_argument_group("the pictures")
-    pictures.add_argument(
-        "--scene", type=Path, metavar="SCENE", help="Mitsuba scene (default: that of the run, or studio)"
-    )
-    pictures.add_argument(
-        "--samples",
-        type=count,
-        metavar="N",
-        help="samples a pixel, 4 to 65536 (default: as many as the change of the pictures needs)",
-    )
+    pictures = options.add_pictures(parser)
     pictures.add_argument(
         "--seed",
-        type=seed,
+        type=options.seed,
         metavar="N",
         help="seed of the random numbers (default: that of the run's pictures, or 0)",
     )
-    add_distance(pictures)
-    add_mitsuba(pictures)
+    options.add_distance(pictures)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -104,18 +67,15 @@ def run(arguments: argparse.Namespace) -> int:
     from retouch.verbs.comparison import CompareOptions, compared
     from retouch.verbs.subjects import read_subjects
 
-    options = CompareOptions(
+    chosen = CompareOptions(
         defines=dict(arguments.defines),
         **given(arguments, "scene", "variant", "model", "skin", "samples", "seed", "distance_cm"),
     )
-    lengths = cast("Lengths", given(arguments, *LENGTHS))
-    with contact_errors_name(" and ".join(map(str, paths))):
+    lengths = cast("Lengths", given(arguments, *options.LENGTHS))
+    with options.contact_errors_name(" and ".join(map(str, paths))):
         subjects = read_subjects(arguments.first, arguments.second, lengths, arguments.repeats)
-        numbers = compared(subjects, options, arguments.out)
-    if arguments.json:
-        print_json(numbers.as_json())
-    elif not arguments.quiet:
-        console().print(lines_table(numbers.lines(arguments.verbose)))
+        numbers = compared(subjects, chosen, arguments.out)
+    options.report(arguments, numbers.as_json(), numbers.lines(arguments.verbose))
     return 0
 
 
@@ -126,13 +86,9 @@ def _check(arguments: argparse.Namespace, paths: list[Path]) -> None:
         if not path.is_file():
             raise InputError(f"{path}: no such file")
     if textures:
-        check_scales(arguments, textures)
-    else:
-        for flag, value in (("--size-mm", arguments.size_mm), ("--relief-mm", arguments.relief_mm)):
-            if value is not None:
-                raise InputError(f"{flag}: is for textures; a run directory knows its own")
-        if arguments.height_scale is not None:
-            raise InputError("--height-scale: is for textures; a run directory knows its own")
+        options.check_scales(arguments, textures)
+    for name in () if textures else given(arguments, *options.LENGTHS):
+        raise InputError(f"--{name.replace('_', '-')}: is for textures; a run directory knows its own")
     out = arguments.out
     check_file_to_write(out)
     if out.suffix.lower() not in (".html", ".htm"):

@@ -1,29 +1,9 @@
-"""`retouch dataset`: data sets for the training of nets."""
+"""`retouch dataset`: make a data set to train the learned models on.
 
-import argparse
-import sys
-from pathlib import Path
-
-import retouch
-from relief.ground.options import given, whole_number
-from retouch.commands.options import add_talk, add_workers, print_json, seed
-
-COMPLETE, WITH_FAILURES = 0, 1
-"""Exit statuses: every texture has its fields, or some have none."""
-MOST_TEXTURES = 10_000_000
-LEAST_SAMPLES, MOST_SAMPLES = 36, 4096
-MOST_DIRECTIONS = 64
-FAILURES = "failures.jsonl"
-MOST_SHOWN = 5
-"""Most failures that are printed; failures.jsonl lists all."""
-
-HELP = "make a data set to train the learned models on"
-DESCRIPTION = """\
 Draws a corpus of textures and computes for each how it feels (strain, gap, roughness and contact area, by
 finite elements or the elastic layer) and how it looks (pictures under single parallel lights and under
 ambient light). The files appear in DIR one by one; after an interruption the same command continues.
-"""
-EPILOG = """\
+
 examples:
   retouch dataset -o data --count 6300
   retouch dataset -o data --count 6300 --textures ~/materials --optimised runs/optimised
@@ -34,15 +14,30 @@ The guide's page "Formats, fingers and printers" describes the format.
 exit status: 0 if every texture has its fields; 1 if some have none, which failures.jsonl lists.
 """
 
+import argparse
+import sys
+from pathlib import Path
+
+import retouch
+from relief.ground.options import given, whole_number
+from retouch.commands.options import add_out, add_talk, add_workers, print_json, seed
+
+COMPLETE, WITH_FAILURES = 0, 1
+"""Exit statuses: every texture has its fields, or some have none."""
+MOST_TEXTURES = 10_000_000
+LEAST_SAMPLES, MOST_SAMPLES = 36, 4096
+MOST_DIRECTIONS = 64
+FAILURES = "failures.jsonl"
+MOST_SHOWN = 5
+"""Most failures that are printed; failures.jsonl lists all."""
+
 
 AFTER_INTERRUPT = "; the same command goes on"
 """End of the line that an interrupt prints."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "-o", dest="out", type=Path, required=True, metavar="DIR", help="the data set, new or unfinished"
-    )
+    add_out(parser, "DIR", "the data set, new or unfinished", required=True)
     textures = parser.add_argument_group("the textures")
     textures.add_argument(
         "--count",

@@ -1,4 +1,13 @@
-"""`retouch doctor`: checks of the machine, with remedies."""
+"""`retouch doctor`: check this machine, and say what to install.
+
+Checks everything an optimisation uses: packages, libLLVM, Mitsuba's variants, cache, memory. Then says what
+was verified by what.
+
+example:
+  retouch doctor
+
+exit status: 0 if an optimisation can run here, 1 if not.
+"""
 
 import argparse
 from typing import TYPE_CHECKING
@@ -9,18 +18,6 @@ from retouch.pages.meanings import status_lines
 
 if TYPE_CHECKING:
     from retouch.verbs.machine import Finding
-
-HELP = "check this machine, and say what to install"
-DESCRIPTION = """\
-Checks everything an optimisation uses: packages, libLLVM, Mitsuba's variants, cache, memory. Then says what
-was verified by what.
-"""
-EPILOG = """\
-example:
-  retouch doctor
-
-exit status: 0 if an optimisation can run here, 1 if not.
-"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

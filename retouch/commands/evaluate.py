@@ -1,57 +1,5 @@
-"""`retouch evaluate`: roughness and contact area of textures and print files, and how far a change can go."""
+"""`retouch evaluate`: measure how rough and how cold textures feel.
 
-import argparse
-from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import retouch
-from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
-from mitsuba_scenes.fingers import DEFAULT_SKIN
-from optimize.settings.run_options import CURVED
-from relief.ground.errors import InputError, naming
-from relief.ground.formats import MESHES, is_gcode, is_mesh, is_solid
-from relief.ground.limits import MOST_MESH_PLACES as MOST_PLACES
-from relief.ground.options import given
-from relief.ground.progress import stage
-from relief.printers import find_printer
-from relief.surface import Repeats, repeats_along
-from retouch.commands.options import (
-    CORRECTIONS,
-    LENGTHS,
-    TEXTURE,
-    add_corrections,
-    add_curved,
-    add_mitsuba,
-    add_plate,
-    add_printer,
-    add_repeats,
-    add_skin,
-    add_talk,
-    check_scales,
-    console,
-    contact_errors_name,
-    print_json,
-)
-from retouch.commands.solid_entries import add_filament, add_meshes, check_solid_options
-from retouch.commands.touch_entries import bands_table, readouts_sources, readouts_table, table
-from tactile.quantities import GAPS_COUNT
-from tactile.touch_limits import MODEL_NAMES, model_name
-
-if TYPE_CHECKING:
-    from retouch import Evaluation, Scene, Skin
-
-SKIN = {
-    "force_n": ("N", "force of the finger, N"),
-    "young_modulus_mpa": ("MPA", "Young's modulus, MPa"),
-    "poisson_ratio": ("NU", "Poisson's ratio, no unit, from 0 to 0.499"),
-    "thickness_mm": ("MM", "thickness of the soft skin over the bone, mm"),
-    "depth_mm": ("MM", "depth of the receptors below the surface of the skin, mm"),
-}
-"""Attributes of the skin that have an option, with what the help calls the number and says of it."""
-
-HELP = "measure how rough and how cold textures feel"
-DESCRIPTION = f"""\
 Presses the finger's skin on each texture and prints its roughness (no unit; full sum, double precision), its
 contact area in mm² (more feels colder) and the share of the patch in contact. For several textures it also
 prints how many just-noticeable differences each is rougher (+) or smoother (-) than the first.
@@ -61,8 +9,8 @@ its pictures in the scene change by 2 % of white, the limit of the paper; on the
 comes out within a tenth of that of whole runs. That takes about ten seconds for 128 x 128 samples in the
 studio, and minutes where the fast look cannot show the scene. Without --reach nothing is rendered.
 
-A print file ({", ".join(MESHES)}) must be closed. Fingers press on it at
-most {MOST_PLACES} times, 2.5 mm apart, along the outward axis of each place; the flat side that lies on the
+A print file ({FILES}) must be closed. Fingers press on it at most
+{MOST_MESH_PLACES} times, 2.5 mm apart, along the outward axis of each place; the flat side that lies on the
 printer's bed is left out. Roughness is the mean over the places whose 10 mm patch reaches over no edge, and
 that of the texture alone: the object's own curvature is taken out, by --object, the object without texture,
 or as estimated from each patch. A plate, with a flat back and upright sides, is felt as its height map unless
@@ -70,8 +18,7 @@ there is --object. Parts that pass through one another are felt from outside.
 
 G-code (.gcode, .gcode.3mf, .bgcode) is felt as the beads that it lays, and by the sides of the part: top,
 slope, side, overhang, bottom. Beads know nothing of sagging, oozing and the blobs of seams.
-"""
-EPILOG = """\
+
 examples:
   retouch evaluate stone.png --relief-mm 1.2
   retouch evaluate stone.exr runs/stone/heights.exr
@@ -85,6 +32,41 @@ examples:
   retouch evaluate runs/gravel --slicer prusa-slicer --profile fine.ini
 """
 
+import argparse
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import retouch
+from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
+from mitsuba_scenes.fingers import DEFAULT_SKIN
+from optimize.settings.run_options import CURVED
+from relief.ground.errors import InputError, naming
+from relief.ground.formats import MESHES, is_gcode, is_mesh, is_solid
+from relief.ground.limits import MOST_MESH_PLACES as MOST_MESH_PLACES
+from relief.ground.options import given
+from relief.ground.progress import stage
+from relief.printers import find_printer
+from relief.surface import Repeats, repeats_along
+from retouch.commands import options
+from retouch.commands.solid_entries import add_filament, add_meshes, check_solid_options
+from retouch.commands.touch_entries import bands_table, readouts_sources, readouts_table, table
+from tactile.quantities import GAPS_COUNT
+from tactile.touch_limits import model_name
+
+if TYPE_CHECKING:
+    from retouch import Evaluation, Scene, Skin
+
+FILES = ", ".join(MESHES)
+SKIN = {
+    "force_n": ("N", "force of the finger, N"),
+    "young_modulus_mpa": ("MPA", "Young's modulus, MPa"),
+    "poisson_ratio": ("NU", "Poisson's ratio, no unit, from 0 to 0.499"),
+    "thickness_mm": ("MM", "thickness of the soft skin over the bone, mm"),
+    "depth_mm": ("MM", "depth of the receptors below the surface of the skin, mm"),
+}
+"""Attributes of the skin that have an option, with what the help calls the number and says of it."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
@@ -92,30 +74,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         type=Path,
         metavar="TEXTURE",
-        help=f"{TEXTURE}; or a print file ({', '.join(MESHES)}) or G-code",
+        help=f"{options.TEXTURE}; or a print file ({FILES}) or G-code",
     )
-    add_plate(parser)
-    add_corrections(parser)
-    add_repeats(parser)
-    add_printer(parser, "press on the texture as this printer makes it")
-    parser.add_argument(
-        "--model",
-        choices=tuple(MODEL_NAMES),
-        default="layer",
-        help="model of touch: layer (elastic layer, default), quick (its solver stopped after a few steps), "
-        "net (quick with a learned net), fem (finite elements)",
-    )
+    options.add_plate(parser)
+    options.add_corrections(parser)
+    options.add_repeats(parser)
+    options.add_printer(parser, "press on the texture as this printer makes it")
+    options.add_model(parser)
     skin = parser.add_argument_group("the skin")
-    add_skin(skin)
+    options.add_skin(skin)
     for name, (metavar, quantity) in SKIN.items():
         flag, text = f"--{name.replace('_', '-')}", f"{quantity} (default: the skin's)"
         skin.add_argument(flag, type=float, metavar=metavar, help=text)
-    add_curved(skin, "straight")
+    options.add_curved(skin, "straight")
     skin.add_argument(
         "--finger",
         type=Path,
         metavar="FILE",
-        help=f"fingertip of one's own shape ({', '.join(MESHES)}; --units states its unit), whose lower face "
+        help=f"fingertip of one's own shape ({FILES}; --units states its unit), whose lower face "
         "touches and whose flat top is bonded to the bone: a check beside the round finger of its radii",
     )
     add_meshes(parser)
@@ -127,11 +103,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help=f"Mitsuba scene (.xml) for --reach; a bundled one by its name (default: {DEFAULT_SCENE})",
     )
-    add_mitsuba(far)
+    options.add_mitsuba(far)
     parser.add_argument(
         "--readouts", action="store_true", help="also print what other measures make of the same presses"
     )
-    add_talk(parser, "a list with an entry for each texture", quiet=False)
+    options.add_talk(parser, "a list with an entry for each texture", quiet=False)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -144,14 +120,14 @@ def run(arguments: argparse.Namespace) -> int:
         # Height maps are in mm, and so keep their scale.
         arguments.height_scale = None if arguments.units else arguments.height_scale
     if not (arguments.units and len(textures) < len(arguments.textures)):
-        check_scales(arguments, textures)
+        options.check_scales(arguments, textures)
     scene = _scene(arguments)
     skin = _skin(arguments)
     # All files are read before the first press, so that a misspelt name is refused at once.
     printer = arguments.printer and find_printer(arguments.printer)
-    options = given(arguments, "repeats", *LENGTHS, *CORRECTIONS)
+    chosen = given(arguments, "repeats", *options.LENGTHS, *options.CORRECTIONS)
     subjects: dict[Path, Any] = {
-        texture: retouch.Relief.read(texture, printer=printer, **options) for texture in textures
+        texture: retouch.Relief.read(texture, printer=printer, **chosen) for texture in textures
     }
     for path in filter(is_mesh, arguments.textures):
         subjects[path] = retouch.read_solid(path, units=arguments.units)
@@ -170,7 +146,7 @@ def run(arguments: argparse.Namespace) -> int:
                 more |= {"on_shape": arguments.on_shape, "printer": printer}
             if is_gcode(texture):
                 more |= {"beside": beside}
-            with contact_errors_name(texture):
+            with options.contact_errors_name(texture):
                 reach = None
                 if scene is not None:
                     reach = _loaded(scene, texture, arguments, repeats_along(subjects[texture].repeats))
@@ -180,7 +156,7 @@ def run(arguments: argparse.Namespace) -> int:
             advance()
     if arguments.json:
         first = evaluations[0] if len(evaluations) > 1 else None
-        print_json([one.as_json(first) for one in evaluations])
+        options.print_json([one.as_json(first) for one in evaluations])
     else:
         several = [shown for one in evaluations for shown in (one, one.beside) if shown is not None]
         _print(several, arguments)
@@ -189,7 +165,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _print(evaluations: "list[Evaluation]", arguments: argparse.Namespace) -> None:
     """Print what is felt for a person."""
-    screen = console()
+    screen = options.console()
     screen.print(table(evaluations))
     if (others := readouts_table(evaluations)) is not None:
         screen.print(others)
@@ -253,6 +229,6 @@ def _loaded(scene: Path, texture: Path, arguments: argparse.Namespace, repeats: 
     """The scene of --reach with a texture, as wide as its header or the scene says. Raises InputError."""
     defines = dict(arguments.defines)
     with naming(texture):
-        lengths = given(arguments, *LENGTHS, *CORRECTIONS)
+        lengths = given(arguments, *options.LENGTHS, *options.CORRECTIONS)
         relief = retouch.scene_relief(scene, defines, texture, **lengths, repeats=repeats)
         return retouch.load_scene(scene, defines, arguments.variant, relief=relief)

@@ -1,4 +1,20 @@
-"""`retouch export`: a texture as a plate for a 3-D printer, or as displacement for a modelling program."""
+"""`retouch export`: write a texture as a plate for a 3-D printer, or for a modelling program.
+
+Writes the relief on a base as one watertight body, or as a picture by which a modelling program
+displaces a surface.
+
+formats:
+{PLATES}  {DISPLACEMENT}  displacement, 16-bit grey: black is 0, white the highest point
+
+examples:
+  retouch export stone.png --relief-mm 1.2 -o stone.3mf
+  retouch export runs/stone --base-mm 3 -o stone.stl
+  retouch export gravel-tile --repeat 3x3 -o gravel.3mf
+  retouch export runs/stone -o stone.png
+  retouch export gravel-tile --tile -o tile.png
+  retouch export gravel --printer mask-50 -o gravel.3mf
+  retouch export --coupon -o coupon.3mf
+"""
 
 import argparse
 import re
@@ -10,28 +26,12 @@ from relief.ground.errors import InputError
 from relief.ground.formats import DISPLACEMENT, FORMATS
 from relief.ground.limits import BASE_MM
 from relief.ground.options import given
-from retouch.commands.options import LENGTHS, TEXTURE, add_plate, add_printer, add_talk, print_json
+from retouch.commands.options import LENGTHS, TEXTURE, add_out, add_plate, add_printer, add_talk, print_json
 
 if TYPE_CHECKING:
     from retouch.verbs.exporting import Exported
 
-HELP = "write a texture as a plate for a 3-D printer, or for a modelling program"
-DESCRIPTION = (
-    "Writes the relief on a base as one watertight body, or as a picture by which a modelling program\n"
-    "displaces a surface.\n\nformats:\n"
-    + "".join(f"  {suffix}  {plate.description}\n" for suffix, plate in FORMATS.items())
-    + f"  {DISPLACEMENT}  displacement, 16-bit grey: black is 0, white the highest point\n"
-)
-EPILOG = """\
-examples:
-  retouch export stone.png --relief-mm 1.2 -o stone.3mf
-  retouch export runs/stone --base-mm 3 -o stone.stl
-  retouch export gravel-tile --repeat 3x3 -o gravel.3mf
-  retouch export runs/stone -o stone.png
-  retouch export gravel-tile --tile -o tile.png
-  retouch export gravel --printer mask-50 -o gravel.3mf
-  retouch export --coupon -o coupon.3mf
-"""
+PLATES = "".join(f"  {suffix}  {plate.description}\n" for suffix, plate in FORMATS.items())
 MOST_REPEATS = 256
 """Most times that a tile of the fewest samples, 16 a side, fits into the most, 4096."""
 
@@ -50,14 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="write, in place of a texture, a plate by whose scan a printer is measured (retouch scan "
         "--coupon); --printer chooses its size",
     )
-    parser.add_argument(
-        "-o",
-        dest="out",
-        type=Path,
-        required=True,
-        metavar="OUT",
-        help=f"file to write: {', '.join((*FORMATS, DISPLACEMENT))}",
-    )
+    add_out(parser, "OUT", f"file to write: {', '.join((*FORMATS, DISPLACEMENT))}", required=True)
     add_plate(parser)
     parser.add_argument(
         "--base-mm",

@@ -1,33 +1,29 @@
-"""`retouch fuzzy`: numbers of a slicer's fuzzy skin for a feel."""
+"""`retouch fuzzy`: find the fuzzy skin by which the sides of a filament print feel as wanted.
+
+Finds thickness and point distance of a slicer's classic fuzzy skin, by pressing on computed walls of beads.
+Prints the numbers to type in, and writes a copy of the profile with them. Where PrusaSlicer is installed,
+PART is sliced five times, because the noise is random, and fingers press on its sides. Tops are not steered:
+fuzzy skin changes sides only.
+
+examples:
+  retouch fuzzy grip.3mf --profile fine.ini --feel-of gravel
+  retouch fuzzy knob.3mf --profile process.json --jnd=-2
+"""
 
 import argparse
 from pathlib import Path
 
 import retouch
 from relief.ground.options import add_options, declared, given
-from retouch.commands.options import add_talk, contact_errors_name, print_json
+from retouch.commands.options import add_out, add_talk, contact_errors_name, report
 from retouch.verbs.fuzzy.fuzzy_options import FuzzyOptions
-
-HELP = "find the fuzzy skin by which the sides of a filament print feel as wanted"
-DESCRIPTION = """\
-Finds thickness and point distance of a slicer's classic fuzzy skin, by pressing on computed walls of beads.
-Prints the numbers to type in, and writes a copy of the profile with them. Where PrusaSlicer is installed,
-PART is sliced five times, because the noise is random, and fingers press on its sides. Tops are not steered:
-fuzzy skin changes sides only.
-"""
-EPILOG = """\
-examples:
-  retouch fuzzy grip.3mf --profile fine.ini --feel-of gravel
-  retouch fuzzy knob.3mf --profile process.json --jnd=-2
-"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("part", type=Path, metavar="PART", help="print file, or the name of a bundled object")
     text = ".ini of PrusaSlicer or SuperSlicer, or .json of a process of OrcaSlicer or Bambu Studio"
     parser.add_argument("--profile", type=Path, required=True, metavar="FILE", help=text)
-    text = "profile to write (default: FILE with -fuzzy after its name)"
-    parser.add_argument("-o", dest="out", type=Path, metavar="NEW_PROFILE", help=text)
+    add_out(parser, "NEW_PROFILE", "profile to write (default: FILE with -fuzzy after its name)")
     add_options(parser, FuzzyOptions)
     add_talk(parser, "settings, target and roughness")
 
@@ -37,8 +33,5 @@ def run(arguments: argparse.Namespace) -> int:
     out = arguments.out or profile.with_name(f"{profile.stem}-fuzzy{profile.suffix}")
     with contact_errors_name(arguments.part):
         made = retouch.fuzzy(arguments.part, profile, out, **given(arguments, *declared(FuzzyOptions)))
-    if arguments.json:
-        print_json(made.as_json())
-    elif not arguments.quiet:
-        print(*made.lines(), sep="\n")
+    report(arguments, made.as_json(), made.lines())
     return 0

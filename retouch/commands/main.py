@@ -1,8 +1,8 @@
 """The command `retouch`: its verbs, its exit statuses and its error messages.
 
 Each verb is a module that parses options, calls the function of the same name of `retouch` and prints what
-comes back. The functions load at their first use, after the cheap checks: help and refusals are instant, and
-a verb that renders nothing never loads Mitsuba.
+comes back; its docstring is its help, with values of the module in braces. The functions load at their first
+use, after the cheap checks: help and refusals are instant, and a verb that renders nothing loads no Mitsuba.
 """
 
 import argparse
@@ -17,6 +17,7 @@ import tempfile
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NoReturn
 
 from optimize.runs.interrupts import INTERRUPTED, interruptible, leave_interrupted
@@ -184,8 +185,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     parsers = {}
     for name, verb in VERBS.items():
-        texts = {"help": verb.HELP, "description": verb.DESCRIPTION, "epilog": verb.EPILOG}
-        parsers[name] = verbs.add_parser(name, **texts)
+        parsers[name] = verbs.add_parser(name, **_texts(verb))
         # Options of other verbs are asked for only where the verb does not come first.
         if not argv or argv[0] not in (*VERBS.keys() - {name}, "-h", "--help", "--version"):
             verb.add_arguments(parsers[name])
@@ -198,6 +198,14 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         parser.error(_unknown(unknown[0], parser))
     arguments.options = _given_options(parser, arguments, argv[1:])
     return arguments
+
+
+def _texts(verb: ModuleType) -> dict[str, Any]:
+    """What the help says of a verb: the docstring of its module, whose examples and all below stand last."""
+    first, rest = (verb.__doc__ or "\n\n").format(**vars(verb)).split("\n\n", 1)
+    description, *examples = re.split(r"\n(?=examples?:)", rest, maxsplit=1)
+    help_ = first.partition(": ")[2].removesuffix(".")
+    return {"help": help_, "description": description, "epilog": "".join(examples)}
 
 
 def _refuse_empty(argv: Sequence[str]) -> None:

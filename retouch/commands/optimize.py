@@ -1,4 +1,23 @@
-"""`retouch optimize`: one run, by a run file, by a texture, or by a scene with a texture."""
+"""`retouch optimize`: change how a texture feels while it keeps its look.
+
+Changes the relief until the finger feels the target, while the pictures of the scene change as little as
+possible. Takes a texture with a target, or a run file (.toml), which says everything; options override the
+run file. A texture lies in the scene `studio`, or in the one that --scene names.
+
+examples:
+  retouch optimize stone.png --relief-mm 1.2 --jnd 2
+  retouch optimize stone.exr --contact-area-scale 0.7 --scene scene.xml -o runs/cold
+  retouch optimize stone.png --relief-mm 1.2 --jnd 2 --printer mask-50
+  retouch optimize stone.png --relief-mm 1.2 --jnd 2 --dry-run
+  retouch optimize knit --feel-of brick
+  retouch optimize gravel
+  retouch optimize gravel --jnd 1 --fast --set descent.tolerance=0.005 -o runs/gravel-1
+
+RUN_DIR then holds report.html (the overview), plate.stl and plate.3mf to print, heights.exr and heights.png,
+the pictures before and after, and result.json with every number; -v prints more of them.
+
+{STATUSES}
+"""
 
 import argparse
 import os
@@ -16,16 +35,7 @@ from optimize.settings.run_options import run_options, run_overrides, states_a_t
 from relief.ground.errors import InputError
 from relief.ground.formats import HEIGHT_MAPS, HEIGHTS
 from relief.ground.options import add_options, declared, given, literal
-from retouch.commands.options import (
-    TEXTURE,
-    add_mitsuba,
-    add_repeats,
-    add_talk,
-    console,
-    contact_errors_name,
-    lines_table,
-    print_json,
-)
+from retouch.commands import options
 from retouch.commands.summary import summary
 
 if TYPE_CHECKING:
@@ -41,52 +51,25 @@ exit status: 0 if the target was reached; 3 if the run ended short of the target
 interrupted (Ctrl-C). After 3 and 130 the best result is written, and `retouch resume` can continue the run.
 """
 
-HELP = "change how a texture feels while it keeps its look"
-DESCRIPTION = """\
-Changes the relief until the finger feels the target, while the pictures of the scene change as little as
-possible. Takes a texture with a target, or a run file (.toml), which says everything; options override the
-run file. A texture lies in the scene `studio`, or in the one that --scene names.
-"""
-EPILOG = f"""\
-examples:
-  retouch optimize stone.png --relief-mm 1.2 --jnd 2
-  retouch optimize stone.exr --contact-area-scale 0.7 --scene scene.xml -o runs/cold
-  retouch optimize stone.png --relief-mm 1.2 --jnd 2 --printer mask-50
-  retouch optimize stone.png --relief-mm 1.2 --jnd 2 --dry-run
-  retouch optimize knit --feel-of brick
-  retouch optimize gravel
-  retouch optimize gravel --jnd 1 --fast --set descent.tolerance=0.005 -o runs/gravel-1
-
-RUN_DIR then holds report.html (the overview), plate.stl and plate.3mf to print, heights.exr and heights.png,
-the pictures before and after, and result.json with every number; -v prints more of them.
-
-{STATUSES}"""
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "source",
         type=Path,
         metavar="TEXTURE|RUN.toml",
-        help=f"{TEXTURE}; or run file; or scene (.xml) for --texture",
+        help=f"{options.TEXTURE}; or run file; or scene (.xml) for --texture",
     )
-    parser.add_argument(
-        "-o",
-        dest="out",
-        type=Path,
-        metavar="RUN_DIR",
-        help="folder to write to (default: runs/<name of the run file or texture>)",
-    )
+    options.add_out(parser, "RUN_DIR", "folder to write to (default: runs/<name of the run file or texture>)")
     parser.add_argument("--force", action="store_true", help="replace an earlier run in RUN_DIR")
     parser.add_argument(
         "--dry-run",
         action="store_true",
         help="only check everything, and estimate time and memory of the run; write nothing",
     )
-    add_talk(parser, "the content of result.json, with the files written,")
+    options.add_talk(parser, "the content of result.json, with the files written,")
 
     groups = add_options(parser, run_options())
-    add_repeats(groups["the plate"], "the run file's")
+    options.add_repeats(groups["the plate"], "the run file's")
     details = groups["details"]
     details.add_argument(
         "--set",
@@ -97,7 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="any key of the run file, as in descent.steps=20 or touch.force_n=2; may be given several "
         "times; overrides every other option",
     )
-    add_mitsuba(details)
+    options.add_mitsuba(details)
 
 
 def after_interrupt(arguments: argparse.Namespace) -> str:
@@ -122,7 +105,7 @@ def run(arguments: argparse.Namespace) -> int:
     out = arguments.out = arguments.out or Path("runs") / name.stem
     arguments.earlier = checkpoint_stamp(out)
     _refuse_inputs_in(out, (arguments.source, *settings.files().values()))
-    with contact_errors_name(settings.texture):
+    with options.contact_errors_name(settings.texture):
         if arguments.dry_run:
             return _forecast(settings, out, arguments)
         result = retouch.optimize(
@@ -192,22 +175,17 @@ def finish(result: "Verification", run_dir: Path, arguments: argparse.Namespace)
     """
     stop = StopReason[result.stop.reason.upper()]
     status = INTERRUPTED if stop is StopReason.INTERRUPTED else REACHED if stop.met else SHORT_OF_TARGET
-    if arguments.json:
-        files = sorted(str(path) for path in run_dir.rglob("*") if path.is_file())
-        print_json({"run_dir": str(run_dir), "exit_status": status, **result.as_json(), "files": files})
-    elif not arguments.quiet:
-        console().print(summary(result, run_dir, arguments.verbose))
+    files = sorted(str(path) for path in run_dir.rglob("*") if path.is_file())
+    document = {"run_dir": str(run_dir), "exit_status": status, **result.as_json(), "files": files}
+    options.report(arguments, document, summary(result, run_dir, arguments.verbose))
     return status
 
 
 def _forecast(settings: "Run", out: Path, arguments: argparse.Namespace) -> int:
     """Check a run and print what it takes; returns the status of success. Raises InputError."""
     estimate = retouch.forecast(settings, out, variant=arguments.variant, force=arguments.force)
-    if arguments.json:
-        print_json({"run_dir": str(out), **estimate.as_json()})
-    elif not arguments.quiet:
-        lines = [*estimate.lines(), ("folder", f"{out}, nothing written yet")]
-        console().print(lines_table(lines))
+    lines = [*estimate.lines(), ("folder", f"{out}, nothing written yet")]
+    options.report(arguments, {"run_dir": str(out), **estimate.as_json()}, lines)
     return REACHED
 
 

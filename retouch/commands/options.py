@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import itertools
 import json
 import logging
 import math
@@ -19,6 +20,7 @@ from relief.ground.formats import UNITS
 from relief.ground.limits import PATCH_SIDE_MM
 from relief.ground.options import add_option, given, whole_number
 from retouch.verbs.progress_display import console_on
+from tactile.touch_limits import MODEL_NAMES
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -65,12 +67,12 @@ def seed(text: str) -> int:
     return whole_number(0, 2**31 - 1)(text)
 
 
-def add_talk(parser: argparse.ArgumentParser, document: str | None = None, quiet: bool = True) -> None:
+def add_talk(parser: argparse.ArgumentParser, document: str, quiet: bool = True) -> None:
     """Add `-v`, and how else a verb talks.
 
     Args:
         parser: of the verb.
-        document: what `--json` prints, for the help; None leaves the option out.
+        document: what `--json` prints, for the help.
         quiet: whether there is `-q`.
     """
     talk = parser.add_argument_group("output")
@@ -79,9 +81,8 @@ def add_talk(parser: argparse.ArgumentParser, document: str | None = None, quiet
     talk.add_argument(
         "-v", dest="verbose", action="store_true", help="report on stderr what is done, and what is skipped"
     )
-    if document is not None:
-        text = f"print {document} as one JSON document; progress goes to stderr"
-        talk.add_argument("--json", action="store_true", help=text)
+    text = f"print {document} as one JSON document; progress goes to stderr"
+    talk.add_argument("--json", action="store_true", help=text)
 
 
 class _Telling(logging.Handler):
@@ -121,12 +122,57 @@ def print_json(content: Any) -> None:
     print(json.dumps(_finite(content), indent=2, default=str))
 
 
+def report(arguments: argparse.Namespace, document: Any, lines: Iterable[Any]) -> None:
+    """Print the document of `--json`, or else lines for a person unless `-q` is given.
+
+    Args:
+        arguments: of the verb.
+        document: as of `print_json`.
+        lines: texts, tables (`TextTable`), and pairs of a word and a sentence, which make tables.
+    """
+    if arguments.json:
+        print_json(document)
+    elif not getattr(arguments, "quiet", False):
+        for paired, each in itertools.groupby(lines, lambda line: isinstance(line, tuple)):
+            if paired:
+                console().print(lines_table(each))
+                continue
+            for line in each:
+                if isinstance(line, str):
+                    print(line)
+                else:
+                    console().print(table(line.columns, line.rows, line.gap))
+
+
 def _finite(content: Any) -> Any:
     if isinstance(content, dict):
         return {key: _finite(value) for key, value in content.items()}
     if isinstance(content, list | tuple):
         return [_finite(value) for value in content]
     return None if isinstance(content, float) and not math.isfinite(content) else content
+
+
+def add_out(place: argparse._ActionsContainer, metavar: str, text: str, **more: Any) -> None:
+    """Add `-o`, the file or folder to write; `more` as of `add_argument`."""
+    place.add_argument("-o", dest="out", type=Path, metavar=metavar, help=text, **more)
+
+
+def add_model(place: argparse._ActionsContainer) -> None:
+    """Add `--model`."""
+    text = "model of touch: layer (elastic layer, default), quick (its solver stopped after a few steps), "
+    text += "net (quick with a learned net), fem (finite elements)"
+    place.add_argument("--model", choices=tuple(MODEL_NAMES), default="layer", help=text)
+
+
+def add_pictures(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
+    """Add `--scene`, `--samples`, `-D` and `-m` of pictures that are compared, None where not given."""
+    pictures = parser.add_argument_group("the pictures")
+    text = "Mitsuba scene (default: that of the run, or studio)"
+    pictures.add_argument("--scene", type=Path, metavar="SCENE", help=text)
+    text = "samples a pixel, 4 to 65536 (default: as many as the change of the pictures needs)"
+    pictures.add_argument("--samples", type=count, metavar="N", help=text)
+    add_mitsuba(pictures)
+    return pictures
 
 
 def add_plate(

@@ -1,24 +1,9 @@
-"""`retouch palette`: fills for tactile maps, braille graphics and controls, told apart by touch."""
+"""`retouch palette`: make fills for tactile maps and controls that are told apart by touch.
 
-import argparse
-from pathlib import Path
-
-import retouch
-from relief.ground.options import given
-from retouch.commands.options import LENGTHS, TEXTURE, add_plate, add_skin, add_talk, print_json, whole_number
-from retouch.commands.printing import print_lines
-from retouch.commands.stimuli import AFTER_INTERRUPT as AFTER_INTERRUPT
-from retouch.commands.stimuli import COMPLETE, PRINT, WITH_FAILURES, add_print, add_work, settings_of
-
-MOST_FILLS = 16
-
-HELP = "make fills for tactile maps and controls that are told apart by touch"
-DESCRIPTION = """\
 Makes fills that every finger of a range tells apart by roughness, softer and stiffer, with shallower and
 deeper receptors: levels of one texture, or several textures, each changed as little as it takes while it
 keeps its look. Textures are tiles (`retouch prepare --tile`). Each is tried rougher and smoother first.
-"""
-EPILOG = """\
+
 examples:
   retouch palette gravel-tile -o runs/gravel-fills
   retouch palette brick-tile grass-tile leather-tile --apart 3 -o runs/map
@@ -30,22 +15,32 @@ exit status: 0 if fills are as far apart as asked for; 1 if not; 2 for bad input
 room for; 130 if interrupted, after which the same command goes on.
 """
 
+import argparse
+from pathlib import Path
+
+import retouch
+from relief.ground.options import given, whole_number
+from retouch.commands import options
+from retouch.commands.stimuli import AFTER_INTERRUPT as AFTER_INTERRUPT
+from retouch.commands.stimuli import COMPLETE, PRINT, WITH_FAILURES, add_print, add_work, settings_of
+
+MOST_FILLS = 16
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("textures", type=Path, nargs="+", metavar="TEXTURE", help=TEXTURE)
-    text = "folder to write to, or to go on in"
-    parser.add_argument("-o", dest="out", type=Path, required=True, metavar="DIR", help=text)
+    parser.add_argument("textures", type=Path, nargs="+", metavar="TEXTURE", help=options.TEXTURE)
+    options.add_out(parser, "DIR", "folder to write to, or to go on in", required=True)
     text = "just-noticeable differences of 19 %% between any two fills (default: 2, right in 97 of 100 pairs)"
     parser.add_argument("--apart", type=float, metavar="N", help=text)
     text = "number of fills (default: one of each texture, or of one texture as many as there is room for)"
     parser.add_argument("--fills", type=whole_number(2, MOST_FILLS), metavar="N", help=text)
     text = "the given finger alone tells them apart (default: a range of fingers about it)"
     parser.add_argument("--one-finger", action="store_true", help=text)
-    add_plate(parser, side="width of the tile")
-    add_skin(parser)
+    options.add_plate(parser, side="width of the tile")
+    options.add_skin(parser)
     add_print(parser)
     add_work(parser)
-    add_talk(parser, "the content of palette.json, with the folder,")
+    options.add_talk(parser, "the content of palette.json, with the folder,")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -54,10 +49,9 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.out,
         plates=given(arguments, *PRINT),
         settings=settings_of(arguments),
-        **given(arguments, "apart", "fills", "one_finger", "skin", "fast", "workers", "dask", *LENGTHS),
+        **given(
+            arguments, "apart", "fills", "one_finger", "skin", "fast", "workers", "dask", *options.LENGTHS
+        ),
     )
-    if arguments.json:
-        print_json(made.as_json())
-    elif not arguments.quiet:
-        print_lines(made.lines())
+    options.report(arguments, made.as_json(), made.lines())
     return WITH_FAILURES if made.content["short"] else COMPLETE

@@ -1,4 +1,20 @@
-"""`retouch prepare`: a height map made of any picture, and a preview of it."""
+"""`retouch prepare`: make a height map of any picture.
+
+Makes a height map of a picture: square, grey, white is high. The picture may be a photograph, a scan or a
+drawing of any sides: PNG, JPEG, TIFF, WebP, BMP, GIF or PGM; or numbers: TIFF, EXR, NPY, text, a measured
+surface. Every step is reported. Beside the height map lies a preview, NAME-preview.png, with the picture, the
+relief under raking light and the numbers.
+
+A photograph knows brightness, not height: bright is taken as high, dark with --invert.
+
+examples:
+  retouch prepare stone.jpg -o stone.png --relief-mm 1.2
+  retouch prepare wall.jpg -o wall.png --relief-mm 0.8 --crop 400,200,1500,1500 --invert
+  retouch prepare weave.tif -o weave.exr --relief-mm 0.5 --tile
+  retouch prepare weave.exr -o large.exr --plate-mm 25
+  retouch prepare heights.png -o heights-100.png --levels 0,255 --samples 100
+  retouch prepare scan.tif -o scan.exr --units um --level --fill
+"""
 
 import argparse
 from dataclasses import replace
@@ -14,7 +30,7 @@ from relief.ground.formatting import number
 from relief.ground.options import add_options, declared, given
 from relief.ground.progress import stage
 from relief.preparing.choices import PrepareOptions, check_output
-from retouch.commands.options import add_talk, console, contact_errors_name, lines_table, print_json
+from retouch.commands.options import add_out, add_talk, console, contact_errors_name, lines_table, print_json
 from tactile.quantities import QUANTITIES, ROUGHNESS
 from tactile.touch_limits import MAX_SAMPLES
 
@@ -26,33 +42,12 @@ NATURAL_ROUGHNESS = (0.03, 0.12)
 HIGH_MM = 2.0
 """Relief, mm, at which every bundled texture of 10 mm is natural: what is smoother has too fine features."""
 
-HELP = "make a height map of any picture"
-DESCRIPTION = """\
-Makes a height map of a picture: square, grey, white is high. The picture may be a photograph, a scan or a
-drawing of any sides: PNG, JPEG, TIFF, WebP, BMP, GIF or PGM; or numbers: TIFF, EXR, NPY, text, a measured
-surface. Every step is reported. Beside the height map lies a preview, NAME-preview.png, with the picture, the
-relief under raking light and the numbers.
-
-A photograph knows brightness, not height: bright is taken as high, dark with --invert.
-"""
-EPILOG = """\
-examples:
-  retouch prepare stone.jpg -o stone.png --relief-mm 1.2
-  retouch prepare wall.jpg -o wall.png --relief-mm 0.8 --crop 400,200,1500,1500 --invert
-  retouch prepare weave.tif -o weave.exr --relief-mm 0.5 --tile
-  retouch prepare weave.exr -o large.exr --plate-mm 25
-  retouch prepare heights.png -o heights-100.png --levels 0,255 --samples 100
-  retouch prepare scan.tif -o scan.exr --units um --level --fill
-"""
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "picture", type=Path, metavar="PICTURE", help="any picture; a bundled texture goes by its name"
     )
-    parser.add_argument(
-        "-o", dest="out", type=Path, required=True, metavar="OUT", help="16-bit PNG, or EXR, which holds mm"
-    )
+    add_out(parser, "OUT", "16-bit PNG, or EXR, which holds mm", required=True)
     add_options(parser, PrepareOptions)
     add_talk(parser, "the numbers", quiet=False)
 

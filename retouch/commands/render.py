@@ -1,36 +1,5 @@
-"""`retouch render`: pictures of a scene, one for each rendering condition."""
+"""`retouch render`: render a scene, one picture for each light.
 
-import argparse
-import os
-from collections.abc import Iterator, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
-
-import retouch
-from mitsuba_scenes import find_file, find_texture
-from relief.ground.errors import InputError
-from relief.ground.formatting import duration, number, percent
-from relief.ground.options import given
-from retouch.commands.options import (
-    LENGTHS,
-    TEXTURE,
-    add_mitsuba,
-    add_plate,
-    add_repeats,
-    add_talk,
-    check_scales,
-    console,
-    count,
-    print_json,
-    seed,
-    table,
-)
-
-if TYPE_CHECKING:
-    from retouch import Rendering
-
-HELP = "render a scene, one picture for each light"
-DESCRIPTION = """\
 Renders every condition of a scene (each light alone, together with the ambient light) into DIR, as
 <condition>.exr (radiance, 32-bit float) and <condition>.png (sRGB; white is the radiance of a white plate
 that faces the light). Pictures of an earlier rendering are replaced.
@@ -40,14 +9,30 @@ spread gives the standard error of a pixel, printed in percent of the picture's 
 
 With --explain nothing is rendered or written: the command lists what would be rendered, what is skipped
 because the scene does not need it, and whether `retouch optimize` can use the scene.
-"""
-EPILOG = """\
+
 examples:
   retouch render studio
   retouch render studio.xml --explain
   retouch render studio --texture gravel-tile
   retouch render studio.xml --texture runs/stone/heights.exr -D resolution=512 --samples 256 -o after
 """
+
+import argparse
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import retouch
+from mitsuba_scenes import find_file, find_texture
+from relief.ground.errors import InputError
+from relief.ground.formatting import duration, number, percent
+from relief.ground.options import given
+from retouch.commands import options
+from retouch.pages.sentences import TextTable
+
+if TYPE_CHECKING:
+    from retouch import Rendering
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -57,25 +42,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SCENE",
         help="Mitsuba scene (.xml) with a height field; a bundled one goes by its name",
     )
-    parser.add_argument(
-        "-o",
-        dest="out",
-        type=Path,
-        metavar="DIR",
-        help="folder to write to (default: renders/<name of the scene>)",
-    )
-    parser.add_argument("--texture", type=Path, help=f"instead of the scene's, {TEXTURE}")
-    add_plate(parser, size="the scene's")
-    add_repeats(parser)
+    options.add_out(parser, "DIR", "folder to write to (default: renders/<name of the scene>)")
+    parser.add_argument("--texture", type=Path, help=f"instead of the scene's, {options.TEXTURE}")
+    options.add_plate(parser, size="the scene's")
+    options.add_repeats(parser)
     parser.add_argument(
         "--samples",
-        type=count,
+        type=options.count,
         metavar="N",
         help="samples a pixel, 4 to 65536; fewer count as 4 (default: the scene's)",
     )
     parser.add_argument(
         "--seed",
-        type=seed,
+        type=options.seed,
         default=0,
         metavar="N",
         help="seed of the random numbers; the same seed gives the same pictures (default: 0)",
@@ -85,8 +64,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="only list what would be rendered, what is skipped, and why; write nothing",
     )
-    add_mitsuba(parser)
-    add_talk(parser, "mean radiance, error and files of every picture", quiet=False)
+    options.add_mitsuba(parser)
+    options.add_talk(parser, "mean radiance, error and files of every picture", quiet=False)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -95,40 +74,35 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.texture = find_texture(arguments.texture)
         if not os.path.isfile(arguments.texture):
             raise InputError(f"{arguments.texture}: no such file")
-        check_scales(arguments, [arguments.texture])
+        options.check_scales(arguments, [arguments.texture])
     elif (arguments.relief_mm, arguments.height_scale) != (None, None):
         flag = "--height-scale" if arguments.relief_mm is None else "--relief-mm"
         raise InputError(
             f"{flag}: belongs to --texture; a scene has its own parameters, as in -D relief_mm=1"
         )
-    options = given(arguments, "texture", "repeats", "variant", "samples", *LENGTHS)
-    options["defines"] = dict(arguments.defines)
+    chosen = given(arguments, "texture", "repeats", "variant", "samples", *options.LENGTHS)
+    chosen["defines"] = dict(arguments.defines)
     if arguments.explain:
-        _tell_lines(retouch.explain(arguments.scene, **options), arguments)
+        lines = retouch.explain(arguments.scene, **chosen)
+        entries = [{"subject": subject, "sentence": sentence} for subject, sentence in lines]
+        options.report(arguments, entries, lines)
         return 0
-    rendering = retouch.render(arguments.scene, arguments.out, seed=arguments.seed, **options)
-    if arguments.json:
-        print_json(rendering.as_json())
-        return 0
-    screen = console()
+    rendering = retouch.render(arguments.scene, arguments.out, seed=arguments.seed, **chosen)
+    options.report(arguments, rendering.as_json(), _lines(rendering))
+    return 0
+
+
+def _lines(rendering: "Rendering") -> Iterator[str | TextTable]:
+    """The table of the pictures, and sentences about them."""
     columns = (("condition", "text"), ("mean radiance", "number"), ("error of a pixel", "number"))
-    screen.print(table((*columns, ("files", "text")), _rows(rendering)))
+    yield TextTable((*columns, ("files", "text")), list(_rows(rendering)))
     rows, cols = rendering.batches.mean.shape[1:]
-    screen.print(
+    yield (
         f"{cols} x {rows} pixels, {rendering.batches.samples} samples each, {rendering.scene.variant}, "
         f"{duration(rendering.seconds)} of rendering."
     )
     if rendering.black:
-        black = ", ".join(rendering.black)
-        screen.print(f"Black: {black}; next to no light goes from there to the camera.", markup=False)
-    return 0
-
-
-def _tell_lines(lines: Sequence[tuple[str, str]], arguments: argparse.Namespace) -> None:
-    if arguments.json:
-        print_json([{"subject": subject, "sentence": sentence} for subject, sentence in lines])
-    else:
-        console().print(table((("", "text"), ("", "text")), lines, show_header=False))
+        yield f"Black: {', '.join(rendering.black)}; next to no light goes from there to the camera."
 
 
 def _rows(rendering: "Rendering") -> Iterator[tuple[str, ...]]:

@@ -1,4 +1,13 @@
-"""`retouch resume`: a run continued from its checkpoint."""
+"""`retouch resume`: continue a run that was interrupted or ended short of its target.
+
+Continues a run from its checkpoint, with the settings in its run.toml. A run that has ended is not computed
+again: its summary is printed at once.
+
+example:
+  retouch resume runs/stone
+
+{STATUSES}
+"""
 
 import argparse
 import sys
@@ -6,20 +15,9 @@ from pathlib import Path
 
 import retouch
 from relief.ground.errors import InputError
-from retouch.commands.optimize import STATUSES, finish, how_to_go_on
+from retouch.commands.optimize import STATUSES as STATUSES
+from retouch.commands.optimize import finish, how_to_go_on
 from retouch.commands.options import add_talk, add_variant, contact_errors_name
-
-HELP = "continue a run that was interrupted or ended short of its target"
-DESCRIPTION = """\
-Continues a run from its checkpoint, with the settings in its run.toml. A run that has ended is not computed
-again: its summary is printed at once.
-"""
-EPILOG = f"""\
-example:
-  retouch resume runs/stone
-
-{STATUSES}"""
-
 
 NOTHING_LEFT = (
     "{run_dir}: this run has ended, and resuming it would change nothing. "

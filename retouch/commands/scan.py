@@ -1,4 +1,18 @@
-"""`retouch scan`: the scan of a print beside its design, or of a coupon for the numbers of a printer."""
+"""`retouch scan`: say what a printer made of a design, from a scan of the print.
+
+Registers the scan of a print with its design and reports turn, shift, scale, heights and blur, each with an
+interval, what of the detail the printer lost, how the print feels and looks beside its design.
+
+FILE: a height map (EXR, NPY or float TIFF in mm, not finite in holes; PNG or TIFF, grey), a mesh (STL, OBJ,
+PLY, GLB, 3MF, STEP) with the relief upward, a file of a profilometer, or a text of points x, y, z in mm or of
+heights on a grid (XYZ, TXT, CSV, ASC).
+
+examples:
+  retouch scan runs/stone print.stl
+  retouch scan runs/stone print.png --size-mm 12 --relief-mm 0.9
+  retouch scan runs/stone first.xyz --other second.xyz -o scans/both
+  retouch scan --coupon coupon-scan.stl -o mine.toml
+"""
 
 import argparse
 from dataclasses import replace
@@ -10,39 +24,10 @@ from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
 from relief.ground.options import add_option, given
 from relief.plate_options import height_scale_option, relief_option, size_option
-from retouch.commands.options import (
-    LENGTHS,
-    add_mitsuba,
-    add_printer,
-    add_skin,
-    add_talk,
-    console,
-    contact_errors_name,
-    count,
-    lines_table,
-    print_json,
-)
-from tactile.touch_limits import MODEL_NAMES
+from retouch.commands import options
 
 FOLDER = Path("scans")
 """Folder of the folders of scans where no other is given."""
-
-HELP = "say what a printer made of a design, from a scan of the print"
-DESCRIPTION = """\
-Registers the scan of a print with its design and reports turn, shift, scale, heights and blur, each with an
-interval, what of the detail the printer lost, how the print feels and looks beside its design.
-
-FILE: a height map (EXR, NPY or float TIFF in mm, not finite in holes; PNG or TIFF, grey), a mesh (STL, OBJ,
-PLY, GLB, 3MF, STEP) with the relief upward, a file of a profilometer, or a text of points x, y, z in mm or of
-heights on a grid (XYZ, TXT, CSV, ASC).
-"""
-EPILOG = """\
-examples:
-  retouch scan runs/stone print.stl
-  retouch scan runs/stone print.png --size-mm 12 --relief-mm 0.9
-  retouch scan runs/stone first.xyz --other second.xyz -o scans/both
-  retouch scan --coupon coupon-scan.stl -o mine.toml
-"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -53,13 +38,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--other", type=Path, metavar="FILE2", help="scan of a second print, to be compared with the first"
     )
-    parser.add_argument(
-        "-o",
-        dest="out",
-        type=Path,
-        metavar="OUT",
-        help="folder to write (default: scans/NAME of FILE); of a coupon, the printer file (.toml)",
-    )
+    text = "folder to write (default: scans/NAME of FILE); of a coupon, the printer file (.toml)"
+    options.add_out(parser, "OUT", text)
     parser.add_argument(
         "--units",
         choices=tuple(UNITS),
@@ -72,27 +52,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser, "size_mm", size_option("width of the scan of a height map", "the file's header"), float
     )
     add_option(parser, "relief_mm", relief_option("the file's header"), float)
-    parser.add_argument(
-        "--model", choices=tuple(MODEL_NAMES), default="layer", help="model of touch (default: layer)"
-    )
-    add_skin(parser, f"the run's, or {DEFAULT_SKIN}")
-    add_talk(parser, "every number")
+    options.add_model(parser)
+    options.add_skin(parser, f"the run's, or {DEFAULT_SKIN}")
+    options.add_talk(parser, "every number")
     measured = parser.add_argument_group("a printer by its coupon")
     measured.add_argument(
         "--coupon", type=Path, metavar="FILE", help="scan of the coupon that retouch export --coupon wrote"
     )
-    add_printer(measured, "printer that export was given for the coupon's size")
+    options.add_printer(measured, "printer that export was given for the coupon's size")
     measured.add_argument(
         "--layer-um", type=float, metavar="UM", help="thickness of layers (default: as the scan shows)"
     )
-    pictures = parser.add_argument_group("the pictures")
-    pictures.add_argument(
-        "--scene", type=Path, metavar="SCENE", help="Mitsuba scene (default: that of the run, or studio)"
-    )
-    pictures.add_argument(
-        "--samples", type=count, metavar="N", help="samples a pixel (default: as many as the change needs)"
-    )
-    add_mitsuba(pictures)
+    options.add_pictures(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -107,22 +78,26 @@ def run(arguments: argparse.Namespace) -> int:
             raise InputError(f"{name}: is for coupons; a run knows its printer")
     if not file.is_file():
         raise InputError(f"{file}: no such file")
-    with contact_errors_name(file):
+    with options.contact_errors_name(file):
         scanned = retouch.scan(
             arguments.design,
             file,
             arguments.out or FOLDER / file.stem,
             defines=dict(arguments.defines),
             **given(
-                arguments, "other", "units", "skin", "model", "scene", "variant", "samples", "quiet", *LENGTHS
+                arguments,
+                "other",
+                "units",
+                "skin",
+                "model",
+                "scene",
+                "variant",
+                "samples",
+                "quiet",
+                *options.LENGTHS,
             ),
         )
-    if arguments.json:
-        print_json(scanned.as_json())
-    elif not arguments.quiet:
-        for each in scanned.prints:
-            console().print(lines_table(each.lines()))
-        print("\n".join(scanned.lines()))
+    options.report(arguments, scanned.as_json(), scanned.lines())
     return 0
 
 
@@ -136,11 +111,9 @@ def _coupon(arguments: argparse.Namespace) -> int:
         missing = "missing; the printer file to write, as in mine.toml"
         raise InputError(f"out: {missing}", f"-o: {missing}")
     measured = retouch.scan_coupon(
-        arguments.coupon, arguments.out, **given(arguments, "printer", "layer_um", "units", "quiet", *LENGTHS)
+        arguments.coupon,
+        arguments.out,
+        **given(arguments, "printer", "layer_um", "units", "quiet", *options.LENGTHS),
     )
-    if arguments.json:
-        print_json(measured.as_json())
-    elif not arguments.quiet:
-        console().print(lines_table(measured.lines()))
-        print(f"written: {measured.file}; retouch optimize TEXTURE --printer {measured.file} takes it")
+    options.report(arguments, measured.as_json(), measured.lines())
     return 0

@@ -7,7 +7,7 @@ from pathlib import Path
 from optimize.settings.run_options import CURVED
 from relief.ground.errors import InputError
 from relief.ground.formats import MESHES, is_gcode
-from retouch.commands.options import CORRECTIONS, LENGTHS
+from retouch.commands.options import CORRECTIONS, LENGTHS, add_out
 
 
 def add_meshes(parser: argparse.ArgumentParser) -> None:
@@ -26,14 +26,8 @@ def add_meshes(parser: argparse.ArgumentParser) -> None:
         help="press on the texture where it lies on the --object, and take out what the bare object strains: "
         "what a texture was steered for with --curved-x-mm",
     )
-    group.add_argument(
-        "-o",
-        dest="out",
-        type=Path,
-        metavar="FOLDER",
-        help="folder for the mesh coloured by its roughness: NAME-roughness.html, a page that turns it, .glb "
-        "and .png",
-    )
+    text = "folder for the mesh in the colours of its roughness: NAME-roughness.html, a page, .glb and .png"
+    add_out(group, "FOLDER", text)
 
 
 def add_filament(parser: argparse.ArgumentParser) -> None:

@@ -1,41 +1,10 @@
-"""`retouch stimuli`: labelled plates of a texture at several levels of feel, to print for experiments."""
+"""`retouch stimuli`: make sets of plates at several levels of feel, for experiments.
 
-import argparse
-import time
-import tomllib
-from pathlib import Path
-from typing import Any
-
-import retouch
-from relief.ground.errors import InputError
-from relief.ground.options import given
-from retouch.commands.options import (
-    LENGTHS,
-    TEXTURE,
-    add_plate,
-    add_printer,
-    add_skin,
-    add_talk,
-    add_workers,
-    print_json,
-    seed,
-    whole_number,
-)
-from retouch.commands.printing import print_lines
-
-COMPLETE, WITH_FAILURES = 0, 1
-"""Exit statuses: every plate is done, or some have failed."""
-MOST_CONTROLS = 16
-MOST_PEOPLE, MOST_PAIRS = 300, 1000
-
-HELP = "make sets of plates at several levels of feel, for experiments"
-DESCRIPTION = """\
 Makes plates of 25 mm that look like a texture and feel rougher or smoother by the given numbers of
 just-noticeable differences, each verified; 0 is the texture itself. The texture is a tile (`retouch prepare
 --tile`), which is optimised once for each level and repeated over the plate, or a plate as a
 whole (--whole). Names lie on the backs.
-"""
-EPILOG = """\
+
 examples:
   retouch stimuli gravel-tile --jnd -2,-1,0,1,2 -o runs/gravel-set
   retouch stimuli gravel-tile knit-tile --jnd -2,-1,0,1,2 --with-scaled -o runs/two-textures
@@ -52,6 +21,23 @@ the predictions are made, and "A study with people" how an experiment is run.
 exit status: 0 if every plate is done; 1 if some have failed; 2 for bad input; 130 if interrupted. After 1
 and 130 the same command goes on.
 """
+
+import argparse
+import time
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import retouch
+from relief.ground.errors import InputError
+from relief.ground.options import given
+from retouch.commands import options
+
+COMPLETE, WITH_FAILURES = 0, 1
+"""Exit statuses: every plate is done, or some have failed."""
+MOST_CONTROLS = 16
+MOST_PEOPLE, MOST_PAIRS = 300, 1000
+
 PRINT = ("plate_mm", "base_mm", "bed_mm", "label")
 """Options of `add_print`, by the names of arguments."""
 AFTER_INTERRUPT = "; plates that are done stay, and the same command goes on"
@@ -77,10 +63,8 @@ def bed(text: str) -> tuple[float, float]:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("textures", type=Path, nargs="*", metavar="TEXTURE", help=TEXTURE)
-    parser.add_argument(
-        "-o", dest="out", type=Path, required=True, metavar="DIR", help="folder to write to, or to go on in"
-    )
+    parser.add_argument("textures", type=Path, nargs="*", metavar="TEXTURE", help=options.TEXTURE)
+    options.add_out(parser, "DIR", "folder to write to, or to go on in", required=True)
     parser.add_argument(
         "--redraw", action="store_true", help="compute nothing; draw plates and page of DIR anew"
     )
@@ -125,27 +109,34 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what.add_argument("--source-mm", type=float, metavar="MM", help="width of that picture, mm")
     what.add_argument(
         "--controls",
-        type=whole_number(1, MOST_CONTROLS),
+        type=options.whole_number(1, MOST_CONTROLS),
         metavar="N",
         help="number of these patches (default: 3)",
     )
-    add_printer(what, "each level is felt and seen between prints of this printer, whose pixels plates have")
-    add_plate(what, side="width of the tile")
-    add_skin(what)
+    options.add_printer(
+        what, "each level is felt and seen between prints of this printer, whose pixels plates have"
+    )
+    options.add_plate(what, side="width of the tile")
+    options.add_skin(what)
     add_print(parser)
     trials = parser.add_argument_group("the experiment")
     trials.add_argument(
-        "--people", type=whole_number(1, MOST_PEOPLE), metavar="N", help="people of the plan (default: 8)"
+        "--people",
+        type=options.whole_number(1, MOST_PEOPLE),
+        metavar="N",
+        help="people of the plan (default: 8)",
     )
     trials.add_argument(
         "--pairs",
-        type=whole_number(2, MOST_PAIRS),
+        type=options.whole_number(2, MOST_PAIRS),
         metavar="N",
         help="most pairs of each question that a person compares (default: 120, about 20 minutes)",
     )
-    trials.add_argument("--seed", type=seed, metavar="N", help="of the random order of trials (default: 0)")
+    trials.add_argument(
+        "--seed", type=options.seed, metavar="N", help="of the random order of trials (default: 0)"
+    )
     add_work(parser)
-    add_talk(parser, "the content of stimuli.json, with the folder and the files written,")
+    options.add_talk(parser, "the content of stimuli.json, with the folder and the files written,")
 
 
 def add_print(parser: argparse.ArgumentParser) -> None:
@@ -180,7 +171,7 @@ def add_work(parser: argparse.ArgumentParser) -> None:
         metavar="KEY=VALUE",
         help="any key of a run file, for every plate; may be given several times",
     )
-    add_workers(work)
+    options.add_workers(work)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -199,13 +190,10 @@ def run(arguments: argparse.Namespace) -> int:
             settings=settings_of(arguments),
             **given(arguments, "jnd", "contact_area_scale", "same_roughness", "whole", "with_scaled"),
             **given(arguments, "sources", "source_mm", "controls", "printer", "skin", "fast"),
-            **given(arguments, "workers", "dask", *LENGTHS),
+            **given(arguments, "workers", "dask", *options.LENGTHS),
         )
     took = None if arguments.redraw else time.monotonic() - began
-    if arguments.json:
-        print_json(stimuli.as_json())
-    elif not arguments.quiet:
-        print_lines(stimuli.lines(took))
+    options.report(arguments, stimuli.as_json(), stimuli.lines(took))
     return WITH_FAILURES if stimuli.numbers.failures else COMPLETE
 
 

@@ -1,37 +1,11 @@
-"""`retouch study`: many runs that one file describes, as tables, plots and pictures on one page."""
+"""`retouch study`: compute tables of runs that a study file describes.
 
-import argparse
-import math
-import sys
-import time
-from pathlib import Path
-from typing import TYPE_CHECKING
-
-import retouch
-from mitsuba_scenes.studies import bundled_studies, find_study
-from relief.ground.errors import InputError
-from relief.ground.formatting import duration
-from relief.ground.options import given
-from retouch.commands.options import add_talk, add_workers, print_json
-from retouch.commands.printing import print_lines
-from retouch.pages.sentences import TextTable
-
-if TYPE_CHECKING:
-    from retouch import StudyTables
-
-COMPLETE, WITH_FAILURES = 0, 1
-"""Exit statuses: every row is done, or some have failed."""
-
-HELP = "compute tables of runs that a study file describes"
-DESCRIPTION = """\
 Computes every row of a study, each a run of `retouch optimize` in a process with one thread, and draws a
 page with tables, plots and pictures. Rows that are done are not computed again.
-"""
-EPILOG = """\
+
 examples:
   retouch study --list
   retouch study demo --quick
-  retouch study --all --quick
   retouch study published
   retouch study my-study.toml -o runs/my-study --textures ~/materials
   retouch study my-study.toml --redraw
@@ -43,6 +17,24 @@ stimuli of published experiments, and says which finger predicts what was found.
 exit status: 0 if every row is done; 1 if some have failed or cannot be computed; 2 for bad input; 130 if
 interrupted. After 1 and 130 the same command goes on.
 """
+
+import argparse
+import math
+import sys
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+import retouch
+from relief.ground.errors import InputError
+from relief.ground.formatting import duration
+from relief.ground.options import given
+from retouch.commands.options import add_out, add_talk, add_workers, report
+from retouch.pages.sentences import TextTable
+
+COMPLETE, WITH_FAILURES = 0, 1
+"""Exit statuses: every row is done, or some have failed."""
+
 AFTER_INTERRUPT = "; rows that are done stay, and the same command goes on"
 """End of the line that an interrupt prints."""
 
@@ -56,18 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="study file (.toml), or the name of a study that comes with Retouch",
     )
     parser.add_argument("--list", action="store_true", help="list the studies that come with Retouch")
-    parser.add_argument(
-        "--all",
-        action="store_true",
-        help="compute those of runs one after another, each into DIR/its name (default: runs/its name)",
-    )
-    parser.add_argument(
-        "-o",
-        dest="out",
-        type=Path,
-        metavar="DIR",
-        help="folder to write to (default: runs/<name of the study>)",
-    )
+    add_out(parser, "DIR", "folder to write to (default: runs/<name of the study>)")
     rows = parser.add_argument_group("the rows")
     rows.add_argument("--quick", action="store_true", help="the study in small, by its section [quick]")
     rows.add_argument(
@@ -94,51 +75,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     if arguments.list:
         return _list(arguments)
-    if arguments.all == (arguments.study is not None):
-        raise InputError("study: name a study file, or a study that comes with Retouch, or --all; see --list")
-    paths = bundled_studies() if arguments.all else [find_study(arguments.study)]
-    if arguments.all and arguments.given is not None:
-        raise InputError("--from: is the document of one study, not of all")
-    out: Path = arguments.out or (Path("runs") if arguments.all else Path("runs") / paths[0].stem)
-    outcomes = [_study(path, out / path.stem if arguments.all else out, arguments) for path in paths]
-    if arguments.json:
-        entries = [one.as_json() for one in outcomes]
-        print_json(entries if arguments.all else entries[0])
-    return COMPLETE if all(one.complete for one in outcomes) else WITH_FAILURES
-
-
-def _study(path: Path, out: Path, arguments: argparse.Namespace) -> "StudyTables":
-    """Compute or redraw a study, and print what became of it."""
+    if arguments.study is None:
+        raise InputError("study: name a study file, or a study that comes with Retouch; see --list")
     began = time.monotonic()
-    tables = retouch.study(
-        path,
-        out,
-        given=arguments.given,
-        **given(arguments, "quick", "textures", "again", "redraw", "workers", "dask"),
-    )
+    names = ("given", "quick", "textures", "again", "redraw", "workers", "dask")
+    tables = retouch.study(arguments.study, arguments.out, **given(arguments, *names))
     if not arguments.json:
         for line in tables.failures_shown():
             print(line, file=sys.stderr)
-    if not arguments.json and not arguments.quiet:
-        rest = f", {tables.missing} not computed yet" if tables.missing else ""
-        took = "" if arguments.redraw else f", {duration(time.monotonic() - began)}"
-        print(f"{tables.page}: {tables.done} rows, {len(tables.failed)} failed{rest}{took}", flush=True)
-    return tables
+    rest = f", {tables.missing} not computed yet" if tables.missing else ""
+    took = "" if arguments.redraw else f", {duration(time.monotonic() - began)}"
+    line = f"{tables.page}: {tables.done} rows, {len(tables.failed)} failed{rest}{took}"
+    report(arguments, tables.as_json(), [line])
+    return COMPLETE if tables.complete else WITH_FAILURES
 
 
 def _list(arguments: argparse.Namespace) -> int:
     """Print the bundled studies."""
-    if arguments.json:
-        print_json(retouch.list_studies())
-        return COMPLETE
     # Where nothing is listed, the studies' rooms need not be imported.
     from retouch.verbs.studying import listed_studies
 
     rows = []
-    for study in listed_studies():
+    for study in (listed := listed_studies()):
         forms = (study.whole, study.quick)
         texts = [f"{form.rows}, about {math.ceil(form.minutes)}" for form in forms]
         rows.append((study.name, study.title, *texts))
     headings = ("name", "title", "rows, minutes", "with --quick")
-    print_lines([TextTable([(heading, "") for heading in headings], rows, gap=1)])
+    table = TextTable([(heading, "") for heading in headings], rows, gap=1)
+    report(arguments, [asdict(study) for study in listed], [table])
     return COMPLETE

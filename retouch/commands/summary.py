@@ -7,14 +7,11 @@ from typing import TYPE_CHECKING
 
 from relief.ground.formats import PLATES
 from relief.ground.formatting import between, duration, number, percent, plus_minus, rounded
-from retouch.commands.options import lines_table
 from retouch.pages import sentences
 from tactile.jnd import ROUGHNESS_JND
 from tactile.quantities import FLAT_SHARE, GAPS_COUNT, PLACE_JND, QUANTITIES, ROUGHNESS
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from optimize.verification.verification import (
         ChangePercent,
         Heights,
@@ -25,18 +22,14 @@ if TYPE_CHECKING:
     )
 
 
-def summary(result: "Verification", run_dir: Path, verbose: bool = False) -> "Table":
-    """Target, result, pictures, heights, time and files of a run, in about ten lines.
+def summary(result: "Verification", run_dir: Path, verbose: bool = False) -> Iterator[tuple[str, str]]:
+    """Target, result, pictures, heights, time and files of a run: about ten words, each with a sentence.
 
     Args:
         result: what was measured of the result.
         run_dir: where the files lie; only files that exist are named.
         verbose: print also how well each number is known, and the time of each part.
     """
-    return lines_table(_lines(result, run_dir, verbose))
-
-
-def _lines(result: "Verification", run_dir: Path, verbose: bool = False) -> Iterator[tuple[str, str]]:
     stop, look = result.stop, result.look
     yield "stop", f"{stop.message} (step {stop.best_step} of {stop.steps} kept)"
     yield from _feel(result.touch, verbose)

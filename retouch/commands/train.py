@@ -1,21 +1,11 @@
-"""`retouch train`: training of nets on a data set."""
+"""`retouch train`: train the learned models on a data set.
 
-import argparse
-from pathlib import Path
-
-import retouch
-from relief.ground.options import given
-from retouch.commands.options import add_talk, print_json, seed, whole_number
-
-HELP = "train the learned models on a data set"
-DESCRIPTION = """\
 Trains a net on a data set of `retouch dataset`, stops when the validation error no longer falls, and measures
 the net on textures of the test split: touch, the contact of the skin, against finite elements; look, ambient
 light, against horizons. DIR gets the weights, the card with the net's training data and errors, and the
 training curves. There is a checkpoint after every epoch: with --resume the same command continues from the
 checkpoint and ends at the same weights.
-"""
-EPILOG = """\
+
 examples:
   retouch dataset -o data --count 6300 --lights none
   retouch train touch --data data -o nets/touch
@@ -24,6 +14,14 @@ examples:
 
 The guide's page "Surrogates" describes the nets and their errors.
 """
+
+import argparse
+from pathlib import Path
+
+import retouch
+from relief.ground.options import given
+from retouch.commands.options import add_out, add_talk, report, seed, whole_number
+
 MOST_EPOCHS = 100_000
 
 
@@ -36,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--data", type=Path, required=True, metavar="FOLDER", help="folder of a data set of `retouch dataset`"
     )
-    parser.add_argument("-o", dest="out", type=Path, required=True, metavar="DIR", help="results folder")
+    add_out(parser, "DIR", "results folder", required=True)
     parser.add_argument("--resume", action="store_true", help="continue from the checkpoint in DIR")
     parser.add_argument("--seed", type=seed, default=0, metavar="S", help="random seed (default: 0)")
     parser.add_argument(
@@ -74,12 +72,8 @@ def run(arguments: argparse.Namespace) -> int:
         resume=arguments.resume,
         **given(arguments, "epochs", "minutes", "batch", "learning_rate", "widths"),
     )
-    if arguments.json:
-        print_json(trained.as_json())
-    elif not arguments.quiet:
-        print(f"{trained.folder}: {trained.card.training['ended']}")
-        for name, value in trained.card.errors.items():
-            print(f"  {name.replace('_', ' ')}: {value:.4g}")
+    errors = [f"  {name.replace('_', ' ')}: {value:.4g}" for name, value in trained.card.errors.items()]
+    report(arguments, trained.as_json(), [f"{trained.folder}: {trained.card.training['ended']}", *errors])
     return 0
 
 

@@ -1,26 +1,12 @@
-"""`retouch wrap`: a tile on an object, with the same size in mm everywhere."""
+"""`retouch wrap`: lay a tile over an object.
 
-import argparse
-from pathlib import Path
-from typing import Any
-
-import retouch
-from relief.ground.errors import InputError
-from relief.ground.formats import FORMATS
-from relief.ground.options import add_options, declared, given
-from relief.solids.names import OBJECTS
-from retouch.commands.options import TEXTURE, add_talk, print_json
-from retouch.verbs.objects.wrap_options import WrapOptions
-
-HELP = "lay a tile over an object"
-DESCRIPTION = f"""\
 Displaces the surface of a mesh by a texture that repeats, along the normals, with the same size in mm
 everywhere: by the mesh's texture coordinates where they keep sizes, around a cylinder without a seam, else by
 flat patches that are turned to fit one another and blended where they cannot. A texture whose sides do not
 fit is placed once. A solid comes out as a solid; a flat bottom stays flat.
 
 meshes: STL, OBJ, PLY, GLB, 3MF, STEP (extra step), or an object that comes with Retouch by its name:
-  {", ".join(OBJECTS)}
+  {OBJECT_NAMES}
 
 masks, joined by & or |, with not and parentheses:
   "z>2"          above z = 2 mm; the texture grows over the falloff, "z>2..5" from z = 2 to z = 5; x and y too
@@ -29,8 +15,7 @@ masks, joined by & or |, with not and parentheses:
   mask.png       a picture over the mesh's texture coordinates, white carries the texture
   colour         colours of PLY, OBJ, GLB, STEP, 3MF: white carries; "colour:red", "colour:#ff8000": there
   odd            a region of a bundled object: the bracelet has odd and even
-"""
-EPILOG = """\
+
 examples:
   retouch wrap gravel-tile starfish -o starfish.3mf
   retouch wrap gravel-tile part.stl --mask "z>2 & angle<80" --size-mm 8 -o part.3mf
@@ -41,15 +26,27 @@ examples:
   retouch wrap leather-tile grip.obj --units in --relief-mm 0.4 --level 0.5 -o grip.glb
 """
 
+import argparse
+from pathlib import Path
+from typing import Any
+
+import retouch
+from relief.ground.errors import InputError
+from relief.ground.formats import FORMATS
+from relief.ground.options import add_options, declared, given
+from relief.solids.names import OBJECTS
+from retouch.commands.options import TEXTURE, add_out, add_talk, print_json
+from retouch.verbs.objects.wrap_options import WrapOptions
+
+OBJECT_NAMES = ", ".join(OBJECTS)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("texture", type=Path, metavar="TEXTURE", help=f"a tile: {TEXTURE}; or a run's folder")
     parser.add_argument(
         "mesh", type=Path, metavar="MESH", help="file of a solid, or the name of an object that comes along"
     )
-    parser.add_argument(
-        "-o", dest="out", type=Path, metavar="OUT", help=f"file to write: {', '.join(FORMATS)}"
-    )
+    add_out(parser, "OUT", f"file to write: {', '.join(FORMATS)}")
     parser.add_argument(
         "--preview",
         type=Path,

@@ -110,13 +110,11 @@ class Baseline:
         name: of the method, as shown.
         pictures: (conditions, rows, cols) linear radiance, of the shape of the report's pictures.
         roughness: reached by the method, dimensionless; None if unknown.
-        note: a clause that ends the paragraph about the method; may be empty.
     """
 
     name: str
     pictures: FloatArray
     roughness: float | None = None
-    note: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)

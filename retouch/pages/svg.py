@@ -6,7 +6,7 @@ keeps its size on a narrow screen.
 
 import base64
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +39,10 @@ class ChartAxis:
     def percent(self, value: float) -> float:
         """Position of a value along the axis, 0 at `low` and 100 at `high`."""
         return 100.0 * (value - self.low) / (self.high - self.low)
+
+    def down(self, value: float) -> float:
+        """Position of a value from the upper end of a vertical axis, in percent."""
+        return 100.0 - self.percent(value)
 
     def label(self, tick: float) -> str:
         """The number of a tick, with the decimals that the step between ticks needs."""
@@ -121,32 +125,36 @@ def line_chart(title: str, series: Sequence[Series], x_name: str, band: Band | N
     extra = [band.low, band.high] if band else [0.0]
     x_axis = nice_axis(min(xs, default=0.0), max(xs, default=1.0), 6, tight=True)
     y_axis = nice_axis(min(ys + extra), max(ys + extra), 4)
-    marks = [_line("grid", 0, 100 - y_axis.percent(t), 100, 100 - y_axis.percent(t)) for t in y_axis.ticks]
-    labels = [_label("tick y", "bottom", y_axis.percent(t), y_axis.label(t)) for t in y_axis.ticks]
-    labels.append(_ticks(x_axis.whole()))
+    marks, labels = grid(y_axis)
+    labels += ticks(x_axis.whole())
     if band:
-        top, middle = 100 - y_axis.percent(band.high), 100 - y_axis.percent(band.middle)
+        top, middle = y_axis.down(band.high), y_axis.down(band.middle)
         height = y_axis.percent(band.high) - y_axis.percent(band.low)
         marks.append(
             Markup('<rect class="band" x="0" width="100" y="{:.3f}" height="{:.3f}"/>').format(top, height)
         )
-        marks.append(_line("target", 0, middle, 100, middle))
+        marks.append(path("target", [(0, middle), (100, middle)]))
         labels.append(_label("end target", "bottom", 100 - top, band.name))
     for line in series:
-        points = [(x, y) for x, y in zip(line.x, line.y, strict=True) if math.isfinite(y)]
-        points = [(x_axis.percent(x), 100 - y_axis.percent(y)) for x, y in points]
+        finite = ((x, y) for x, y in zip(line.x, line.y, strict=True) if math.isfinite(y))
+        points = [(x_axis.percent(x), y_axis.down(y)) for x, y in finite]
         if not points:
             continue
-        marks.append(_path(line.style, points))
-        marks += [
-            _dot(f"{line.style} dot", *point) for point in (points if len(points) <= 40 else points[-1:])
-        ]
+        marks.append(path(line.style, points))
+        marks += [dot(line.style, *point) for point in (points if len(points) <= 40 else points[-1:])]
         labels.append(_label(f"end {line.style}", "bottom", 100 - points[-1][1], line.name))
+    return chart(title, marks, labels, x_name)
+
+
+def chart(
+    title: str, marks: Iterable[str], labels: Iterable[str], x_name: str, legend: str = "", style: str = ""
+) -> Markup:
+    """Marks in percent of the drawing, labels beside it, and the name of the x axis below."""
     return Markup(
-        '<div class="chart" role="img" aria-label="{0}"><div class="chart-title">{0}</div>'
+        '<div class="chart{5}" role="img" aria-label="{0}"><div class="chart-title">{0}</div>{4}'
         '<div class="plot"><svg viewBox="0 0 100 100" preserveAspectRatio="none" aria-hidden="true">{1}</svg>'
         '{2}</div><div class="x-name">{3}</div></div>'
-    ).format(title, Markup("").join(marks), Markup("").join(labels), x_name)
+    ).format(title, join(marks), join(labels), x_name, legend, style)
 
 
 @dataclass(frozen=True)
@@ -165,40 +173,46 @@ def dot_chart(dots: Sequence[Dot], axis_name: str, band: Range | None = None) ->
     Args:
         band: low and high end of a shaded range, for a tolerance.
     """
-    values = [dot.value for dot in dots]
+    values = [one.value for one in dots]
     axis = nice_axis(math.floor(min(values) - 0.5), math.ceil(max(values) + 0.5), 8, tight=True)
     axis = axis.whole()
-    lines = Markup("").join(
+    shaded = Markup("")
+    if band:
+        left, right = (axis.percent(edge) for edge in band)
+        shaded = Markup('<i class="band" style="left:{:.2f}%;width:{:.2f}%"></i>').format(left, right - left)
+    rows = [_dot_row(row, one, axis.percent(one.value)) for row, one in enumerate(dots, 1)]
+    return row_grid(axis, rows, axis_name, shaded, "+")
+
+
+def row_grid(
+    axis: ChartAxis, rows: Sequence[str], axis_name: str, shaded: str = "", sign: str = ""
+) -> Markup:
+    """Rows of names and tracks over the lines of a common axis, whose positive ticks have a sign."""
+    lines = join(
         Markup('<i class="grid{}" style="left:{:.2f}%"></i>').format("" if t else " zero", axis.percent(t))
         for t in axis.ticks
     )
-    if band:
-        left, right = (axis.percent(edge) for edge in band)
-        lines += Markup('<i class="band" style="left:{:.2f}%;width:{:.2f}%"></i>').format(left, right - left)
-    rows = Markup("").join(_dot_row(row, dot, axis.percent(dot.value)) for row, dot in enumerate(dots, 1))
-    labels = _ticks(axis, "+")
     return Markup(
-        '<div class="dots"><div class="lines" style="grid-row:1/{}">{}</div>{}<div class="scale">{}'
+        '<div class="dots"><div class="lines" style="grid-row:1/{}">{}{}</div>{}<div class="scale">{}'
         '<div class="x-name">{}</div></div></div>'
-    ).format(len(dots) + 1, lines, rows, labels, axis_name)
+    ).format(len(rows) + 1, lines, shaded, join(rows), join(ticks(axis, sign)), axis_name)
 
 
-def _dot_row(row: int, dot: Dot, left: float) -> Markup:
+def _dot_row(row: int, one: Dot, left: float) -> Markup:
     # The text is placed on the side of the dot that has room for it.
     side = "left-of" if left > 60.0 else "right-of"
     return Markup(
         '<div class="name" style="grid-row:{0}">{1}</div><div class="track {2}" style="grid-row:{0}">'
         '<i class="mark" style="left:{3:.2f}%"></i><span class="{4}" style="left:{3:.2f}%">{5}</span></div>'
-    ).format(row, dot.name, dot.style, left, side, dot.text)
+    ).format(row, one.name, one.style, left, side, one.text)
 
 
 def colour_bar(table: Table, axis: ChartAxis, name: str) -> Markup:
     """The legend of a map: colours along the axis, ticks, and the name of the quantity with its unit."""
     sign = "+" if axis.low < 0.0 < axis.high else ""
-    ticks = _ticks(axis, sign)
     return Markup(
         '<div class="bar"><img src="{}" alt=""><div class="scale">{}</div><div class="x-name">{}</div></div>'
-    ).format(bar_uri(table), ticks, name)
+    ).format(bar_uri(table), join(ticks(axis, sign)), name)
 
 
 def tries_chart(percent: int) -> Markup:
@@ -241,23 +255,31 @@ def _label(style: str, side: str, percent: float, text: str) -> Markup:
     return Markup('<span class="{}" style="{}:{:.2f}%">{}</span>').format(style, side, percent, text)
 
 
-def _ticks(axis: ChartAxis, sign: str = "") -> Markup:
+def ticks(axis: ChartAxis, sign: str = "") -> list[Markup]:
     """Labels below a horizontal axis; the sign stands before positive numbers."""
-    return Markup("").join(
+    return [
         _label(f"tick x{axis.side(t)}", "left", axis.percent(t), (sign if t > 0 else "") + axis.label(t))
         for t in axis.ticks
-    )
+    ]
 
 
-def _line(style: str, x1: float, y1: float, x2: float, y2: float) -> Markup:
-    return _path(style, [(x1, y1), (x2, y2)])
+def grid(y_axis: ChartAxis) -> tuple[list[Markup], list[Markup]]:
+    """Horizontal lines at the ticks of a y axis, and their labels."""
+    lines = [path("grid", [(0, y_axis.down(t)), (100, y_axis.down(t))]) for t in y_axis.ticks]
+    return lines, [_label("tick y", "bottom", y_axis.percent(t), y_axis.label(t)) for t in y_axis.ticks]
 
 
-def _dot(style: str, x: float, y: float) -> Markup:
-    # A line of length 0 with round ends stays a circle when the drawing is stretched.
-    return Markup('<path class="{}" d="M{:.3f} {:.3f}h0"/>').format(style, x, y)
+def dot(style: str, x: float, y: float) -> Markup:
+    """A circle, as a line of length 0 with round ends: it stays one when the drawing is stretched."""
+    return path(f"{style} dot", [(x, y), (x, y)])
 
 
-def _path(style: str, points: Sequence[tuple[float, float]]) -> Markup:
+def path(style: str, points: Sequence[tuple[float, float]]) -> Markup:
+    """A line through points, in percent of the drawing from its upper left corner."""
     data = "M" + "L".join(f"{x:.3f} {y:.3f}" for x, y in points)
     return Markup('<path class="{}" d="{}"/>').format(style, data)
+
+
+def join(parts: Iterable[str]) -> Markup:
+    """Parts of a page in a row."""
+    return Markup("").join(parts)

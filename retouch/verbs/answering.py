@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,32 +26,25 @@ class PeoplesAnswers:
     Attributes:
         results: of the answers; without answers, what the plan can say.
         page: the page; None without answers.
-        skin_file: the finger that was proposed; None if none was asked for.
     """
 
     results: AnswersResults
     page: Path | None
-    skin_file: Path | None = None
 
     @property
     def content(self) -> dict[str, Any]:
         """The content of `answers.json`; without answers, the prediction of the plan under `power`."""
         return self.results.as_json()
 
-    @property
-    def files(self) -> list[Path]:
-        """The files that were written for a person."""
-        return [file for file in (self.page, self.skin_file) if file is not None]
-
     def as_json(self) -> dict[str, Any]:
         """What `retouch answers --json` prints."""
-        return self.content | {"written": [str(file) for file in self.files]}
+        return self.content | {"written": [str(self.page)] if self.page else []}
 
     def lines(self) -> Iterator[str | TextTable]:
         """Lines and tables for a person."""
         yield from lines_of(self.results)
-        for file in self.files:
-            yield f"written: {file}"
+        if self.page is not None:
+            yield f"written: {self.page}"
 
 
 def answers(
@@ -63,9 +56,6 @@ def answers(
     without: Sequence[str] = (),
     columns: Mapping[str, str] | None = None,
     values: Mapping[str, Mapping[str, str]] | None = None,
-    skin_out: str | os.PathLike[str] | None = None,
-    press: str | os.PathLike[str] | None = None,
-    skin: str | os.PathLike[str] | None = None,
     quiet: bool | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> PeoplesAnswers:
@@ -80,43 +70,26 @@ def answers(
         columns: what another program calls the columns, as in {"rougher": "key_resp.keys"}; `#` stands for
             the number of a trial.
         values: what the cells of a column mean, as in {"rougher": {"left": "first", "right": "second"}}.
-        skin_out: file to write the finger to that these answers propose.
-        press: CSV table of simple measurements on that finger, which enter the proposal.
-        skin: that the proposal starts from, a name or a file; None: that of the set.
         quiet, progress: as in `optimize`.
 
     Raises:
         InputError: the folder is no finished set, or the answers are not to it.
     """
     folder = Path(folder)
-    if skin_out is None and (press is not None or skin is not None):
-        raise InputError(
-            "press, skin: are for skin_out, which is missing",
-            "--press, --skin: are for --skin-out, which is missing",
-        )
-    if not files and (skin_out is not None or partial or without or columns or values):
+    if not files and (partial or without or columns or values):
         raise InputError(
             "files: answers are missing", f"answers {folder}: name a file of answers, as in answers.csv"
         )
     with followed(progress, quiet):
-        results, given, plates = analysed(
+        results = analysed(
             folder, [Path(file) for file in files], partial, without, ColumnMap(columns or {}, values or {})
         )
-        if given is None:
+        if not files:
             return PeoplesAnswers(results, None)
-        skin_bytes = None
-        if skin_out is not None:
-            from retouch.laboratory.people.skin_fit.proposal import propose
-
-            own_finger, skin_bytes = propose(folder, given, plates, press, skin)
-            results = replace(results, own_finger=own_finger)
-        textures = dict.fromkeys(plate.texture for plate in plates.values())
         to = folder if out is None else Path(out)
         with permitted(to):
             text = json.dumps(results.as_json(), indent=1, allow_nan=False) + "\n"
-            shown = page(results, ", ".join(textures))
-            if skin_out is not None and skin_bytes is not None:
-                write_atomically(skin_out, skin_bytes)
+            shown = page(results)
             write_atomically(to / DOCUMENT, text.encode())
             write_atomically(to / PAGE, shown)
-    return PeoplesAnswers(results, to / PAGE, None if skin_out is None else Path(skin_out))
+    return PeoplesAnswers(results, to / PAGE)

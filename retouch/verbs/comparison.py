@@ -20,7 +20,7 @@ from optimize.verification.converged import colour_pictures, converged
 from optimize.verification.felt_places import FeltPlaces, place_spread
 from optimize.verification.other_fingers import felt_by_fingers, felt_by_measured
 from optimize.verification.skin_surface import skin_bands
-from optimize.verification.verification import Fingers, Measured, PictureChange
+from optimize.verification.verification import PictureChange
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
 from relief.ground.lengths import Lengths
@@ -170,14 +170,18 @@ def compared(
     for subject in subjects:
         with naming(subject.file), stage(f"pressing on {subject.name}"):
             touches.append(measure_touch(subject.relief, finger, options.model))
-    touch = FeltPlaces(places(one.relief.surface), touches[0], touches[1])
-    felt = ComparedFingers.of(one.relief, other.relief, finger, touch.mean_jnd is None)
+    surface = one.relief.surface
+    touch = FeltPlaces(places(surface), touches[0], touches[1])
     seen = _seen(one, other, scene, options)
-    numbers = _numbers(subjects, touches, seen, felt, described_skin(finger, skin_name), scene)
-    if numbers.jnd_apart is None and one.relief.surface == other.relief.surface:
-        patches = Patches(one.relief.surface, touch.places, side_mm=finger.patch_mm)
-        bands = skin_bands(touch, finger, patches.size_mm)
-        numbers = numbers.model_copy(update={"surface_bands": bands})
+    numbers = _numbers(subjects, touches, seen, described_skin(finger, skin_name), scene)
+    more: dict[str, Any] = {"fingers": felt_by_fingers(one.relief, other.relief, finger)}
+    if surface == other.relief.surface:
+        smooth = touch.mean_jnd is None
+        more["measured"] = felt_by_measured(one.relief, other.relief, touch.places, smooth)
+        if numbers.jnd_apart is None:
+            patches = Patches(surface, touch.places, side_mm=finger.patch_mm)
+            more["surface_bands"] = skin_bands(touch, finger, patches.size_mm)
+    numbers = numbers.model_copy(update=more)
     if page is None:
         return numbers
     write_comparison(Path(page), _content(one, other, touches, seen, numbers))
@@ -201,29 +205,6 @@ class Seen:
     colours: tuple[Array, Array] | None = None
     change: PictureChange | None = None
     reason: str = ""
-
-
-@dataclass(frozen=True)
-class ComparedFingers:
-    """What other fingers feel of both reliefs, and a measured one; None where a contact does not converge."""
-
-    fingers: Fingers | None
-    measured: Measured | None
-
-    @classmethod
-    def of(cls, one: Relief, other: Relief, finger: Skin, smooth: bool) -> Self:
-        """Press with the fingers about the one given, and with the measured one on reliefs of one surface.
-
-        Args:
-            one, other: the reliefs.
-            finger: the one given.
-            smooth: whether a relief is smooth to it.
-        """
-        alike = one.surface == other.surface
-        return cls(
-            felt_by_fingers(one, other, finger),
-            felt_by_measured(one, other, places(one.surface), smooth) if alike else None,
-        )
 
 
 def _seen(one: Subject, other: Subject, file: Path, options: CompareOptions) -> Seen:
@@ -271,7 +252,6 @@ def _numbers(
     subjects: tuple[Subject, Subject],
     touches: Sequence[TouchMeasures],
     seen: Seen,
-    felt: ComparedFingers,
     skin: Mapping[str, Any],
     scene: Path,
 ) -> Compared:
@@ -290,8 +270,6 @@ def _numbers(
         scene=None if seen.change is None else str(scene),
         skin=skin,
         model=touches[0].model,
-        fingers=felt.fingers,
-        measured=felt.measured,
     )
 
 

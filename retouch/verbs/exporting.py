@@ -4,7 +4,7 @@ import logging
 import os
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol, Unpack, runtime_checkable
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -25,6 +25,9 @@ from relief.solids.export.plate_export import export_plate, repeated
 from relief.surface import repeats_along
 from retouch.verbs.reliefs import Source, relief_of
 
+if TYPE_CHECKING:
+    from optimize.runs.job import Result
+
 _log = logging.getLogger(__name__)
 
 MANY_TRIANGLES = 4_000_000
@@ -32,17 +35,6 @@ MANY_TRIANGLES = 4_000_000
 
 MOST_PIXELS = 512
 """Longest side of a picture that BumpMesh 1.2 does not shrink, pixels."""
-
-
-@runtime_checkable
-class OfRun(Protocol):
-    """What `optimize` returns; its class would load the packages of runs before bad input is refused.
-
-    Attributes:
-        run_dir: the run directory.
-    """
-
-    run_dir: Path
 
 
 @dataclass(frozen=True)
@@ -78,7 +70,7 @@ class Exported:
 
 
 def export(
-    relief: Source | OfRun,
+    relief: "Source | Result",
     out: str | os.PathLike[str],
     *,
     base_mm: float | None = None,
@@ -108,7 +100,7 @@ def export(
             written.
     """
     out = Path(out)
-    source = relief.run_dir if isinstance(relief, OfRun) else relief
+    source: Any = getattr(relief, "run_dir", relief)
     own = source.printer if isinstance(source, Relief) else None
     if isinstance(source, str | os.PathLike):
         own = _printer_of(Path(source))

@@ -15,8 +15,9 @@ from relief.ground.progress import Progress, say
 from relief.heightmap import check_scales
 from retouch.laboratory.people.plan import write_plan
 from retouch.laboratory.people.serving.experiment_page import write_experiment_page
-from retouch.laboratory.stimulus_sets.making import MakeRunner, StimulusPlates, make
+from retouch.laboratory.stimulus_sets.making import StimulusPlates, make
 from retouch.laboratory.stimulus_sets.stimulus_set import FILE, StimulusSet
+from retouch.laboratory.studies.engine import MakeRunner
 from retouch.laboratory.workers.choice import runner
 from retouch.verbs.progress_display import followed
 

@@ -236,7 +236,7 @@ def read_result(folder: Path, arguments: Sequence[Any]) -> None:
         _all_finite(result.as_json())
         with contextlib.suppress(LookupError, TypeError, ValueError, AttributeError):
             # As the command, which then goes on with the run.
-            summary(result, folder / RESULTS)
+            list(summary(result, folder / RESULTS))
 
 
 def read_weights(folder: Path, arguments: Sequence[Any]) -> None:

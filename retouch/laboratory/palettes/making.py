@@ -16,7 +16,6 @@ from relief.ground.progress import say
 from retouch.laboratory.palettes.choice import Way, chosen, felt_jnd
 from retouch.laboratory.palettes.palette import Palette
 from retouch.laboratory.stimulus_sets.levels import JND, TEXTURE, study_of
-from retouch.laboratory.stimulus_sets.making import MakeRunner
 from retouch.laboratory.studies import engine
 from retouch.laboratory.studies.rows import expand
 from tactile.quantities import ROUGHNESS
@@ -58,7 +57,7 @@ class Fill:
     after: Array
 
 
-def make(request: Palette, out: Path, make_runner: MakeRunner) -> list[Fill]:
+def make(request: Palette, out: Path, make_runner: engine.MakeRunner) -> list[Fill]:
     """Make the fills of a palette, or what is missing of them.
 
     Args:
@@ -118,7 +117,7 @@ def _optimised(
     request: Palette,
     wanted: Sequence[tuple[int, float]],
     out: Path,
-    make_runner: MakeRunner,
+    make_runner: engine.MakeRunner,
     settings: Mapping[str, Any] | None = None,
 ) -> list[Fill]:
     """Fills of textures, by their numbers, at levels, with further settings of runs. Raises InputError."""

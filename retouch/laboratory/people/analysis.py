@@ -1,6 +1,5 @@
 """The answers to a set, analysed: everything in `answers.json` and on the page of the answers."""
 
-import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -9,7 +8,6 @@ from typing import Any
 
 from relief.ground.errors import InputError
 from retouch.laboratory.people.comparisons import QUANTITIES, PairResults, Question, compared
-from retouch.laboratory.people.own_finger import Proposal
 from retouch.laboratory.people.plan import planned
 from retouch.laboratory.people.plates import SetPlate, read_plates
 from retouch.laboratory.people.power import Power, power
@@ -21,7 +19,7 @@ from retouch.laboratory.people.ranks import (
     rated_plates,
     sorted_plates,
 )
-from retouch.laboratory.people.reading import COLDER, ROUGHER, SAME, Answers, read_answers
+from retouch.laboratory.people.reading import COLDER, ROUGHER, SAME, read_answers
 from retouch.laboratory.people.tables import ColumnMap, Plan
 from retouch.laboratory.people.whose_finger import FingerFit, fingers
 
@@ -36,16 +34,17 @@ class AnswersResults:
     Attributes:
         folder: of the set.
         files: of answers.
+        textures: names of those of the set.
         power: of the plan, by question; None where it has no trials.
         rougher, colder: by the questions about pairs.
         fingers: whose feel explains the answers best, the likeliest first.
         same, sorts, magnitudes: by the other questions.
-        own_finger: the finger that was proposed.
         notes: what a person should know, a line each.
     """
 
     folder: Path
     files: tuple[Path, ...]
+    textures: tuple[str, ...]
     power: Mapping[str, Power | None]
     rougher: PairResults | None = None
     colder: PairResults | None = None
@@ -53,7 +52,6 @@ class AnswersResults:
     same: SameResults | None = None
     sorts: SortResults | None = None
     magnitudes: RatingResults | None = None
-    own_finger: Proposal | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -80,7 +78,6 @@ class AnswersResults:
             "same": _plain(self.same),
             "sorts": _plain(self.sorts),
             "magnitudes": _plain(self.magnitudes),
-            "own_finger": None if self.own_finger is None else self.own_finger.as_json(),
             "notes": list(self.notes),
         }
 
@@ -91,8 +88,8 @@ def _plain(results: Power | SameResults | SortResults | RatingResults | None) ->
 
 def analysed(
     folder: Path, files: Sequence[Path], partial: bool, without: Sequence[str], mapped: ColumnMap
-) -> tuple[AnswersResults, Answers | None, dict[str, SetPlate]]:
-    """Everything that the answers say, but for the finger of one's own.
+) -> AnswersResults:
+    """Everything that the answers say.
 
     Args:
         folder: of the set.
@@ -101,28 +98,25 @@ def analysed(
         without: people to leave out.
         mapped: what stands for the columns and values in the files.
 
-    Returns:
-        The results, the answers, and the plates of the set.
-
     Raises:
         InputError: the folder is no finished set, or the answers are not to it.
     """
     plates = read_plates(folder, fingers=bool(files))
-    plans = planned(folder)
+    plans, textures = planned(folder), tuple(dict.fromkeys(plate.texture for plate in plates.values()))
     plan_power = _power(plans, plates)
     if not files:
         if not any(plan_power.values()):
             raise InputError(f"{folder}: has no plan; retouch stimuli --redraw -o {folder} writes one")
-        return AnswersResults(folder, (), plan_power), None, plates
+        return AnswersResults(folder, (), textures, plan_power)
     answers = read_answers(files, plates, plans, partial, without, mapped)
     pairs = {name: Question.of(name, answers.pairs[name]) for name in QUANTITIES if answers.pairs.get(name)}
     asked = {name: compared(question, plates) for name, question in pairs.items()}
     for name, found in asked.items():
         pairs[name] = pairs[name].without(found.left_out)
-        answers.pairs[name] = list(itertools.chain(*pairs[name].pairs))
     results = AnswersResults(
         folder,
         tuple(files),
+        textures,
         plan_power,
         rougher=asked.get(ROUGHER),
         fingers=fingers(pairs[ROUGHER], plates) if ROUGHER in pairs else (),
@@ -131,7 +125,7 @@ def analysed(
         sorts=sorted_plates(answers.sorts, plates) if answers.sorts else None,
         magnitudes=rated_plates(answers.magnitudes, plates) if answers.magnitudes else None,
     )
-    return replace(results, notes=(*answers.notes, *_notes(results))), answers, plates
+    return replace(results, notes=(*answers.notes, *_notes(results)))
 
 
 def _power(plans: Mapping[str, Plan], plates: Mapping[str, SetPlate]) -> dict[str, Power | None]:

@@ -25,8 +25,6 @@ from relief.ground.arrays import Array
 NOISE_RANGE = (0.005, 8.0)
 """Least and greatest noise s of a comparison: Weber fractions from 0.5 % to 3000-fold, beyond any
 person's."""
-NARROW = math.log(5.0)
-"""Range of noises either way of a likeliest one, as a logarithm, for many fits of the same answers."""
 PREFERENCE_RANGE = 3.0
 """Largest side preference, JND either way: 99.9 % of equal plates ranked one way."""
 LAPSE_RATES = np.array([0.0, 0.005, 0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.1, 0.13, 0.16, 0.2, 0.25])
@@ -68,13 +66,6 @@ class LikelihoodGrid:
         return cls(
             np.linspace(low, high, math.ceil((high - low) / noise) + 1),
             np.linspace(-PREFERENCE_RANGE, PREFERENCE_RANGE, 2 * half + 1),
-        )
-
-    def about(self, noise: float) -> "LikelihoodGrid":
-        """The part within `NARROW` of a noise's logarithm, and half of the preferences: five times faster."""
-        near = np.abs(self.noise - noise) < NARROW
-        return LikelihoodGrid(
-            self.noise[near], self.preference[np.abs(self.preference) <= 0.5 * PREFERENCE_RANGE]
         )
 
     @cached_property

@@ -29,8 +29,6 @@ def lines_of(results: AnswersResults) -> Iterator[str | TextTable]:
     for kind, judged in ({} if results.same is None else results.same.kinds).items():
         yield f"{kind}: told the same as the texture in {judged.same_percent:.0f} %"
     yield from results.notes
-    if results.own_finger is not None:
-        yield results.own_finger.summary
 
 
 def _of_plan(question: str, power: Power) -> Iterator[str | TextTable]:

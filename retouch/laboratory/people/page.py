@@ -28,17 +28,12 @@ WORDS = {ROUGHER: "rougher", COLDER: "colder"}
 """What people say of the second plate, by question."""
 
 
-def page(results: AnswersResults, title: str) -> bytes:
-    """The page.
-
-    Args:
-        results: of the answers.
-        title: names of the textures.
-    """
+def page(results: AnswersResults) -> bytes:
+    """The page."""
     return render_page(
         "answers.html.j2",
         scripts=(),
-        pair={"title": f"Answers: {title}"},
+        pair={"title": f"Answers: {', '.join(results.textures)}"},
         content=results.as_json(),
         asked=[
             {

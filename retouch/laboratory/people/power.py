@@ -64,7 +64,6 @@ class Power:
         people, trials_each: of the plan.
         half_width_percent, half_width_of_a_person_percent: half of the interval in % of the Weber fraction,
             of all people and of one person.
-        answers_for_10_percent: of people who are alike.
         people_for_10_percent: of people who differ by `spread_assumed`.
     """
 
@@ -72,7 +71,6 @@ class Power:
     trials_each: int
     half_width_percent: float
     half_width_of_a_person_percent: float
-    answers_for_10_percent: int
     people_for_10_percent: tuple[PeopleNeeded, ...]
     spread_assumed: float
 
@@ -94,7 +92,6 @@ def power(differences: Sequence[float], ratio: float, people: int) -> Power:
         trials_each=trials,
         half_width_percent=100.0 * half_width(of_one, noise, people, trials, SPREAD),
         half_width_of_a_person_percent=100.0 * half_width(of_one, noise, 1, trials, 0.0),
-        answers_for_10_percent=math.ceil(factor / of_one),
         people_for_10_percent=tuple(
             PeopleNeeded(each, math.ceil(factor * (SPREAD**2 + 1.0 / (of_one * each)))) for each in TRIALS
         ),

@@ -17,6 +17,7 @@ from optimize.run_directory.finished_run import read_verification
 from optimize.run_directory.pictures import read_grey
 from retouch.laboratory.stimulus_sets import prediction
 from retouch.laboratory.stimulus_sets.levels import CONTACT, CONTROLS, ROUGHNESS, PlateRow
+from retouch.laboratory.studies.document import short
 from retouch.laboratory.studies.engine import ROWS, Rows
 from retouch.laboratory.studies.records import Cell
 from retouch.laboratory.studies.row_key import SHORT
@@ -169,13 +170,11 @@ class SetNumbers:
         textures: of the set.
         summary: of all of them.
         failures: lines about plates that could not be made.
-        wall_s: seconds from the command to its files; None for a set that several commands have made.
     """
 
     textures: Sequence[TextureNumbers]
     summary: SetSummary
     failures: Sequence[str]
-    wall_s: float | None
 
     @property
     def plates(self) -> list[PlateNumbers]:
@@ -384,7 +383,7 @@ def _mean(values: Sequence[float]) -> float | None:
 
 def document_bytes(content: Mapping[str, Any]) -> bytes:
     """A document as JSON."""
-    return (json.dumps(_short(content), indent=1) + "\n").encode()
+    return (json.dumps(short(content), indent=1) + "\n").encode()
 
 
 def spreadsheets(numbers: SetNumbers) -> dict[str, bytes]:
@@ -399,14 +398,5 @@ def _spreadsheet(rows: Sequence[tuple[str, PlateNumbers | PairNumbers]]) -> byte
     text = io.StringIO()
     writer = csv.DictWriter(text, list(cells[0]) if cells else [])
     writer.writeheader()
-    writer.writerows(_short(cells))
+    writer.writerows(short(cells))
     return text.getvalue().encode()
-
-
-def _short(value: Any) -> Any:
-    """Numbers of seven significant digits: more than any of them means."""
-    if isinstance(value, Mapping):
-        return {key: _short(part) for key, part in value.items()}
-    if isinstance(value, list):
-        return [_short(part) for part in value]
-    return float(f"{value:.7g}") if isinstance(value, float) else value

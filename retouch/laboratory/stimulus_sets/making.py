@@ -1,8 +1,6 @@
 """A stimulus set from its request: rows by the engine of studies, plates to print, tables and the page."""
 
-import json
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -19,17 +17,15 @@ from retouch.laboratory.stimulus_sets.plate_set import claim
 from retouch.laboratory.stimulus_sets.plates import FOLDER, check_labels, write_plates
 from retouch.laboratory.stimulus_sets.stimulus_set import StimulusSet
 from retouch.laboratory.studies import engine
-from retouch.laboratory.studies.document import document, document_bytes, spreadsheet
+from retouch.laboratory.studies.document import document
 from retouch.laboratory.studies.page import page as study_page
 from retouch.laboratory.studies.rows import expand
-from retouch.laboratory.workers.jobs import Runner, Work
+from retouch.laboratory.studies.writing import write_files
 from retouch.pages.sentences import TextTable
 from tactile.jnd import smooth_clause
 
 PAGE, STUDY_PAGE = "index.html", "study.html"
 """The page of a set, and that of its study."""
-MakeRunner = Callable[[Work, Callable[[Any, str], None]], Runner]
-"""From the work and an observer of stages to a runner."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +99,7 @@ def _cells(plate: documents.PlateNumbers) -> list[str]:
     return [plate.label, plate.kind, *("" if value is None else format(value, form) for value, form in cells)]
 
 
-def make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> StimulusPlates:
+def make(stimuli: StimulusSet, out: Path, make_runner: engine.MakeRunner | None) -> StimulusPlates:
     """Make a set, or what of it is missing, and write every file.
 
     Args:
@@ -116,29 +112,25 @@ def make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> Sti
             folder holds something else, or another command writes into it.
         OSError, KeyboardInterrupt: rows that are done stay; the same call goes on.
     """
-    began = time.monotonic()
     stimuli.check_textures()
     check_sources(stimuli)
     with only_writer(out):
-        return _make(stimuli, out, make_runner, began)
+        return _make(stimuli, out, make_runner)
 
 
-def _make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None, began: float) -> StimulusPlates:
+def _make(stimuli: StimulusSet, out: Path, make_runner: engine.MakeRunner | None) -> StimulusPlates:
     claim(out, stimuli)
     (out / engine.ROWS).mkdir(exist_ok=True)
     study = write_study_file(stimuli, make_controls(stimuli, out), out)
     expanded = expand(study)
     plates = list(plate_rows(stimuli, expanded))
     check_labels([plate.label for plate in plates], stimuli.print)
-    before = engine.known_rows(expanded, out, study.measures)
     if make_runner is None:
         rows = engine.known(expanded, out, study.measures)
     else:
         rows = engine.compute(expanded, out, make_runner, study.measures)
     of_study = document(study, expanded, rows, quick=False)
-    write_atomically(out / engine.DOCUMENT, document_bytes(of_study))
-    write_atomically(out / engine.SPREADSHEET, spreadsheet(of_study))
-    write_atomically(out / STUDY_PAGE, study_page(of_study, out))
+    write_files(out, of_study, study_page(of_study, out), STUDY_PAGE)
     done = documents.plates_done(plates, rows, out)
     textures, files = [], list[Path]()
     for name in stimuli.names:
@@ -157,7 +149,6 @@ def _make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None, began
         textures=textures,
         summary=documents.summary_of(textures),
         failures=[*expanded.faults, *(f"{key[:12]}: {why}" for key, why in rows.failures.items())],
-        wall_s=_wall_s(out, time.monotonic() - began, bool(before), make_runner is None),
     )
     write_atomically(out / documents.DOCUMENT, documents.document_bytes(asdict(numbers)))
     for file, spread in documents.spreadsheets(numbers).items():
@@ -165,14 +156,3 @@ def _make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None, began
     write_atomically(out / PAGE, page(numbers, stimuli, out))
     missing = len(expanded.rows) - len(rows.records) - len(rows.failures)
     return StimulusPlates(out, numbers, tuple(files), missing)
-
-
-def _wall_s(out: Path, took_s: float, continued: bool, redrawn: bool) -> float | None:
-    """Seconds from the command to its files; None for a set that several commands have made."""
-    if not redrawn:
-        return None if continued else took_s
-    try:
-        earlier = json.loads((out / documents.DOCUMENT).read_bytes()).get("wall_s")
-    except (OSError, ValueError, AttributeError):
-        return None
-    return float(earlier) if isinstance(earlier, int | float) else None

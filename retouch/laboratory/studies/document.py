@@ -89,7 +89,11 @@ def document(study: Study, expanded: Expanded, rows: Rows, quick: bool) -> Study
             )
             for table in expanded.tables
         ],
-        records={key: _rounded(rows.records[key]) for key in expanded.rows if key in rows.records},
+        records={
+            key: Record.model_validate(short(rows.records[key].model_dump()))
+            for key in expanded.rows
+            if key in rows.records
+        },
         failures={key: rows.failures[key] for key in expanded.rows if key in rows.failures},
         faults=[fault[:LONGEST_TEXT] for fault in expanded.faults],
         plots=study.plots,
@@ -144,13 +148,10 @@ def meanings(measures: Sequence[str]) -> Mapping[str, str]:
     return {name: text for measure in measures for name, text in MEASURES[measure].columns.items()}
 
 
-def _rounded(record: Record) -> Record:
-    """A record with numbers of `DIGITS` significant digits."""
-    values: dict[str, Any] = record.model_dump()
-    return Record.model_validate(_short(values))
-
-
-def _short(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _short(part) for key, part in value.items()}
+def short(value: Any) -> Any:
+    """A value whose numbers have `DIGITS` significant digits."""
+    if isinstance(value, Mapping):
+        return {key: short(part) for key, part in value.items()}
+    if isinstance(value, list):
+        return [short(part) for part in value]
     return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value

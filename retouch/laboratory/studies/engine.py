@@ -63,21 +63,6 @@ def check_folder(out: Path) -> None:
         raise InputError(f"{out}: holds files that are not a study's; choose another -o")
 
 
-def known_rows(
-    expanded: Expanded,
-    out: Path,
-    measures: Sequence[str] = (),
-    given: Mapping[str, Record] | None = None,
-) -> dict[str, Record]:
-    """The records of rows that are done: those in the folder of the study, and those that are given."""
-    records = {}
-    for key, row in expanded.rows.items():
-        record = read_record(row_folder(out, row), key) or (given or {}).get(key)
-        if record is not None and not outdated(record, measures):
-            records[key] = record
-    return records
-
-
 def known(
     expanded: Expanded,
     out: Path,
@@ -85,9 +70,15 @@ def known(
     given: Mapping[str, Record] | None = None,
 ) -> Rows:
     """What is known of the rows without computing any; arguments as of `compute`."""
-    records = known_rows(expanded, out, measures, given)
-    failures = {key: read_failure(row_folder(out, row)) for key, row in expanded.rows.items()}
-    return Rows(records, {key: why for key, why in failures.items() if why and key not in records})
+    rows = Rows()
+    for key, row in expanded.rows.items():
+        folder = row_folder(out, row)
+        record = read_record(folder, key) or (given or {}).get(key)
+        if record is not None and not outdated(record, measures):
+            rows.records[key] = record
+        elif why := read_failure(folder):
+            rows.failures[key] = why
+    return rows
 
 
 def compute(
@@ -120,7 +111,7 @@ def compute(
             # Now, so that after an interrupt the same rows are still to be computed.
             for row in expanded.rows.values():
                 shutil.rmtree(row_folder(out, row), ignore_errors=True)
-        records = known_rows(expanded, out, measures, None if again else given)
+        records = known(expanded, out, measures, None if again else given).records
         missing = [row for key, row in expanded.rows.items() if key not in records]
         # A run that has begun was checked then, perhaps by a version that accepted more.
         unchecked = (row for row in missing if not holds_run(row_folder(out, row)))

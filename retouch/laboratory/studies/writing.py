@@ -26,8 +26,8 @@ def write_study(out: Path, study: Study, expanded: Expanded, rows: Rows, quick: 
     return content
 
 
-def write_files(out: Path, content: StudyDocument, shown: bytes) -> None:
-    """Write a document, its spreadsheet, and the page that shows it; each file appears whole."""
+def write_files(out: Path, content: StudyDocument, shown: bytes, name: str = PAGE) -> None:
+    """Write a document, its spreadsheet, and the page that shows it by name; each file appears whole."""
     write_atomically(out / DOCUMENT, document_bytes(content))
     write_atomically(out / SPREADSHEET, spreadsheet(content))
-    write_atomically(out / PAGE, shown)
+    write_atomically(out / name, shown)

@@ -104,16 +104,15 @@ def _figure(title: str, names: Sequence[str], appearance: Appearance, note: str,
     )
 
 
-def plate_spot(picture: str, label: str, relief: Relief, appearance: Appearance = STUDIO) -> Markup:
+def plate_spot(picture: str, label: str, relief: Relief) -> Markup:
     """A picture that a button turns into a plate under a lamp that moves; one of a page at a time.
 
     Args:
         picture: address of the picture.
         label: what is shown, for those who do not see it; text of any kind.
         relief: of the plate.
-        appearance: of the matte surface and its light.
     """
-    data = packed_plates([relief], SPOT_SAMPLES) | appearance.options()
+    data = packed_plates([relief], SPOT_SAMPLES) | STUDIO.options()
     return SPOT.format(picture=picture, label=plain(label), data=as_json(data))
 
 

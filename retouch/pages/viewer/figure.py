@@ -1,5 +1,6 @@
 """The viewer as a part of a page: HTML with the meshes and a still picture, style and script."""
 
+import base64
 import json
 from collections.abc import Sequence
 from functools import cache
@@ -8,9 +9,9 @@ from importlib.resources import files
 from markupsafe import Markup, escape
 
 from relief.ground.formatting import plain
-from retouch.pages.viewer.models import PlateModel, ViewerModel
+from retouch.pages.viewer.models import ViewerModel
 from retouch.pages.viewer.packing import packed_colours, packed_faces, packed_places
-from retouch.pages.viewer.still import still_uri
+from retouch.pages.viewer.still import still_png
 
 PLAIN = "Plain"
 """Name of the switch that takes all colours away."""
@@ -34,8 +35,8 @@ GROUP = Markup('<span class="group" role="group" aria-label="{name}">{buttons}</
 
 def viewer_figure(
     label: str,
-    first: ViewerModel | PlateModel,
-    second: ViewerModel | PlateModel | None = None,
+    first: ViewerModel,
+    second: ViewerModel | None = None,
     *,
     start: str = PLAIN,
 ) -> Markup:
@@ -50,7 +51,7 @@ def viewer_figure(
     Returns:
         HTML for a page that `render_page` makes with `viewer=True`.
     """
-    models = [model.model() if isinstance(model, PlateModel) else model for model in (first, second) if model]
+    models = [model for model in (first, second) if model]
     layers = {layer.name: layer for model in models for layer in model.layers}
     names = [PLAIN, *layers] if layers else []
     groups = [
@@ -74,7 +75,7 @@ def viewer_figure(
     ]
     return FIGURE.format(
         label=plain(label),
-        still=still_uri(models[-1], start),
+        still=f"data:image/png;base64,{base64.b64encode(still_png(models[-1], start)).decode()}",
         tags=tags,
         switches=Markup().join(groups),
         legends=Markup().join(shown),

@@ -1,6 +1,5 @@
 """A still picture of a model, which stands in the page where a browser draws nothing in three dimensions."""
 
-import base64
 import io
 
 import numpy as np
@@ -26,8 +25,8 @@ MARGIN = 1.08
 """Side of the picture in that of what is seen."""
 
 
-def still_uri(model: ViewerModel, layer: str) -> str:
-    """A picture of a model as a data URI: orthographic, lit from the upper left, a layer in its colours."""
+def still_png(model: ViewerModel, layer: str) -> bytes:
+    """A picture of a model as PNG: orthographic, lit from the upper left, a layer in its colours."""
     axes = _axes()
     seen = (model.body.vertices - 0.5 * _ends(model.body.vertices).sum(axis=0)) @ axes.T
     size = MARGIN * 2.0 * float(np.abs(seen[:, :2]).max())
@@ -79,7 +78,7 @@ def _nearest(colours: Array, seen: Array, heights: Array, covered: Array, size: 
     return result
 
 
-def _png(picture: Array) -> str:
+def _png(picture: Array) -> bytes:
     """A picture (rows, cols, 4), premultiplied, from 0 to 1, averaged down, without the empty rows."""
     small = picture.reshape(SIDE, FINER, SIDE, FINER, 4).mean(axis=(1, 3))
     alpha = small[..., 3:]
@@ -88,4 +87,4 @@ def _png(picture: Array) -> str:
     image = Image.fromarray(np.rint(255.0 * small[rows[0] : rows[-1] + 1]).astype(np.uint8))
     buffer = io.BytesIO()
     image.save(buffer, "PNG", optimize=True)
-    return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+    return buffer.getvalue()

@@ -35,12 +35,13 @@ class MeasuredPrinter:
     coupon: CouponNumbers
     file: Path
 
-    def lines(self) -> Iterator[tuple[str, str]]:
-        """A number of the printer with its interval each, for a person."""
+    def lines(self) -> Iterator[str | tuple[str, str]]:
+        """A number of the printer with its interval each, and the file, for a person."""
         for name in NUMBERS:
             measured = getattr(self.coupon, name)
             if measured is not None:
                 yield name, interval(measured.value, measured.low, measured.high, ".4g")
+        yield f"written: {self.file}; retouch optimize TEXTURE --printer {self.file} takes it"
 
     def as_json(self) -> dict[str, Any]:
         """What `retouch scan --coupon --json` prints."""

@@ -137,8 +137,10 @@ class ScannedPrint:
             content |= {"other": second, "jnd_between": self.compared.jnd_apart}
         return content | {"compared": self.compared.as_json(), "page": str(self.page)}
 
-    def lines(self) -> Iterator[str]:
-        """Lines for a person about both prints and the page; each print has lines of its own."""
+    def lines(self) -> Iterator[str | tuple[str, str]]:
+        """Lines for a person about each print, both of them and the page."""
+        for each in self.prints:
+            yield from each.lines()
         if len(self.prints) > 1:
             between = self.compared.jnd_apart
             apart = self.compared.smooth if between is None else f"{between:+.2f} JND from the first"

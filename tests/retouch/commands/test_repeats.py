@@ -17,7 +17,7 @@ from relief.heightmap import load_heights, save_heights_exr
 from relief.relief import Relief
 from relief.surface import axes
 from retouch.commands.main import BAD_INPUT, main
-from retouch.commands.summary import _lines
+from retouch.commands.summary import summary
 from retouch.verbs import runs
 from retouch.verbs.subjects import read_subjects
 from tactile.jnd import jnd_apart
@@ -132,7 +132,7 @@ def test_the_screen_tells_the_places_and_names_one_that_missed(capsys: pytest.Ca
     result = json.loads(Path("run/result.json").read_text())
     steered = result["touch"]["places"]["steered"]
     steered["verified_roughness"][6] = 0.9 * steered["target_roughness"][6]
-    told = [text for name, text in _lines(Verification.from_json(result), Path("run")) if name == "farthest"]
+    told = [text for name, text in summary(Verification.from_json(result), Path("run")) if name == "farthest"]
     assert len(told) == 1
     down, right = steered["centres_mm"][6]
     assert f"{right:.1f} mm from the left and {down:.1f} mm from the top" in told[0]

@@ -148,7 +148,7 @@ def test_hostile_words_stay_words(tmp_path: Path) -> None:
         conditions=[HOSTILE] * 3,
         verification=verified(stop={"reason": HOSTILE, "message": HOSTILE, "steps": 1}),
         settings={HOSTILE: HOSTILE},
-        baseline=Baseline(HOSTILE, report.before.pictures, note=HOSTILE),
+        baseline=Baseline(HOSTILE, report.before.pictures),
     )
     outline = Outline(page(tmp_path, hostile))
     assert outline.tags.count("script") == 2  # heights of the figure whose lamp moves, and the program

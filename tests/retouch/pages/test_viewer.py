@@ -20,7 +20,7 @@ from relief.solids.body import Body
 from retouch.pages.objects.object_page import Card, write_object_page
 from retouch.pages.viewer import lighter
 from retouch.pages.viewer.figure import asset, key, viewer_figure
-from retouch.pages.viewer.models import ColourLayer, PlateModel, ViewerModel
+from retouch.pages.viewer.models import ColourLayer, ViewerModel
 from retouch.pages.viewer.packing import STEPS, packed, packed_places
 from tests.retouch.pages.outline import Outline
 
@@ -94,22 +94,6 @@ def test_the_still_picture_shows_the_layer_that_is_shown_first() -> None:
         assert (seen[:, 2] > 1.5 * seen[:, 0]).all() == blue
         rows, cols = pixels.shape[:2]
         assert pixels[rows // 4, cols // 4, 1] > 1.2 * pixels[3 * rows // 4, 3 * cols // 4, 1]
-
-
-@pytest.mark.parametrize("shape", [(12, 20), (700, 500)])
-def test_a_plate_is_a_closed_body_of_its_size(shape: tuple[int, int]) -> None:
-    heights = 0.3 * np.random.default_rng(0).random(shape)
-    colours = np.zeros((*shape, 3))
-    model = PlateModel("plate", heights, 20.0, [("Feel", colours, Markup())]).model()
-    mesh = trimesh.Trimesh(model.body.vertices, model.body.faces, process=False)
-    assert mesh.is_watertight and mesh.volume > 0.0 and len(mesh.faces) < 250_000
-    pitch = 20.0 / min(shape[1], shape[1] * 320 / max(shape))
-    assert mesh.extents[0] == pytest.approx(20.0 - pitch, rel=0.01)
-    assert mesh.extents[1] / mesh.extents[0] == pytest.approx(shape[0] / shape[1], rel=0.1)
-    # Row 0 lies at +y.
-    top = np.argmax(model.body.vertices[:, 1])
-    if shape[0] == 12:
-        assert model.body.vertices[top, 2] == pytest.approx(heights[0, 0])
 
 
 def test_layers_have_a_colour_for_each_vertex() -> None:

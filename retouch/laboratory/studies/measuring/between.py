@@ -38,17 +38,9 @@ def felt_between(run: FinishedRun) -> dict[str, float | None]:
         return dict.fromkeys(NAMES) | {"between_count": 0.0}
     target = run.settings.touch.numbers().get("jnd")
     off = None if target is None else felt - target
-    numbers = (
-        len(felt),
-        felt.mean(),
-        felt.min(),
-        felt.max(),
-        None if off is None else off.mean(),
-        None if off is None else np.abs(off).max(),
-    )
-    return {
-        name: None if number is None else float(number) for name, number in zip(NAMES, numbers, strict=True)
-    }
+    numbers = [len(felt), felt.mean(), felt.min(), felt.max()]
+    numbers += [] if off is None else [off.mean(), np.abs(off).max()]
+    return dict.fromkeys(NAMES) | dict(zip(NAMES, map(float, numbers), strict=False))
 
 
 def _as_verified(run: Run, result: Verification) -> tuple[Array, Array] | None:
@@ -68,12 +60,5 @@ def _pressed(relief: Relief, run: Run, at: Index) -> Array:
     return touch.values[ROUGHNESS.name]
 
 
-NAMES = (
-    "between_count",
-    "between_mean_jnd",
-    "between_least_jnd",
-    "between_most_jnd",
-    "between_off_jnd",
-    "between_worst_jnd",
-)
+NAMES = ("between_count", *(f"between_{name}_jnd" for name in ("mean", "least", "most", "off", "worst")))
 """Columns of the measure."""

@@ -6,15 +6,18 @@ from optimize.verification.jod import jod
 from visual.scene import load_scene
 
 
-def run_jod(run: FinishedRun) -> list[float]:
-    """JOD of the pictures before and after in grey, one for each condition.
+def run_jod(run: FinishedRun) -> dict[str, float | None]:
+    """JOD of the pictures before and after in grey: mean over the conditions, and the lowest.
 
     Raises:
         InputError: a picture file is missing or damaged, or the package is missing.
     """
+    each = run.verification.look.jod or _by_files(run)
+    return {"jod": sum(each) / len(each), "jod_worst": min(each)}
+
+
+def _by_files(run: FinishedRun) -> list[float]:
     look, settings = run.verification.look, run.settings
-    if look.jod is not None:
-        return list(look.jod)
     scene = load_scene(settings.scene, settings.define, relief=run.original)
     each = []
     for name, sharpness in zip(file_names(scene.conditions), look.pixels_per_degree, strict=True):

@@ -80,8 +80,7 @@ def _in_hand(run: FinishedRun) -> Columns:
 def _jod(run: FinishedRun) -> Columns:
     from retouch.laboratory.studies.measuring.jod import run_jod
 
-    each = run_jod(run)
-    return {"jod": sum(each) / len(each), "jod_worst": min(each)}
+    return run_jod(run)
 
 
 def _places(run: FinishedRun) -> Columns:
