@@ -194,8 +194,12 @@ def texts(path: Path) -> list[str]:
     # Most modules name no page; parsing all takes a second.
     if path.suffix != ".py" or not re.search("docs/|guide's page|evidence,", whole):
         return [whole]
-    nodes = [*ast.walk(ast.parse(whole))]
+    module = ast.parse(whole)
+    nodes = [*ast.walk(module)]
     docstrings = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    if path.parent.name == "commands" and isinstance(module.body[0], ast.Expr):
+        # The help of a verb.
+        docstrings.discard(id(module.body[0].value))
     constants = [node for node in nodes if isinstance(node, ast.Constant) and id(node) not in docstrings]
     return [node.value for node in constants if isinstance(node.value, str)]
 

@@ -25,7 +25,8 @@ def reference() -> str:
 def _verb(name: str) -> str:
     verb, parser = main.VERBS[name], argparse.ArgumentParser(f"retouch {name}", formatter_class=_Wide)
     verb.add_arguments(parser)
-    parts = [f"## retouch {name}", *_paragraphs(verb.DESCRIPTION or ""), _code(parser.format_usage())]
+    texts = main.texts_of(verb)
+    parts = [f"## retouch {name}", *_paragraphs(texts["description"]), _code(parser.format_usage())]
     for group in parser._action_groups:
         options = [
             _option(parser, action)
@@ -34,7 +35,7 @@ def _verb(name: str) -> str:
         ]
         if options:
             parts += [f"**{(group.title or '').capitalize()}**", *options]
-    return "\n\n".join([*parts, *_paragraphs(verb.EPILOG or "")])
+    return "\n\n".join([*parts, *_paragraphs(texts["epilog"])])
 
 
 def _option(parser: argparse.ArgumentParser, action: argparse.Action) -> str:

@@ -185,7 +185,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     parsers = {}
     for name, verb in VERBS.items():
-        parsers[name] = verbs.add_parser(name, **_texts(verb))
+        parsers[name] = verbs.add_parser(name, **texts_of(verb))
         # Options of other verbs are asked for only where the verb does not come first.
         if not argv or argv[0] not in (*VERBS.keys() - {name}, "-h", "--help", "--version"):
             verb.add_arguments(parsers[name])
@@ -200,7 +200,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     return arguments
 
 
-def _texts(verb: ModuleType) -> dict[str, Any]:
+def texts_of(verb: ModuleType) -> dict[str, Any]:
     """What the help says of a verb: the docstring of its module, whose examples and all below stand last."""
     first, rest = (verb.__doc__ or "\n\n").format(**vars(verb)).split("\n\n", 1)
     description, *examples = re.split(r"\n(?=examples?:)", rest, maxsplit=1)
