@@ -251,7 +251,8 @@ def test_a_draft_follows_the_slider_by_mouse_and_by_keys(window: Window, tmp_pat
         area = f"{state}.includes('contact area')"
         for goal, expected in (("Contact area", area), ("Like another", f"!{area}")):
             window.click_text(".choice button", goal)
-            window.wait(f"/^Draft: /.test({state}) && {expected}")
+            # Brick is 6 JND smoother than dots, and its draft may fall short.
+            window.wait(f"/^(Draft|Nearest so far): /.test({state}) && {expected}")
         assert not list((tmp_path / "runs").glob("dots-*"))
         assert whole(window) == []
 
