@@ -53,7 +53,7 @@ def test_the_first_texture_has_its_commands() -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=path_of)
 def test_no_line_of_text_starts_with_a_sign_of_markup(page: Path) -> None:
-    """MyST takes a line from a percent sign on for a comment, and one from a plus on for an item of a list."""
+    """MyST takes a percent sign at the start of a line for a comment, a plus for an item of a list."""
     text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
     assert not re.findall(r"^[ >]*[%+](?: .*|[^ ]*)$", text, re.MULTILINE)
 

@@ -192,7 +192,7 @@ def _environment(values: Mapping[str, str]) -> Iterator[None]:
 
 @contextmanager
 def _without_the_script() -> Iterator[None]:
-    """Start processes that do not import the script of the caller, which would run one without a guard again."""
+    """Start processes that do not import the caller's script, which would run again without a guard."""
     script = sys.modules["__main__"]
     sys.modules["__main__"] = ModuleType("__main__")
     try:
