@@ -10,6 +10,8 @@ Array = NDArray[np.float64]
 """Array in double precision, the precision of everything that is measured."""
 Index = NDArray[np.int64]
 """Array of numbers of things: faces, vertices, pixels, height samples."""
+Flags = NDArray[np.bool_]
+"""Array of truth values: which of some things are meant."""
 FloatArray = NDArray[np.floating[Any]]
 """Array of floating-point numbers of any precision."""
 AnyArray = NDArray[Any]

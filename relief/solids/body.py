@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array
+from relief.ground.arrays import Array, Index
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 """A triangle in a binary STL file, for reader and writer."""
@@ -21,8 +20,8 @@ class Body(NamedTuple):
         faces: (faces, 3) numbers of vertices, counter-clockwise seen from outside.
     """
 
-    vertices: NDArray[np.float64]
-    faces: NDArray[np.intp]
+    vertices: Array
+    faces: Index
 
     @property
     def normals(self) -> Array:

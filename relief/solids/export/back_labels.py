@@ -5,9 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 from manifold3d import CrossSection, FillRule, triangulate
-from numpy.typing import NDArray
 
-from relief.ground.arrays import renumbered
+from relief.ground.arrays import Array, Index, renumbered
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.export.pixel_font import bitmap
@@ -23,7 +22,7 @@ OVERLAP = 0.05
 FLATNESS_MM = 1e-9
 """Vertices this close to the lowest, mm, lie on the bottom."""
 
-Points = NDArray[np.float64]
+Points = Array
 
 
 def labelled(body: Body, lines: Sequence[str], depth_mm: float) -> Body:
@@ -86,7 +85,7 @@ def pixel_mm(lines: Sequence[str], width_mm: float, height_mm: float) -> float:
     return side
 
 
-def _outline_of(faces: NDArray[np.intp]) -> NDArray[np.intp]:
+def _outline_of(faces: Index) -> Index:
     """Vertices around a piece of a surface, in the direction of its faces. Raises InputError."""
     edges = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     inner = {(int(a), int(b)) for a, b in edges}
@@ -121,6 +120,6 @@ def _letters(lines: Sequence[str], rim: Points) -> list[Points]:
     return [np.asarray(outline, dtype=np.float64) for outline in outlines]
 
 
-def _triangles(outlines: Sequence[Points], indices: Sequence[NDArray[np.intp]]) -> NDArray[np.intp]:
+def _triangles(outlines: Sequence[Points], indices: Sequence[Index]) -> Index:
     """Triangles inside outlines, by the indices of their vertices."""
     return np.concatenate(indices)[np.asarray(triangulate(list(outlines)), dtype=np.intp)]

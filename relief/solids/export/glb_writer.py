@@ -5,9 +5,8 @@ from collections.abc import Sequence
 from typing import Any, BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array
+from relief.ground.arrays import AnyArray, Array
 from relief.ground.lengths import shown
 from relief.ground.srgb import linear_rgb
 from relief.solids.body import Part
@@ -55,12 +54,12 @@ class _Buffer:
     """The arrays of numbers of a file, and the tables that describe them: views and accessors of glTF."""
 
     def __init__(self) -> None:
-        self.arrays: list[NDArray[Any]] = []
+        self.arrays: list[AnyArray] = []
         self.length = 0
         self.views: list[dict[str, int]] = []
         self.accessors: list[dict[str, Any]] = []
 
-    def add(self, values: NDArray[Any], use: int, **more: Any) -> int:
+    def add(self, values: AnyArray, use: int, **more: Any) -> int:
         """Append (count, 3) float32 or (count,) uint32; returns the number of the accessor."""
         # Single bytes of colours would have to be padded; four bytes a number keep every array aligned.
         self.views.append(

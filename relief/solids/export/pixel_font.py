@@ -1,9 +1,8 @@
 """A font of 5 x 7 pixels, for labels that a printer can make: capitals, digits and a few signs."""
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
+
+from relief.ground.arrays import AnyArray, Flags
 
 ROWS, COLS = 7, 5
 """Pixels of a glyph."""
@@ -63,7 +62,7 @@ GLYPHS = {
 """Rows of each glyph from the top, `#` where it is set."""
 
 
-def bitmap(lines: list[str]) -> NDArray[np.bool_]:
+def bitmap(lines: list[str]) -> Flags:
     """Lines of text as pixels.
 
     Args:
@@ -74,7 +73,7 @@ def bitmap(lines: list[str]) -> NDArray[np.bool_]:
     """
     pictures = [_line(line) for line in lines]
     cols = max(picture.shape[1] for picture in pictures)
-    parts: list[NDArray[Any]] = []
+    parts: list[AnyArray] = []
     for picture in pictures:
         left = (cols - picture.shape[1]) // 2
         right = cols - picture.shape[1] - left
@@ -82,7 +81,7 @@ def bitmap(lines: list[str]) -> NDArray[np.bool_]:
     return np.concatenate(parts[:-1])
 
 
-def _line(text: str) -> NDArray[np.bool_]:
+def _line(text: str) -> Flags:
     glyphs = [GLYPHS.get(character, GLYPHS[UNKNOWN]) for character in text.upper() or " "]
     pixels = [np.array([[cell == "#" for cell in row] for row in glyph.split()]) for glyph in glyphs]
     gap = np.zeros((ROWS, 1), dtype=bool)

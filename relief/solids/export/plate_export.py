@@ -3,8 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.ground.limits import BASE_MM, LARGEST_PLATE_MM, LARGEST_SIDE, SMALLEST_PLATE_MM
 from relief.ground.progress import stage
@@ -89,7 +90,7 @@ def export_plate(
     return write_parts(path, [Part("plate", plate_mesh(heights_mm, size_mm, base_mm, stepped))])
 
 
-def repeated(heights_mm: ArrayLike, times: tuple[int, int], name: object) -> NDArray[np.float64]:
+def repeated(heights_mm: ArrayLike, times: tuple[int, int], name: object) -> Array:
     """Repeat a tile.
 
     Args:
@@ -114,7 +115,7 @@ def repeated(heights_mm: ArrayLike, times: tuple[int, int], name: object) -> NDA
     return np.tile(heights, times)
 
 
-def _checked(heights_mm: ArrayLike, size_mm: float, base_mm: float) -> NDArray[np.float64]:
+def _checked(heights_mm: ArrayLike, size_mm: float, base_mm: float) -> Array:
     heights = np.asarray(heights_mm, dtype=np.float64)
     if heights.ndim != 2 or heights.size == 0:
         raise InputError(f"heights: expected an array (rows, cols), got shape {heights.shape}")
@@ -131,17 +132,17 @@ def _checked(heights_mm: ArrayLike, size_mm: float, base_mm: float) -> NDArray[n
     return heights
 
 
-def _rim(rows: int, cols: int) -> NDArray[np.intp]:
+def _rim(rows: int, cols: int) -> Index:
     """Vertices on the boundary of a grid, counter-clockwise seen from above."""
     index = np.arange(rows * cols).reshape(rows, cols)
     return np.concatenate([index[:-1, 0], index[-1, :-1], index[:0:-1, -1], index[0, :0:-1]])
 
 
-def _wall_faces(above: NDArray[np.intp], below: NDArray[np.intp]) -> NDArray[np.intp]:
+def _wall_faces(above: Index, below: Index) -> Index:
     next_above, next_below = np.roll(above, -1), np.roll(below, -1)
     return np.stack([above, below, next_above, next_above, below, next_below], axis=-1).reshape(-1, 3)
 
 
-def _bottom_faces(below: NDArray[np.intp]) -> NDArray[np.intp]:
+def _bottom_faces(below: Index) -> Index:
     centre = np.full_like(below, below[-1] + 1)
     return np.stack([centre, np.roll(below, -1), below], axis=-1)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Flags, Index
 from relief.ground.errors import InputError
 from relief.ground.limits import HEIGHT_LIMIT_MM
 from relief.ground.progress import stage
@@ -179,7 +179,7 @@ class _Solid:
             ways.append(upward[face[kept]].astype(np.int8))
         return np.concatenate(columns), np.concatenate(layers), np.concatenate(ways)
 
-    def holds(self, points: Array) -> NDArray[np.bool_]:
+    def holds(self, points: Array) -> Flags:
         """Whether points (n, 3) mm lie in the print."""
         col, row = ((points[:, :2] - self.origin[:2]) / self.cell_mm).astype(np.int64).T
         layer = np.floor((points[:, 2] - self.origin[2]) / self.layer_mm).astype(np.int64)

@@ -11,9 +11,8 @@ from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index, renumbered
+from relief.ground.arrays import Array, Flags, Index, renumbered
 from relief.solids.body import Body, Part
 from relief.solids.export.threemf_writer import TRIANGLE, VERTEX
 from relief.solids.export.written_numbers import rows_as_text
@@ -45,7 +44,7 @@ class Textured(NamedTuple):
     source: Index
     fine: int
 
-    def owners(self) -> tuple[Index, NDArray[np.bool_]]:
+    def owners(self) -> tuple[Index, Flags]:
         """(m,) the piece of each face, that of most faces of its shell, and which pieces have changed."""
         first = np.array([piece.first for piece in self.pieces])
         own = np.where(self.source < 0, -1, np.searchsorted(first, self.source, "right") - 1)

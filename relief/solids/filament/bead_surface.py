@@ -9,9 +9,8 @@ ray, so Newton's method comes from above to the last root, or shows that there i
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, FloatArray, Index, units
+from relief.ground.arrays import Array, Flags, FloatArray, Index, units
 from relief.ground.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.patches import samples_of
 from relief.solids.filament.beads import Beads
@@ -188,7 +187,7 @@ class _LocalBeads:
         x: FloatArray,
         y: FloatArray,
         leaves: Array,
-        at_end: NDArray[np.bool_],
+        at_end: Flags,
         least: Array,
     ) -> Array:
         """z at which rays leave the round end of beads, mm, from above; -inf for those that miss.

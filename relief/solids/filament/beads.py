@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Flags, Index
 
 
 class Role(IntEnum):
@@ -61,7 +61,7 @@ class Beads:
     def __len__(self) -> int:
         return len(self.width)
 
-    def part(self, chosen: NDArray[np.bool_] | Index) -> "Beads":
+    def part(self, chosen: Flags | Index) -> "Beads":
         """The chosen beads, by a mask or by numbers."""
         return Beads(**{name: values[chosen] for name, values in vars(self).items()})
 

@@ -6,11 +6,10 @@ solid.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 from skimage import measure
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Flags, FloatArray, Index
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.filament.bead_surface import blocks, rows_near, runs
@@ -105,7 +104,7 @@ class _Grid:
         x, y = (self._low[:2] + vertices[:, :0:-1] * self._pitch).T
         return np.stack([x, y, z], axis=1)
 
-    def field(self) -> NDArray[np.float32]:
+    def field(self) -> FloatArray:
         """(slices, rows, cols) distances from the edge, in samples, from -1, inside, to 1."""
         middles = 0.5 * (self._levels[1:] + self._levels[:-1])
         field = np.ones((len(middles), *self._shape), np.float32)
@@ -157,13 +156,13 @@ def _distances(start: Array, end: Array, add: Array, reach: Array, shape: tuple[
     return found.reshape(shape)
 
 
-def _enclosed(start: Array, end: Array, seam: float, shape: tuple[int, int]) -> NDArray[np.bool_]:
+def _enclosed(start: Array, end: Array, seam: float, shape: tuple[int, int]) -> Flags:
     """(rows, cols) whether samples lie within loops of segments (k, 2), in the order of their laying."""
     breaks = np.linalg.norm(start[1:] - end[:-1], axis=1) > TOUCHING
     first = np.flatnonzero(np.concatenate([[True], breaks]))
     last = np.concatenate([first[1:], [len(start)]]) - 1
 
-    def near(one: Index, other: Index, most: Array | float = seam) -> NDArray[np.bool_]:
+    def near(one: Index, other: Index, most: Array | float = seam) -> Flags:
         return np.asarray(np.linalg.norm(start[first[other]] - end[last[one]], axis=1) <= most)
 
     piece = np.arange(len(first))

@@ -5,9 +5,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, FloatArray, Index, renumbered
+from relief.ground.arrays import Array, Flags, FloatArray, Index, renumbered
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named, read_limited
 from relief.ground.formats import MESHES, UNITS
@@ -137,7 +136,7 @@ def _checked(parsed: Parsed, path: Path) -> Parsed:
     return replace(parsed, vertices=vertices, faces=faces, uv=uv, colours=colours)
 
 
-def _welded(parsed: Parsed, factor: float, path: Path) -> tuple[Body, NDArray[np.bool_]]:
+def _welded(parsed: Parsed, factor: float, path: Path) -> tuple[Body, Flags]:
     """The body in mm with each position once, and which faces (m,) have three of them. Raises InputError."""
     # Scaled by half the span at a time, so that no difference of two numbers overflows.
     vertices = np.asarray(parsed.vertices, dtype=np.float64)
@@ -174,7 +173,7 @@ def _first_equal(rows: Array) -> Index:
     return first
 
 
-def _row_starts(rows: Index) -> NDArray[np.bool_]:
+def _row_starts(rows: Index) -> Flags:
     """(n,) whether rows (n, 3) differ from the one before; the first does."""
     return np.append(True, (rows[1:] != rows[:-1]).any(axis=1))
 

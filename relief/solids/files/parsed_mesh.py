@@ -5,9 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Flags, Index
 from relief.ground.errors import InputError
 
 MOST_FACES = 4_000_000
@@ -131,7 +130,7 @@ def triangulated(vertices: Array, corners: Index, lengths: Index, path: Path) ->
     return places
 
 
-def _facing(triangles: Array, polygon: Index) -> NDArray[np.bool_]:
+def _facing(triangles: Array, polygon: Index) -> Flags:
     """(m,) whether triangles (m, 3, 3) face the way of their polygons, or have equal corners.
 
     Args:

@@ -1,13 +1,13 @@
 """Winding of a body: faces that run against their neighbours."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.ground.arrays import Flags
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import connected, edge_ends, edge_pairs
 
 
-def against_neighbours(body: Body) -> NDArray[np.bool_]:
+def against_neighbours(body: Body) -> Flags:
     """(m,) faces that run against the larger area of their shell; none of a shell with one side only.
 
     A shell hangs together by edges of two faces.

@@ -17,14 +17,13 @@ from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index, in_blocks
+from relief.ground.arrays import Array, Flags, Index, in_blocks
 from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import edge_pairs, near_faces
 
-Chosen = NDArray[np.bool_]
+Chosen = Flags
 """Which of some triangles are looked for."""
 
 LEAST_DEPTH_MM = 1e-3
@@ -238,7 +237,7 @@ class _Level:
     chosen: Chosen
     oriented: tuple[Array, Array, Array] | None
 
-    def overlap(self, one: Index, other: Index, depth: float) -> NDArray[np.bool_]:
+    def overlap(self, one: Index, other: Index, depth: float) -> Flags:
         """(k,) whether two nodes each overlap by a depth on all axes of their boxes.
 
         Nodes of one fan, and nodes without a chosen triangle, do not count.
@@ -290,7 +289,7 @@ def _oriented(corners: Array, width: int) -> tuple[Array, Array, Array]:
     return centre, axes, (high - low) / 2.0
 
 
-def _cross(first: Array, second: Array, depth: float) -> NDArray[np.bool_]:
+def _cross(first: Array, second: Array, depth: float) -> Flags:
     """(k,) whether two triangles (3, 3, k) each pass through one another by a depth."""
     corners = np.concatenate([first, second]) - first[0]
     edges = _edges(corners)
@@ -308,7 +307,7 @@ def _edges(corners: Array) -> Array:
     return corners[[1, 2, 0, 4, 5, 3]] - corners
 
 
-def _overlap(corners: Array, axis: Array, depth: float) -> NDArray[np.bool_]:
+def _overlap(corners: Array, axis: Array, depth: float) -> Flags:
     """(k,) whether two triangles (6, 3, k) overlap by a depth along an axis (3, k) of any length.
 
     An axis of length 0, as of parallel edges, separates nothing, and the answer is yes.

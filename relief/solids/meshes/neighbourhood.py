@@ -2,10 +2,9 @@
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from relief.ground.arrays import Array, Index, extents
+from relief.ground.arrays import Array, Flags, Index, extents
 from relief.solids.body import Body
 
 BITS = 32
@@ -20,17 +19,17 @@ MOST_CELLS = 256
 """Most cells along a side, so that a large body takes larger ones."""
 
 
-def edge_ends(faces: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def edge_ends(faces: Index) -> tuple[Index, Index]:
     """Start and end, (3 m,) each, of the half-edges of triangles (m, 3), in the order of their corners."""
     return faces.ravel(), np.roll(faces, -1, axis=1).ravel()
 
 
-def edge_keys(one: NDArray[np.intp], other: NDArray[np.intp]) -> NDArray[np.intp]:
+def edge_keys(one: Index, other: Index) -> Index:
     """Keys of edges by their ends, whichever comes first; keys rise with the lower end, then the higher."""
     return np.asarray((np.minimum(one, other).astype(np.int64) << BITS) | np.maximum(one, other))
 
 
-def among(keys: NDArray[np.intp], sorted_: NDArray[np.intp]) -> NDArray[np.bool_]:
+def among(keys: Index, sorted_: Index) -> Flags:
     """Whether keys are among sorted ones."""
     if not len(sorted_):
         return np.zeros(len(keys), bool)
@@ -38,7 +37,7 @@ def among(keys: NDArray[np.intp], sorted_: NDArray[np.intp]) -> NDArray[np.bool_
     return np.asarray(sorted_[at] == keys)
 
 
-def edge_balance(faces: NDArray[np.intp]) -> tuple[Index, Index, Array]:
+def edge_balance(faces: Index) -> tuple[Index, Index, Array]:
     """Edges of triangles (m, 3) of any body.
 
     Returns:
@@ -55,13 +54,13 @@ def edge_balance(faces: NDArray[np.intp]) -> tuple[Index, Index, Array]:
     return edge, count, np.bincount(edge, np.where(start < end, 1.0, -1.0)).astype(np.float64)
 
 
-def connected(pairs: NDArray[np.intp], count: int) -> NDArray[np.int64]:
+def connected(pairs: Index, count: int) -> Index:
     """(count,) numbers, from 0, of the connected components that pairs (n, 2) of items make."""
     graph = sp.coo_matrix((np.ones(len(pairs), np.int8), pairs.T), (count, count))
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
-def edge_pairs(faces: NDArray[np.intp]) -> NDArray[np.intp]:
+def edge_pairs(faces: Index) -> Index:
     """Half-edges (number of the triangle times 3 plus that of the corner) on both sides of each edge, (n, 2).
 
     Args:
@@ -76,16 +75,14 @@ def edge_pairs(faces: NDArray[np.intp]) -> NDArray[np.intp]:
     return np.stack([order[first], order[first + 1]], axis=1)
 
 
-def twins(pairs: NDArray[np.intp], count: int) -> NDArray[np.intp]:
+def twins(pairs: Index, count: int) -> Index:
     """(count,) the half-edge on the other side of each half-edge, by pairs (n, 2); -1: none."""
     twin = np.full(count, -1)
     twin[pairs[:, 0]], twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
     return twin
 
 
-def near_faces(
-    vertices: NDArray[np.float64], faces: NDArray[np.intp], chosen: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
+def near_faces(vertices: Array, faces: Index, chosen: Flags) -> Flags:
     """(m,) whether faces may touch chosen ones: all that touch them, and some that lie farther off.
 
     Args:
@@ -113,13 +110,13 @@ def near_faces(
     return np.asarray(near)
 
 
-def passed_twice(faces: NDArray[np.intp], count: int) -> NDArray[np.bool_]:
+def passed_twice(faces: Index, count: int) -> Flags:
     """(count,) vertices of triangles (m, 3) at which the rim passes twice: two rim edges start there."""
     edge, around, _ = edge_balance(faces)
     return np.asarray(np.bincount(faces.ravel()[around[edge] == 1], minlength=count) > 1)
 
 
-def connected_around(faces: NDArray[np.intp], seed: int, count: int) -> NDArray[np.intp]:
+def connected_around(faces: Index, seed: int, count: int) -> Index:
     """Triangles connected with a vertex by their edges; parts that hang by a single vertex are cut off.
 
     Logarithmic maps need that: a vertex at which the rim passes twice has no order of its neighbours.
@@ -143,7 +140,7 @@ def connected_around(faces: NDArray[np.intp], seed: int, count: int) -> NDArray[
         faces = faces[stays]
 
 
-def ways_from(body: Body, start: NDArray[np.bool_], most_mm: float) -> Array:
+def ways_from(body: Body, start: Flags, most_mm: float) -> Array:
     """Distances (vertices,) along edges from some vertices, mm; infinite beyond a limit."""
     if start.all() or not start.any():
         return np.where(start, 0.0, np.inf)

@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array
+from relief.ground.arrays import Array, Flags, FloatArray, Index
 from relief.ground.errors import InputError
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
@@ -34,10 +33,10 @@ class Refined:
     """
 
     body: Body
-    parent: NDArray[np.intp]
-    corners: NDArray[np.float32]
+    parent: Index
+    corners: FloatArray
 
-    def vertex_parents(self, preferred: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    def vertex_parents(self, preferred: Flags) -> tuple[Index, Array]:
         """An old triangle that each vertex lies in, (n,), and its barycentric coordinates there, (n, 3).
 
         Args:
@@ -52,9 +51,7 @@ class Refined:
         return parent, weights
 
 
-def refined(
-    body: Body, edge_mm: float, where: NDArray[np.bool_] | None = None, most: int = MOST_FACES
-) -> Refined:
+def refined(body: Body, edge_mm: float, where: Flags | None = None, most: int = MOST_FACES) -> Refined:
     """Divide triangles until no edge is longer than a limit; the surface stays where it is.
 
     Args:
@@ -91,9 +88,7 @@ def refined(
     raise InputError("triangles: edges stay too long; the mesh has triangles without area")
 
 
-def _too_long(
-    vertices: Array, faces: NDArray[np.intp], edge_mm: float, needed: NDArray[np.bool_]
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _too_long(vertices: Array, faces: Index, edge_mm: float, needed: Flags) -> tuple[Index, Index]:
     """Edges that are too long for a triangle that needs shorter ones.
 
     Args:
@@ -120,8 +115,8 @@ def _too_long(
 
 
 def divided(
-    vertices: Array, faces: NDArray[np.intp], middles: NDArray[np.intp], corners: NDArray[np.floating]
-) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.floating]]:
+    vertices: Array, faces: Index, middles: Index, corners: FloatArray
+) -> tuple[Index, Index, FloatArray]:
     """Triangles after the edges with a middle are divided, their old triangles, and values at their corners.
 
     Args:
@@ -162,7 +157,7 @@ def divided(
     )
 
 
-def expected_faces(body: Body, edge_mm: float, where: NDArray[np.bool_]) -> int:
+def expected_faces(body: Body, edge_mm: float, where: Flags) -> int:
     """Number of triangles that `refined` leaves, about: those of a sample, which are divided alone.
 
     Args:
@@ -183,7 +178,7 @@ def expected_faces(body: Body, edge_mm: float, where: NDArray[np.bool_]) -> int:
     return int(len(areas) - len(chosen) + children * len(chosen) / len(part))
 
 
-def edge_for(body: Body, where: NDArray[np.bool_], faces: int) -> float:
+def edge_for(body: Body, where: Flags, faces: int) -> float:
     """Longest edge, mm, with which `refined` leaves about so many triangles.
 
     Args:

@@ -13,9 +13,8 @@ from itertools import combinations
 
 import numpy as np
 from manifold3d import Error, Manifold, Mesh64, OpType
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index, units
+from relief.ground.arrays import Array, Flags, Index, units
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.solids.body import Body
@@ -79,7 +78,7 @@ def parts_within_others(body: Body, name: object) -> int:
     return int(np.count_nonzero(behind > 1.0))
 
 
-def crossing_place(body: Body, of: NDArray[np.bool_] | None = None) -> Array:
+def crossing_place(body: Body, of: Flags | None = None) -> Array:
     """(3,) mm near which faces of a body pass through one another.
 
     Both faces of a pair reach into the box in which they cross. Boxes are halved, and of the halves one with
@@ -188,7 +187,7 @@ def body_of(manifold: Manifold) -> tuple[Body, Index]:
     return body, np.array(mesh.face_id, dtype=np.int64)
 
 
-def outside(points: Array, normals: Array, body: Body) -> NDArray[np.bool_]:
+def outside(points: Array, normals: Array, body: Body) -> Flags:
     """Whether points on a body lie on its outer surface, with nothing of the body before them.
 
     Args:
@@ -210,7 +209,7 @@ def windings(points: Array, normals: Array, body: Body, least_mm: float = 0.0) -
     return np.array([rays.crossed(at)[1].sum() for at in before], np.float64)
 
 
-def sealed_hollows(body: Body) -> NDArray[np.bool_]:
+def sealed_hollows(body: Body) -> Flags:
     """(faces,) the walls of hollows without an opening, and of parts that lie in such hollows.
 
     A hollow has negative volume and lies within a part of positive volume. Of more parts than `MOST_ANGLES`
@@ -288,7 +287,7 @@ def body_volumes(body: Body) -> Array:
     return np.asarray(np.einsum("ij,ij->i", np.cross(a, b), c) / 6.0)
 
 
-def _largest_faces(body: Body, shell: Index, outer: NDArray[np.bool_]) -> Index:
+def _largest_faces(body: Body, shell: Index, outer: Flags) -> Index:
     """The largest face of each shell, of those faces that are of an outer one."""
     areas = np.where(outer, body.areas, 0.0)
     by_area = np.lexsort((areas, shell))

@@ -1,9 +1,8 @@
 """Solids: checks whether a printer can make a body, and what has to be repaired."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Flags, Index
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import MOST, self_intersections
@@ -138,7 +137,7 @@ def _edges(faces: Index) -> tuple[int, int]:
     return int(np.count_nonzero(count % 2)), int(np.count_nonzero((count % 2 == 0) & (balance != 0.0)))
 
 
-def inside_out(body: Body, name: object) -> NDArray[np.bool_]:
+def inside_out(body: Body, name: object) -> Flags:
     """(m,) faces of shells of a closed body that have negative volume and are no hollows.
 
     Parts that touch are shells of their own; the box of another shell holds a hollow. With a negative

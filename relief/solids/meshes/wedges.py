@@ -6,9 +6,8 @@ vertices of its own, so that every edge has two faces.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Flags, Index
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import connected, edge_balance, edge_ends, edge_pairs
 
@@ -108,7 +107,7 @@ def _wedges(body: Body) -> Index:
     return np.array(pairs, np.int64)
 
 
-def _wedges_of(half: Index, angle: Array, slack: Array, ends: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def _wedges_of(half: Index, angle: Array, slack: Array, ends: Flags) -> list[tuple[int, int]]:
     """Pairs of the half-edges at an edge, by angle; where faces lie on one another, wedges end first."""
     order = np.argsort(angle)
     rising, near = angle[order], slack[order]

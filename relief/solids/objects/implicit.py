@@ -5,10 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import scipy.sparse as sp
 from manifold3d import Manifold, Mesh64
-from numpy.typing import NDArray
 from skimage import measure
 
-from relief.ground.arrays import Array
+from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 
@@ -73,7 +72,7 @@ def project(field: Field, points: Array, rounds: int = 4) -> Array:
     return points
 
 
-def relaxed(vertices: Array, faces: NDArray[np.intp], onto: Callable[[Array], Array]) -> Array:
+def relaxed(vertices: Array, faces: Index, onto: Callable[[Array], Array]) -> Array:
     """Even out triangles: vertices move to the mean of their neighbours, and back onto the surface.
 
     Args:

@@ -3,9 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array
+from relief.ground.arrays import Array, Index
 from relief.solids.body import Body
 from relief.solids.export.plate_export import plate_mesh
 
@@ -44,7 +43,7 @@ def bracelet(edge_mm: float = 0.6) -> Body:
     return Body(points, _grid_faces(around, across))
 
 
-def link_of(points: Array) -> NDArray[np.intp]:
+def link_of(points: Array) -> Index:
     """Number of the link that points (n, 3) of the bracelet belong to, 0 to `LINKS` - 1."""
     turn = np.arctan2(points[:, 1], points[:, 0]) / (2.0 * np.pi) % 1.0
     return np.minimum((turn * LINKS).astype(np.intp), LINKS - 1)
@@ -103,7 +102,7 @@ def _superellipse(angle: Array, thick: float, wide: float) -> Array:
     )
 
 
-def _grid_faces(around: int, across: int) -> NDArray[np.intp]:
+def _grid_faces(around: int, across: int) -> Index:
     """Triangles of a grid that closes both ways, as the surface of a ring."""
     index = np.arange(around * across).reshape(around, across)
     right, up = np.roll(index, -1, axis=0), np.roll(index, -1, axis=1)

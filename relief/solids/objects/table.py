@@ -3,14 +3,11 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from numpy import bool_
-from numpy.typing import NDArray
-
-from relief.ground.arrays import Array
+from relief.ground.arrays import Array, Flags
 from relief.solids.body import Body
 from relief.solids.objects import smooth, swept
 
-Region = Callable[[Array], NDArray[bool_]]
+Region = Callable[[Array], Flags]
 """Whether points (n, 3) in mm belong to a region of an object."""
 
 

@@ -1,9 +1,8 @@
 """Collapses of short edges: vertices are removed, many at once, which share no neighbour."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Flags, Index
 from relief.solids.meshes.neighbourhood import BITS, MASK, among, edge_ends, edge_keys
 from relief.solids.remeshing.triangles import LONG, Triangles
 
@@ -116,7 +115,7 @@ class Collapses:
 
     def _sound(
         self, gone: Index, stays: Index, size: Array, number: Index, face: Index, edges: Index
-    ) -> NDArray[np.bool_]:
+    ) -> Flags:
         """(k,) whether removals keep the surface whole, its triangles upright, and held lines in place."""
         corners = self.triangles.faces[face]
         around = corners.ravel()
@@ -145,7 +144,7 @@ class Collapses:
         sound[number[bad]] = False
         return sound & self._in_line(gone, stays)
 
-    def _in_line(self, gone: Index, stays: Index) -> NDArray[np.bool_]:
+    def _in_line(self, gone: Index, stays: Index) -> Flags:
         """(k,) whether removals leave held lines where they are."""
         lines = self.triangles.held_count()
         held = np.flatnonzero(lines[gone] > 0)

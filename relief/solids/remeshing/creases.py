@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index, in_blocks, units
+from relief.ground.arrays import Array, Flags, Index, in_blocks, units
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import connected, edge_pairs, twins
 
@@ -99,7 +98,7 @@ class FacetEdges:
         heights = np.where(np.repeat(cut, 3), np.maximum(heights, np.repeat(width[plane], 3)), heights)
         return cls(body, pairs, turns, plane, width, heights)
 
-    def wide(self, ratio: float = WIDE) -> NDArray[np.bool_]:
+    def wide(self, ratio: float = WIDE) -> Flags:
         """(n, 2) whether the facet of each half-edge is a plane that is wide against the facet beyond it."""
         return np.asarray(self.width[self.plane[self.pairs // 3]] > ratio * self.heights[self.pairs[:, ::-1]])
 
@@ -122,7 +121,7 @@ class FacetEdges:
         return np.asarray(self.sagittas.min(axis=1))
 
     @cached_property
-    def planes(self) -> NDArray[np.bool_]:
+    def planes(self) -> Flags:
         """(faces,) whether triangles lie in a plane wide against all facets that it may be smoothed with."""
         near = (self.turns >= COPLANAR) & (self.turns < SHARPEST)
         wide, beside = self.wide(PLANE)[near], self.plane[self.pairs[near] // 3]
@@ -134,7 +133,7 @@ class FacetEdges:
         return plane[self.plane]
 
 
-def crease_edges(edges: FacetEdges) -> NDArray[np.bool_]:
+def crease_edges(edges: FacetEdges) -> Flags:
     """(n,) edges of the part: sharp ones, and those whose angle no edge beside them explains."""
     turns, explaining = edges.turns, np.where(edges.turns < SHARPEST, edges.turns, 0.0)
     creases = turns >= SHARPEST
@@ -148,7 +147,7 @@ def crease_edges(edges: FacetEdges) -> NDArray[np.bool_]:
     return creases
 
 
-def _explained(edges: FacetEdges, explaining: Array, chosen: Index, least: Array) -> NDArray[np.bool_]:
+def _explained(edges: FacetEdges, explaining: Array, chosen: Index, least: Array) -> Flags:
     """(n,) whether an edge beside chosen ones, parallel and a few triangles away, has a least angle (n,)."""
     body, pairs, turns = edges.body, edges.pairs, edges.turns
     flat = body.faces.ravel()

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index, sums_by, units
+from relief.ground.arrays import Array, Flags, Index, sums_by, units
 from relief.ground.progress import say, stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import edge_pairs
@@ -163,7 +162,7 @@ class _Remesher:
         best = place[faces].max(axis=1)
         triangles.origin = np.where(best >= 0, best, triangles.origin)
 
-    def _move(self, moved: Array) -> NDArray[np.bool_]:
+    def _move(self, moved: Array) -> Flags:
         """Move vertices to other places (vertices, 3), but (vertices,) those at triangles that would turn."""
         triangles, stayed = self.triangles, np.zeros(len(moved), bool)
         while len(turned := self._turned(moved)):
@@ -233,7 +232,7 @@ class _Remesher:
         facet, flat_share = facet.reshape(-1, 3), flat_share.reshape(-1, 3, 3)
         return EvenMesh(body, normals, bulge, facet, flat_share, far)
 
-    def _bulges(self, body: Body, stayed: NDArray[np.bool_]) -> tuple[Array, float]:
+    def _bulges(self, body: Body, stayed: Flags) -> tuple[Array, float]:
         """Bulges (faces, 3, 3) over edges up to the smooth surface, and `farthest_mm` at middles of edges.
 
         Args:

@@ -1,16 +1,15 @@
 """Lines and corners of a part that stay where they are, and the regions of its surface between them."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Index
+from relief.ground.arrays import Flags, Index
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import connected, edge_pairs
 from relief.solids.remeshing.patch import Patch
 from relief.solids.remeshing.smooth_surface import corner_groups
 
 
-def held_lines(patch: Patch) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def held_lines(patch: Patch) -> tuple[Flags, Flags]:
     """(faces, 3) edges of a patch that stay, and (vertices,) vertices that stay."""
     body = patch.body
     faces = body.faces
@@ -36,7 +35,7 @@ def held_lines(patch: Patch) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     return held.reshape(-1, 3), corner
 
 
-def regions(body: Body, held: NDArray[np.bool_]) -> Index:
+def regions(body: Body, held: Flags) -> Index:
     """(faces,) numbers of the parts of the surface between held edges."""
     pairs = edge_pairs(body.faces)
     return connected(pairs[~held.ravel()[pairs[:, 0]]] // 3, len(body.faces))

@@ -1,9 +1,8 @@
 """Flips of edges towards Delaunay's triangles, many at once, which share no vertex of four."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index, units
+from relief.ground.arrays import Array, Flags, Index, units
 from relief.solids.meshes.neighbourhood import among, edge_ends, edge_keys, edge_pairs
 from relief.solids.remeshing.triangles import Triangles
 
@@ -22,7 +21,7 @@ class Flips:
 
     def __init__(self, triangles: Triangles) -> None:
         self.triangles = triangles
-        self._turned: NDArray[np.bool_] | None = None
+        self._turned: Flags | None = None
 
     def flip(self) -> int:
         """Flip edges towards Delaunay's triangles where the surface turns little; returns how many.

@@ -5,9 +5,8 @@ bore that nearly touches it.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index, sums_by
+from relief.ground.arrays import Array, Flags, Index, sums_by
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import crossing_faces
 from relief.solids.meshes.neighbourhood import edge_ends
@@ -20,9 +19,7 @@ ROUNDS = 4
 them."""
 
 
-def lifted(
-    vertices: Array, onto: Array, faces: Index, free: NDArray[np.bool_]
-) -> tuple[Array, NDArray[np.bool_]]:
+def lifted(vertices: Array, onto: Array, faces: Index, free: Flags) -> tuple[Array, Flags]:
     """Vertices (n, 3) on the smooth surface, and whether they stayed on the facets (n,).
 
     Args:
@@ -42,7 +39,7 @@ def lifted(
     return moved, stayed
 
 
-def _part(vertices: Array, faces: Index, free: NDArray[np.bool_]) -> None:
+def _part(vertices: Array, faces: Index, free: Flags) -> None:
     """Move vertices (n, 3) apart that have come to lie on their neighbours: no triangle may be a point.
 
     Args:

@@ -1,10 +1,9 @@
 """Nearest points of a surface, by walks from triangle to triangle from initial guesses."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Flags, Index
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import edge_pairs, twins
 
@@ -21,7 +20,7 @@ AT_ONCE = 1 << 16
 class NearestPoints:
     """Nearest points of a body, each within its region."""
 
-    def __init__(self, body: Body, held: NDArray[np.bool_], region: Index, spacing_mm: float) -> None:
+    def __init__(self, body: Body, held: Flags, region: Index, spacing_mm: float) -> None:
         """Take samples of the faces.
 
         Args:

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Flags, Index
 from relief.solids.body import Body
 from relief.solids.remeshing.smooth_surface import SmoothSurface, raised
 
@@ -44,7 +43,7 @@ class Patch:
         return self.surface.normals_at(facet, self.corners.reshape(-1, 3)).reshape(-1, 3, 3)
 
     @cached_property
-    def creases(self) -> NDArray[np.bool_]:
+    def creases(self) -> Flags:
         """(faces, 3) whether the edge from corner k to corner k + 1 lies on an edge of the part."""
         # On the edge from corner k to k + 1 of a facet the coordinate of the third corner is 0.
         beyond = np.roll(self.corners == 0.0, 1, axis=2)

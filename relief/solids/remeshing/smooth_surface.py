@@ -10,10 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.linalg import cg
 
-from relief.ground.arrays import Array, Index, sums_by, units
+from relief.ground.arrays import Array, Flags, Index, sums_by, units
 from relief.ground.errors import naming
 from relief.ground.progress import stage
 from relief.solids.body import Body
@@ -66,12 +65,12 @@ class SmoothSurface:
     """
 
     body: Body
-    creases: NDArray[np.bool_]
+    creases: Flags
     normals: Array
     bulges: Array
     kept: int
     kept_mm: float
-    exact: NDArray[np.bool_]
+    exact: Flags
 
     def normals_at(self, face: Index, share: Array) -> Array:
         """Unit normals (n, 3) at barycentric coordinates (n, 3) in faces (n,)."""
@@ -84,7 +83,7 @@ def raised(bulges: Array, face: Index, share: Array) -> Array:
 
 
 def smooth_surface(
-    body: Body, side: NDArray[np.bool_] | None = None, facets: str = "auto", exact: Array | None = None
+    body: Body, side: Flags | None = None, facets: str = "auto", exact: Array | None = None
 ) -> SmoothSurface:
     """The smooth surface behind the facets of a body.
 
@@ -157,21 +156,21 @@ def _after(half: Index) -> Index:
     return half - half % 3 + (half + 1) % 3
 
 
-def _apart(normals: Array, pairs: Index) -> NDArray[np.bool_]:
+def _apart(normals: Array, pairs: Index) -> Flags:
     """(n,) whether normals (faces * 3, 3) of both sides of edges, half-edges (n, 2), differ at an end."""
     one, other = pairs.T
     ends = np.stack([normals[one] - normals[_after(other)], normals[_after(one)] - normals[other]])
     return np.asarray((np.linalg.norm(ends, axis=2) > TANGENT).any(axis=0))
 
 
-def corner_groups(body: Body, pairs: Index, creases: NDArray[np.bool_]) -> Index:
+def corner_groups(body: Body, pairs: Index, creases: Flags) -> Index:
     """(faces * 3,) numbers of the normals of corners: one for all around a vertex between its creases."""
     one, other = pairs[~creases.ravel()[pairs[:, 0]]].T
     ends = np.concatenate([one, _after(one)]), np.concatenate([_after(other), other])
     return connected(np.stack(ends, axis=1), 3 * len(body.faces))
 
 
-def _guess(edges: FacetEdges, creases: NDArray[np.bool_]) -> tuple[Index, Array, NDArray[np.bool_]]:
+def _guess(edges: FacetEdges, creases: Flags) -> tuple[Index, Array, Flags]:
     """Groups of corners, (faces * 3,), a guess of their normals, (groups, 3), and which are exact, (groups,).
 
     Normals are means by angles; beside a wide plane, which is no facet, that of the plane. Such a normal is
@@ -200,7 +199,7 @@ def _guess(edges: FacetEdges, creases: NDArray[np.bool_]) -> tuple[Index, Array,
         creases.reshape(-1)[pairs[at_clash].ravel()] = True
 
 
-def _justified(edges: FacetEdges, creases: NDArray[np.bool_]) -> Array:
+def _justified(edges: FacetEdges, creases: Flags) -> Array:
     """(faces * 3,) largest ways from the middles of half-edges to the smooth surface, mm."""
     pairs, body = edges.pairs, edges.body
     smooth = ~creases.ravel()[pairs[:, 0]]
@@ -215,7 +214,7 @@ def _justified(edges: FacetEdges, creases: NDArray[np.bool_]) -> Array:
     return np.asarray(most.min(axis=0))
 
 
-def _fulfilled(body: Body, group: Index, guess: Array, fixed: NDArray[np.bool_], near: Array) -> Array:
+def _fulfilled(body: Body, group: Index, guess: Array, fixed: Flags, near: Array) -> Array:
     """Normals (groups, 3) near a guess whose sums at both ends of edges are perpendicular to the edges.
 
     Those that are fixed, (groups,), stay as they are; `near`, (groups,), are the weights of the guess.
@@ -251,9 +250,7 @@ def _fulfilled(body: Body, group: Index, guess: Array, fixed: NDArray[np.bool_],
     return units(guess + (tangents @ change).reshape(-1, 3))
 
 
-def bulges(
-    body: Body, pairs: Index, creases: NDArray[np.bool_], normals: Array, most: Array | float = np.inf
-) -> Array:
+def bulges(body: Body, pairs: Index, creases: Flags, normals: Array, most: Array | float = np.inf) -> Array:
     """(faces, 3, 3) as in `SmoothSurface`: by the normals at the ends, on creases by those of both sides.
 
     Args:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Flags, Index
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import BITS, MASK, among, edge_ends, edge_keys
@@ -39,9 +39,7 @@ class Triangles:
             them may be divided or made anew.
     """
 
-    def __init__(
-        self, body: Body, held: NDArray[np.bool_], corner: NDArray[np.bool_], size: Array, taken: Index
-    ) -> None:
+    def __init__(self, body: Body, held: Flags, corner: Flags, size: Array, taken: Index) -> None:
         self.vertices, self.faces = body.vertices.copy(), np.asarray(body.faces, np.int64).copy()
         self.origin = np.arange(len(self.faces))
         self.held = np.unique(self.keys()[held.ravel()])
@@ -64,7 +62,7 @@ class Triangles:
             square += (column[one] - column[other]) ** 2
         return np.sqrt(square)
 
-    def is_held(self, keys: Index) -> NDArray[np.bool_]:
+    def is_held(self, keys: Index) -> Flags:
         """Whether edges are held, by their keys."""
         return among(keys, self.held)
 
@@ -112,7 +110,7 @@ class Triangles:
         self.moved, self.size = self.moved[used], self.size[used]
         self.held = np.unique(edge_keys(renumber[self.held >> BITS], renumber[self.held & MASK]))
 
-    def count(self, chosen: NDArray[np.bool_]) -> NDArray[np.int8]:
+    def count(self, chosen: Flags) -> NDArray[np.int8]:
         """(m,) number of corners of each triangle among chosen vertices."""
         one, two, three = (chosen[self.faces[:, k]].view(np.int8) for k in range(3))
         return np.asarray(one + two + three)

@@ -1,10 +1,9 @@
 """Clearance: how far a surface can be displaced along its normals without self-intersection."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Index, extents, in_blocks, units
+from relief.ground.arrays import Array, Flags, Index, extents, in_blocks, units
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import edge_ends
@@ -72,7 +71,7 @@ class LocalFeatureSize:
             self.offset_mm = np.concatenate([self.offset_mm, np.sqrt(flat_body.areas / np.pi)])
         self.tree = cKDTree(self.samples)
 
-    def radii(self, side: float, chosen: NDArray[np.bool_] | None = None) -> Array:
+    def radii(self, side: float, chosen: Flags | None = None) -> Array:
         """Radii at the vertices, (n,) mm, the least on all sides of creases.
 
         Args:

@@ -7,9 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Flags, Index
 from relief.ground.progress import say
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import crossing_faces
@@ -85,9 +84,7 @@ def _refuse(wrapped: Body, crossing: Index) -> None:
     )
 
 
-def _crossing(
-    surface: FineSurface, wrapped: Body, changed: NDArray[np.bool_], shallow: bool = False
-) -> Index:
+def _crossing(surface: FineSurface, wrapped: Body, changed: Flags, shallow: bool = False) -> Index:
     """Numbers of the patch's triangles with texture, among changed ones, that pass through any others."""
     if surface.base.file.settings.draft:
         return np.zeros(0, np.intp)

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.ground.arrays import Flags
 from relief.ground.progress import say
 from relief.solids.body import Body
 from relief.solids.meshes.refining import AREA_PER_FACE, edge_for, expected_faces
@@ -18,7 +18,7 @@ BYTES_A_FACE = 21.0
 
 
 def edge_of(
-    body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], settings: Settings, rest: int = 0
+    body: Body, where: Flags, coverings: Sequence[Covering], settings: Settings, rest: int = 0
 ) -> float:
     """Longest edge of the textured triangles, mm; logs the face count.
 
@@ -69,7 +69,7 @@ def _pitch(coverings: Sequence[Covering], settings: Settings) -> float:
     return max(settings.finest_mm, min(covering.tile.pitch_mm for covering in coverings))
 
 
-def _most(body: Body, where: NDArray[np.bool_], settings: Settings, rest: int) -> int:
+def _most(body: Body, where: Flags, settings: Settings, rest: int) -> int:
     """Number of triangles that the settings allow a patch, beside those that stay."""
     if settings.faces:
         return max(settings.faces - rest, settings.faces // 2)

@@ -6,9 +6,8 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, FloatArray, Index, units
+from relief.ground.arrays import Array, Flags, FloatArray, Index, units
 from relief.solids.body import Body
 from relief.solids.mending.holes import RIM_MM, Holes
 from relief.solids.meshes.neighbourhood import edge_ends, edge_pairs, points_along
@@ -39,7 +38,7 @@ MOST_LEFT = 0.05
 LEAST_BOTTOM_MM2 = 4.0
 """Least area of a flat bottom, mm²: the lowest triangles of a ball are none."""
 
-Near = Callable[[Points], NDArray[np.bool_]]
+Near = Callable[[Points], Flags]
 """Which points (n,) a texture may reach that is placed once."""
 
 
@@ -191,7 +190,7 @@ class Samples:
         self.share = surface.share_at(self.points)
 
 
-def _bottom(body: Body) -> NDArray[np.bool_]:
+def _bottom(body: Body) -> Flags:
     """(faces,) the lowest triangles that point down, if they have an area."""
     corners = body.vertices[body.faces]
     normal, areas = body.normals, body.areas
@@ -200,7 +199,7 @@ def _bottom(body: Body) -> NDArray[np.bool_]:
     return np.asarray(flat & (areas[flat].sum() >= LEAST_BOTTOM_MM2))
 
 
-def points_between(body: Body, chosen: NDArray[np.bool_], spacing_mm: float) -> Array:
+def points_between(body: Body, chosen: Flags, spacing_mm: float) -> Array:
     """(n, 3) points at most so far apart on the edges between chosen triangles, (faces,), and others, mm."""
     pairs = edge_pairs(body.faces)
     half = pairs[chosen[pairs[:, 0] // 3] != chosen[pairs[:, 1] // 3], 0]

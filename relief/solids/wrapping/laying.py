@@ -5,10 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, quantiles, smooth_step
+from relief.ground.arrays import Array, Flags, quantiles, smooth_step
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import ways_from
@@ -214,7 +213,7 @@ def reach_of(file: FileSurface, coverings: Sequence[Covering], placement: Placem
     # The middle may lie off the surface, and the texture around the place next to it.
     places = [carrying[np.argmin(((carrying - middle) ** 2).sum(axis=1))] for middle in middles]
 
-    def near(points: Points) -> NDArray[np.bool_]:
+    def near(points: Points) -> Flags:
         far = np.stack([np.linalg.norm(points.places - place, axis=1) for place in places])
         return np.asarray((far < np.array(reaches)[:, None]).any(axis=0))
 
@@ -226,7 +225,7 @@ def beside(base: BaseSurface) -> Near:
     carrying = base.carried > 0.0
     tree, normals = cKDTree(base.body.vertices[carrying]), base.normals[carrying]
 
-    def near(points: Points) -> NDArray[np.bool_]:
+    def near(points: Points) -> Flags:
         far, place = tree.query(points.places, distance_upper_bound=1.5 * base.file.edge_mm)
         there = np.isfinite(far)
         there[there] = (points.normals[there] * normals[place[there]]).sum(axis=1) > 0.0
@@ -235,7 +234,7 @@ def beside(base: BaseSurface) -> Near:
     return near
 
 
-def off_size(laid: Laid, body_areas: Array, where: NDArray[np.bool_]) -> tuple[float, float]:
+def off_size(laid: Laid, body_areas: Array, where: Flags) -> tuple[float, float]:
     """Part of the textured area on which lengths are off by `OFF_SIZE`, and the most on 99 % of it."""
     where = where & laid.layout.laid()
     areas, stretch = body_areas[where], laid.layout.stretch[where]

@@ -16,11 +16,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Index, smooth_step
+from relief.ground.arrays import Array, Flags, Index, smooth_step
 from relief.ground.errors import InputError
 from relief.ground.formats import HEIGHT_MAPS
 from relief.ground.lengths import shown
@@ -54,7 +53,7 @@ ALIKE, UNLIKE = 0.25, 0.5
 GREY = (0.299, 0.587, 0.114)
 """Shares of red, green and blue in the grey of a colour (ITU-R BT.601)."""
 
-Regions = Mapping[str, Callable[[Array], NDArray[np.bool_]]]
+Regions = Mapping[str, Callable[[Array], Flags]]
 
 
 @dataclass(frozen=True)
@@ -195,7 +194,7 @@ def _values(name: str, points: Points) -> Array:
     return np.degrees(np.arccos(np.clip(sign * points.normals[:, "xyz".index(axis[-1])], -1.0, 1.0)))
 
 
-def _inside(belongs: NDArray[np.bool_], places: Array, falloff_mm: float) -> Array:
+def _inside(belongs: Flags, places: Array, falloff_mm: float) -> Array:
     """1 inside of a region, falling to 0 towards the nearest point outside of it."""
     share = belongs.astype(np.float64)
     if belongs.any() and not belongs.all():

@@ -8,10 +8,9 @@ divided in their own planes, as far as the patch needs it. All others are bare a
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Index, renumbered, smooth_step
+from relief.ground.arrays import Array, Flags, Index, renumbered, smooth_step
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import among, edge_ends, edge_keys, ways_from
@@ -62,7 +61,7 @@ class Rest:
         shared = (one < self.border) & (other < self.border)
         return np.unique(edge_keys(one[shared], other[shared]))
 
-    def divided(self, body: Body, edge_mm: float, where: NDArray[np.bool_]) -> tuple[Refined, "Rest"]:
+    def divided(self, body: Body, edge_mm: float, where: Flags) -> tuple[Refined, "Rest"]:
         """A patch with finer triangles, and the rest, which is divided along the border in its own planes.
 
         Args:
@@ -109,7 +108,7 @@ class Parting:
     patch: Patch
     rest: Rest
     facets: Index
-    touched: NDArray[np.bool_]
+    touched: Flags
 
 
 def parted(surface: FileSurface, near: Near | None = None) -> Parting:
@@ -152,9 +151,7 @@ def parted(surface: FileSurface, near: Near | None = None) -> Parting:
     )
 
 
-def _divided(
-    surface: FileSurface, local: Index, touched: NDArray[np.bool_], carries: NDArray[np.bool_]
-) -> tuple[Body, Index, Array]:
+def _divided(surface: FileSurface, local: Index, touched: Flags, carries: Flags) -> tuple[Body, Index, Array]:
     """Triangles of the file, (k,) numbers, divided along the border of what carries texture.
 
     Args:
@@ -208,7 +205,7 @@ def _apart(vertices: Array, patch: Index, rest: Index, parent: Index) -> tuple[B
     return body, Rest(vertices[others], number[rest], len(border), parent)
 
 
-def _around(faces: Index, chosen: NDArray[np.bool_], count: int) -> Index:
+def _around(faces: Index, chosen: Flags, count: int) -> Index:
     """Numbers of chosen triangles, (m,) of faces (m, 3), with `RINGS` rings around them."""
     for _ in range(RINGS):
         near = np.zeros(count, bool)

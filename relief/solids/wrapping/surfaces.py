@@ -3,9 +3,8 @@
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import AnyArray, Array, FloatArray, sums_by
+from relief.ground.arrays import AnyArray, Array, Flags, FloatArray, sums_by
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.solids.body import Body
@@ -84,7 +83,7 @@ class BaseSurface:
         self.carried = file.share_at(self.points) * self.inner
 
     @property
-    def textured(self) -> NDArray[np.bool_]:
+    def textured(self) -> Flags:
         """(faces,) whether any texture lies there."""
         return np.asarray((self.carried > 0.0)[self.body.faces].any(axis=1))
 
@@ -111,7 +110,7 @@ class FineSurface:
         rest: What carries no texture, with the border of the fine patch.
     """
 
-    def __init__(self, base: BaseSurface, fine: Refined, rest: Rest, covered: NDArray[np.bool_]) -> None:
+    def __init__(self, base: BaseSurface, fine: Refined, rest: Rest, covered: Flags) -> None:
         self.base, self.rest, self.parent, self.share = base, rest, *fine.vertex_parents(covered)
         self._flat, self.fine = fine, self._raised(fine)
         normals = self.of_vertices(base.normals)
@@ -127,7 +126,7 @@ class FineSurface:
         places[:, 2] = np.maximum(places[:, 2], self.base.file.bed_mm)
         return Refined(Body(places, flat.body.faces), flat.parent, flat.corners)
 
-    def flatten(self, vertices: NDArray[np.bool_]) -> bool:
+    def flatten(self, vertices: Flags) -> bool:
         """Bring the surface onto the base's triangles around vertices (n,); whether it was not there."""
         bulges, ends = self.base.mesh.bulges, vertices[self.base.body.faces]
         around = ends | np.roll(ends, -1, axis=1)
@@ -159,7 +158,7 @@ class FineSurface:
         """Values (fine vertices,), and one value at all vertices of the rest."""
         return np.concatenate([values, np.full(len(self.rest.vertices), rest, values.dtype)])
 
-    def heights(self, tile: Tile, layout: Layout, chosen: NDArray[np.bool_]) -> Array:
+    def heights(self, tile: Tile, layout: Layout, chosen: Flags) -> Array:
         """Heights (fine vertices,) of a tile with which the triangles come near it, mm; 0 where not chosen.
 
         With the tile's own heights at the vertices, triangles would cut off tops and hollows. So every vertex

@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array
+from relief.ground.arrays import Array, Flags
 from relief.ground.errors import InputError
 from relief.ground.lengths import shown
 from relief.ground.options import checked
@@ -65,7 +64,7 @@ def check_area(body: Body, carried: Array, pitch_mm: float, mask: str | None) ->
         )
 
 
-def check_room(body: Body, where: NDArray[np.bool_], factor: Array, tallest: float) -> None:
+def check_room(body: Body, where: Flags, factor: Array, tallest: float) -> None:
     """Refuse a relief that is lowered to nothing on most of the textured area.
 
     Args:

@@ -4,9 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, FloatArray, Index
+from relief.ground.arrays import Array, Flags, FloatArray, Index
 from relief.ground.progress import say, stage
 from relief.solids.body import Body
 from relief.solids.wrapping.bare_places import PlaceError
@@ -64,7 +63,7 @@ class Wrapped:
     body: Body
     original: Body
     textured: Array
-    seams: NDArray[np.bool_]
+    seams: Flags
     area_mm2: float
     edge_mm: float
     coordinates: str
@@ -243,7 +242,7 @@ def _heights(laid: Sequence[Laid], surface: FineSurface, settings: Settings) -> 
     return np.divide(height, present, out=height, where=present > 0.0), present * carried
 
 
-def _unfit(uv: Array, weight: Array) -> NDArray[np.bool_]:
+def _unfit(uv: Array, weight: Array) -> Flags:
     """(n,) whether patches with different coordinates share a place, the second with a twentieth at least."""
     if weight.shape[1] < 2:
         return np.zeros(len(weight), bool)

@@ -7,9 +7,8 @@ are blended along the lines on which they meet, as patches are.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, quantiles
+from relief.ground.arrays import Array, Flags, quantiles
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import ways_from
@@ -47,12 +46,12 @@ class Chart(NamedTuple):
     """
 
     name: str
-    faces: NDArray[np.bool_]
+    faces: Flags
     uv: Array
     around_mm: float
 
 
-def by_charts(body: Body, charts: list[Chart], where: NDArray[np.bool_], blend_mm: float) -> Layout:
+def by_charts(body: Body, charts: list[Chart], where: Flags, blend_mm: float) -> Layout:
     """The layout by charts, each triangle of `where` (faces,) in one, blended over about `blend_mm`."""
     count = len(body.faces)
     touched = np.zeros((len(body.vertices), len(charts)), bool)
@@ -72,9 +71,7 @@ def by_charts(body: Body, charts: list[Chart], where: NDArray[np.bool_], blend_m
     return layout
 
 
-def cylinder_charts(
-    body: Body, normals: Array, axis: RevolutionAxis, where: NDArray[np.bool_]
-) -> list[Chart]:
+def cylinder_charts(body: Body, normals: Array, axis: RevolutionAxis, where: Flags) -> list[Chart]:
     """Side, bore and ends of a body about an axis.
 
     Along the side the way of the outline counts, so that cones keep lengths along their sides.
@@ -99,7 +96,7 @@ def cylinder_charts(
     return _with_area(charts, body.areas, where)
 
 
-def _with_area(charts: list[Chart], areas: Array, where: NDArray[np.bool_]) -> list[Chart]:
+def _with_area(charts: list[Chart], areas: Array, where: Flags) -> list[Chart]:
     least = LEAST_SHARE * areas[where].sum()
     return [chart for chart in charts if areas[chart.faces & where].sum() > least]
 
@@ -107,8 +104,8 @@ def _with_area(charts: list[Chart], areas: Array, where: NDArray[np.bool_]) -> l
 def _around(
     name: str,
     corners: Array,
-    faces: NDArray[np.bool_],
-    where: NDArray[np.bool_],
+    faces: Flags,
+    where: Flags,
     areas: Array,
     upright: Array,
     sign: float,
@@ -129,7 +126,7 @@ def _unwrapped(angle: Array) -> Array:
     return np.asarray(angle[:, :1] + (angle - angle[:, :1] + np.pi) % (2.0 * np.pi) - np.pi)
 
 
-def _outline(height: Array, upright: Array, areas: Array, used: NDArray[np.bool_]) -> Array:
+def _outline(height: Array, upright: Array, areas: Array, used: Flags) -> Array:
     """Ways (faces, 3) along the outline at heights of corners, mm, by the mean slope of triangles there."""
     low, high = float(height[used].min()), float(height[used].max())
     count = max(int((high - low) / STEP_MM), 1)
@@ -143,7 +140,7 @@ def _outline(height: Array, upright: Array, areas: Array, used: NDArray[np.bool_
     return np.asarray(np.interp(height, edges, ways + low))
 
 
-def sphere_charts(body: Body, axis: RevolutionAxis, where: NDArray[np.bool_]) -> list[Chart]:
+def sphere_charts(body: Body, axis: RevolutionAxis, where: Flags) -> list[Chart]:
     """Belt and caps of a body about a centre, the point of the axis; arguments as of `cylinder_charts`."""
     corners = axis.local(body.vertices[body.faces])
     far = np.linalg.norm(corners[where].mean(axis=1), axis=1)
@@ -167,9 +164,7 @@ def sphere_charts(body: Body, axis: RevolutionAxis, where: NDArray[np.bool_]) ->
     return _with_area(charts, body.areas, where)
 
 
-def plane_charts(
-    body: Body, normals: Array, where: NDArray[np.bool_], top: Array | None
-) -> tuple[list[Chart], Array]:
+def plane_charts(body: Body, normals: Array, where: Flags, top: Array | None) -> tuple[list[Chart], Array]:
     """Front and back of a body by a plane, and the direction (3,) that the front faces.
 
     Args:

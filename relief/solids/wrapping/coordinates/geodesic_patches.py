@@ -11,10 +11,9 @@ from itertools import product
 
 import numpy as np
 import potpourri3d
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, renumbered
+from relief.ground.arrays import Array, Flags, Index, renumbered
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import connected, connected_around, edge_ends, passed_twice
@@ -47,7 +46,7 @@ LEAST_ROOM_MM = 4.0
 
 def lay_out(
     body: Body,
-    needed: NDArray[np.bool_],
+    needed: Flags,
     blend_mm: float,
     normals: Array,
     along: Array | None = None,
@@ -104,7 +103,7 @@ SHORTEST_MM = 1e-6
 class _Patch:
     """Coordinates (n, 2) of some vertices, and their distances from the middle of the patch in its radii."""
 
-    vertices: NDArray[np.intp]
+    vertices: Index
     uv: Array
     far: Array
     radius_mm: float
@@ -124,7 +123,7 @@ class _Cover:
         # No patch has its middle where the rim passes twice: such a vertex has no order of its neighbours.
         self.tried = passed_twice(body.faces, len(body.vertices))
 
-    def next_seed(self, needed: NDArray[np.bool_]) -> int | None:
+    def next_seed(self, needed: Flags) -> int | None:
         """The middle of the next patch: an uncovered vertex, as far out as the neighbours still extend."""
         open_ = needed & (self.best > 1.0) & ~self.tried
         if not open_.any():
@@ -149,7 +148,7 @@ class _Cover:
         self.patches.append(_Patch(patch.vertices, turned, patch.far, radius))
         self.best[patch.vertices] = np.minimum(self.best[patch.vertices], patch.far)
 
-    def map(self, seed: int, reach_mm: float) -> tuple[NDArray[np.intp], Array, NDArray[np.intp]]:
+    def map(self, seed: int, reach_mm: float) -> tuple[Index, Array, Index]:
         """The logarithmic map of a vertex: vertices, coordinates, and the triangles in between."""
         around = np.array(self.tree.query_ball_point(self.body.vertices[seed], reach_mm))
         number = np.full(len(self.body.vertices), -1)
@@ -218,7 +217,7 @@ class _Cover:
         turn = np.array([[direction[0], direction[1]], [-direction[1], direction[0]]])
         return np.asarray(patch.uv @ turn.T), directed
 
-    def layout(self, needed: NDArray[np.bool_], blend_mm: float) -> Layout:
+    def layout(self, needed: Flags, blend_mm: float) -> Layout:
         """The patches of each triangle, with their shares."""
         faces = self.body.faces
         count = len(faces)
@@ -250,7 +249,7 @@ class _Cover:
         return Layout(patch_of, uv_of, weight_of, stretch, len(self.patches))
 
 
-def _reach(vertices: Array, uv: Array, faces: NDArray[np.intp], least_mm: float, most_mm: float) -> float:
+def _reach(vertices: Array, uv: Array, faces: Index, least_mm: float, most_mm: float) -> float:
     """Distance from the middle up to which coordinates keep lengths, mm, within limits."""
     bad = stretches(vertices[faces], uv[faces]) > STRETCH
     middle = np.linalg.norm(uv[faces].mean(axis=1), axis=1)
@@ -263,7 +262,7 @@ def _reach(vertices: Array, uv: Array, faces: NDArray[np.intp], least_mm: float,
     return float(np.clip(beyond[0] if len(beyond) else most_mm, least_mm, most_mm))
 
 
-def _joined(places: Array, faces: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _joined(places: Array, faces: Index) -> tuple[Index, Index]:
     """Numbers (n,) of places (n, 3) with the ends of edges without length as one, and the faces left."""
     ends = np.stack(edge_ends(faces), axis=1)
     short = np.linalg.norm(places[ends[:, 0]] - places[ends[:, 1]], axis=1) < SHORTEST_MM

@@ -3,9 +3,8 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array
+from relief.ground.arrays import Array, Flags, Index
 
 SHARPNESS = 6
 """Power of the patches' shares inside of triangles. Shares change over strips of 2 mm, wider than triangles;
@@ -26,14 +25,14 @@ class Layout:
             that are not periodic; None if none is.
     """
 
-    patch: NDArray[np.intp]
+    patch: Index
     uv: Array
     weight: Array
     stretch: Array
     patches: int
     around_mm: Array | None = None
 
-    def at(self, face: NDArray[np.intp], share: Array) -> tuple[Array, Array]:
+    def at(self, face: Index, share: Array) -> tuple[Array, Array]:
         """Coordinates (n, k, 2) of points in their patches, mm, and the patches' shares (n, k).
 
         Args:
@@ -49,11 +48,11 @@ class Layout:
         weight[weight < 1e-6 * weight.max(axis=1, keepdims=True)] = 0.0
         return uv, shares_of(weight)
 
-    def leading(self) -> NDArray[np.intp]:
+    def leading(self) -> Index:
         """(faces,) places among the patches of each triangle of the one with the largest share."""
         return np.asarray(np.argmax(self.weight.sum(axis=2), axis=1))
 
-    def laid(self) -> NDArray[np.bool_]:
+    def laid(self) -> Flags:
         """(faces,) whether any patch covers a triangle."""
         return np.asarray(self.weight.any(axis=(1, 2)))
 
@@ -73,7 +72,7 @@ class Layout:
         return replace(self, uv=uv, stretch=stretch, around_mm=None)
 
 
-def one_patch(inside: NDArray[np.bool_], uv: Array, stretch: Array) -> Layout:
+def one_patch(inside: Flags, uv: Array, stretch: Array) -> Layout:
     """The layout of one patch over triangles (faces,), with uv (faces, 3, 2), mm, and stretches (faces,)."""
     weight = np.broadcast_to(inside.astype(np.float64)[:, None, None], (len(inside), 1, 3))
     return Layout(np.where(inside, 0, -1)[:, None], uv[:, None], weight, stretch, 1)

@@ -1,9 +1,8 @@
 """Texture coordinates of a mesh as flat coordinates in mm, where they keep sizes."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array
+from relief.ground.arrays import Array, Flags
 from relief.solids.body import Body
 from relief.solids.wrapping.coordinates.layout import Layout, one_patch, singular_values
 
@@ -14,7 +13,7 @@ SHARE = 0.95
 
 
 def by_texture_coordinates(
-    body: Body, uv: Array | None, where: NDArray[np.bool_], *, any_size: bool = False
+    body: Body, uv: Array | None, where: Flags, *, any_size: bool = False
 ) -> Layout | None:
     """The layout by texture coordinates; None if there are none, or if they would change the texture's size.
 

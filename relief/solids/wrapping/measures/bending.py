@@ -3,9 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, quantiles
+from relief.ground.arrays import Array, Flags, quantiles
 from relief.solids.body import Body
 from relief.solids.wrapping.coordinates.layout import Layout
 
@@ -41,7 +40,7 @@ class Bending(NamedTuple):
         return float(np.copysign(max(LEAST_MM, abs(1.0 / self.median)), self.median))
 
 
-def bending(body: Body, normals: Array, layout: Layout, where: NDArray[np.bool_]) -> tuple[Bending, Bending]:
+def bending(body: Body, normals: Array, layout: Layout, where: Flags) -> tuple[Bending, Bending]:
     """Curvatures along x, to the texture's right, and along y, to its top.
 
     Args:

@@ -6,10 +6,9 @@ they meet. They are joined by the surface within a ball around the middle betwee
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Index, units
+from relief.ground.arrays import Array, Flags, Index, units
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import NearFaces, connected, edge_pairs
 
@@ -37,7 +36,7 @@ CELL_MM, TESTED, MOST_TESTED = 0.5, 125, 500
 doubled, since steep reliefs have thousands of valleys; and most tests, which take up to two CPU seconds."""
 
 
-def narrowest_gap(body: Body, plain: Body, touched: NDArray[np.bool_]) -> tuple[float, Array] | None:
+def narrowest_gap(body: Body, plain: Body, touched: Flags) -> tuple[float, Array] | None:
     """The narrowest gap between a wall with texture and a wall that faces it.
 
     Args:

@@ -3,9 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relief.ground.arrays import Array
+from relief.ground.arrays import Array, Flags, Index
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import connected, edge_pairs
 
@@ -47,7 +46,7 @@ class Lowering(NamedTuple):
     places: tuple[LoweredPlace, ...]
 
 
-def lowering(body: Body, where: NDArray[np.bool_], factor: Array) -> Lowering:
+def lowering(body: Body, where: Flags, factor: Array) -> Lowering:
     """Sum up the factors of a relief's heights.
 
     Args:
@@ -72,7 +71,7 @@ def lowering(body: Body, where: NDArray[np.bool_], factor: Array) -> Lowering:
     )
 
 
-def _places(body: Body, faces: NDArray[np.intp], least: Array, areas: Array) -> tuple[LoweredPlace, ...]:
+def _places(body: Body, faces: Index, least: Array, areas: Array) -> tuple[LoweredPlace, ...]:
     """The connected pieces of lowered triangles, with their least factors and their areas (faces,)."""
     piece = connected(edge_pairs(body.faces[faces]) // 3, len(faces))
     total = np.bincount(piece, areas)
