@@ -15,7 +15,7 @@ from relief.relief_shading import averaged
 from retouch.pages import colour_maps, svg
 from retouch.pages.content import Baseline, Pair, Report
 from retouch.pages.plate_viewer.appearance import STUDIO, Appearance
-from retouch.pages.plate_viewer.figure import NamedRelief, plate_figure
+from retouch.pages.plate_viewer.figure import plate_figure
 from retouch.pages.rendering import Context
 from tactile.jnd import SMOOTH_BELOW, jnd_apart, tries_of_100
 
@@ -115,11 +115,12 @@ def lamp_figures(pair: Pair) -> list[Markup]:
     if pair.matte is not None:
         exposure = pair.white / _exposed(first.pictures, pair.white)
         appearance = Appearance.of(pair.matte, exposure, first.colours)
-    one, other = (NamedRelief(side.name, side.relief) for side in (first, second))
+    sides = {side.name: side.relief for side in pair.sides}
     if first.relief.surface.size_mm == second.relief.surface.size_mm:
-        return [plate_figure("Under a lamp that moves", one, other, appearance)]
+        return [plate_figure("Under a lamp that moves", sides, appearance)]
     return [
-        plate_figure(f"{each.name}, under a lamp that moves", each, None, appearance) for each in (one, other)
+        plate_figure(f"{name}, under a lamp that moves", {name: relief}, appearance)
+        for name, relief in sides.items()
     ]
 
 

@@ -18,8 +18,9 @@ from PIL import Image
 
 from relief.solids.body import Body
 from retouch.pages.objects.object_page import Card, write_object_page
+from retouch.pages.templates import asset
 from retouch.pages.viewer import lighter
-from retouch.pages.viewer.figure import asset, key, viewer_figure
+from retouch.pages.viewer.figure import key, viewer_figure
 from retouch.pages.viewer.models import ColourLayer, ViewerModel
 from retouch.pages.viewer.packing import STEPS, packed, packed_places
 from tests.retouch.pages.outline import Outline
@@ -132,7 +133,9 @@ def test_the_page_asks_nothing_of_a_network_and_one_script_may_run(tmp_path: Pat
     (script,) = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     assert f"script-src 'sha256-{digest}'" in text
-    assert not re.search(r"\beval\(|new Function\(|fetch\(|XMLHttpRequest\b.{0,9}\.open", asset("viewer.js"))
+    assert not re.search(
+        r"\beval\(|new Function\(|fetch\(|XMLHttpRequest\b.{0,9}\.open", asset("viewer/viewer.js")
+    )
 
 
 def test_the_script_is_built_of_its_sources() -> None:
@@ -144,5 +147,5 @@ def test_the_script_is_built_of_its_sources() -> None:
         *sorted((SOURCES / "source").iterdir()),
     ]:
         digest.update(path.read_bytes())
-    assert digest.hexdigest() in asset("viewer.js")[:200]
+    assert digest.hexdigest() in asset("viewer/viewer.js")[:200]
     assert "MIT" in (SOURCES / "LICENSE-three.txt").read_text(encoding="utf-8")
