@@ -17,7 +17,7 @@ from retouch.pages.content import Baseline, Pair, Report
 from retouch.pages.plate_viewer.appearance import STUDIO, Appearance
 from retouch.pages.plate_viewer.figure import plate_figure
 from retouch.pages.rendering import Context
-from tactile.jnd import SMOOTH_BELOW, jnd_apart, tries_of_100
+from tactile.jnd import SMOOTH_BELOW, jnd_apart
 
 PICTURE_BYTES = 3.0e6
 """Bytes of the pictures under all lights before base64, one byte a pixel: half of the page's 6 MB."""
@@ -74,12 +74,6 @@ def measured_changes(look: PictureChange) -> tuple[MeanAndRms, list[MeanAndRms]]
     conditions = zip(noise.conditions_percent_of_white, noise.conditions_percent_of_mean, strict=True)
     whole = less_noise(noise.change_percent_of_white, noise.change_percent_of_mean)
     return whole, [less_noise(*each) for each in conditions]
-
-
-def odds(jnd: float | None) -> Context:
-    """How often of 100 tries a person names the rougher relief, as a number and as dots; None if unknown."""
-    tries = None if jnd is None else tries_of_100(jnd)
-    return {"tries": tries, "tries_chart": None if tries is None else svg.tries_chart(tries)}
 
 
 def ladder(
