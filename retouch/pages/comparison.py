@@ -21,6 +21,7 @@ def write_comparison(path: Path, comparison: Comparison) -> Path:
     numbers = comparison.numbers
     page = render_page(
         "comparison.html.j2",
+        scripts=("pairs.js", "profile.js"),
         plates=True,
         pair=comparison,
         numbers=numbers,

@@ -17,7 +17,7 @@ Context = dict[str, Any]
 
 def render_page(
     template: str,
-    scripts: Sequence[str] = ("pairs.js", "profile.js"),
+    scripts: Sequence[str] = (),
     images: str = "",
     viewer: bool = False,
     plates: bool = False,

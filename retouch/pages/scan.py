@@ -45,7 +45,6 @@ def write_scan_page(
     limit = svg.round_up(max(1.0, *(_limit_um(each.deviations) for each in prints)))
     page = render_page(
         "scan.html.j2",
-        scripts=(),
         pair={"title": f"Scan: {names[0]}"},
         content=content,
         design=_shade(design.heights, design.width_mm),

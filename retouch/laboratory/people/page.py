@@ -32,7 +32,6 @@ def page(results: AnswersResults) -> bytes:
     """The page."""
     return render_page(
         "answers.html.j2",
-        scripts=(),
         pair={"title": f"Answers: {', '.join(results.textures)}"},
         content=results.as_json(),
         asked=[

@@ -237,8 +237,9 @@ def bare(
     """A page of the component alone, in colours some of which are full, beside room on both sides."""
     heights, after = (np.round(each, 6).ravel().tolist() for each in reliefs)
     page = tmp_path_factory.mktemp("bare") / "page.html"
-    parts = {"script": "\n".join(asset(f"plate_viewer/{name}") for name in SCRIPTS)}
-    parts |= {"style": asset("plate_viewer/plate_viewer.css"), "heights": heights, "after": after}
+    script = "\n".join(asset(f"plate_viewer/{name}") for name in SCRIPTS)
+    style = asset("plate_viewer/plate_viewer.css")
+    parts = {"style": style, "script": script, "heights": heights, "after": after}
     page.write_text(BARE.format(**parts, stage=STAGE, side=SIDE, size_mm=SIZE_MM))
     return page
 
