@@ -5,9 +5,11 @@ Marks and labels are made as in `retouch.pages.svg`.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 from markupsafe import Markup
 
+from relief.ground.arrays import Array
 from retouch.pages import svg
 from retouch.pages.templates import html
 
@@ -52,6 +54,12 @@ class Means:
     means: Sequence[Mean]
     through: tuple[float, float] | None = None
     marked: bool = True
+
+    @classmethod
+    def curve(cls, name: str, places: Array, values: Array) -> Self:
+        """A curve through values (n,) at places (n,), without marks and intervals."""
+        each = zip(places.tolist(), values.tolist(), strict=True)
+        return cls(name, [Mean(place, value, value, value, 0) for place, value in each], marked=False)
 
 
 def line_chart(title: str, series: Sequence[Means], x_name: str) -> Markup:

@@ -26,8 +26,6 @@ LONG = 2.5
 """Ratio of the sides from which a surface counts as a strip, whose maps lie below one another."""
 ACROSS = 0.3
 """Half length of the discs across a strip, in units of its shorter side."""
-SHADE_SIDE = 512
-"""Longest side of the shaded relief under the discs, pixels."""
 
 
 @dataclass(frozen=True)
@@ -207,7 +205,7 @@ class _Board:
         places, discs = self.places, []
         numbered = 2.0 * min(self.radii) > ROOM * self.size[1]
         for centre, steered, value, text in zip(places.centres, places.steered, values, texts, strict=True):
-            colour, known = colour_maps.NO_CONTACT, bool(np.isfinite(value))
+            colour, known = colour_maps.NO_VALUE, bool(np.isfinite(value))
             if known:
                 colour = tuple(table[round(np.clip(axis.percent(value) / 100.0, 0.0, 1.0) * 255.0)].tolist())
             ink = "#000" if np.dot(colour, (0.299, 0.587, 0.114)) > 140.0 else "#fff"
@@ -226,11 +224,10 @@ class _Board:
         """Maps over the shaded relief, with a margin that shows how a surface goes on where it repeats."""
         down, right = self.margin
         height, width = self.size
-        shade = colour_maps.hillshade(result.heights, width)
         return html(
             "place_maps.html.j2",
             maps=maps,
-            relief=colour_maps.picture_uri(shade, 1.4, SHADE_SIDE),
+            relief=colour_maps.shade_uri(result.heights, width),
             height=height,
             width=width,
             view=(-right, -down, width + 2.0 * right, height + 2.0 * down),

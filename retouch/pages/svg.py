@@ -14,9 +14,11 @@ import numpy as np
 from markupsafe import Markup
 
 from relief.ground.arrays import FloatArray
-from retouch.pages.colour_maps import Table, bar_uri
+from retouch.pages.colour_maps import PURPLE_ORANGE, Table, bar_uri
 from retouch.pages.templates import html
 
+PERCENTILE = 99.5
+"""Percentile of a map's values where its colour scale ends, so that single pixels do not set the scale."""
 Range = tuple[float, float]
 """Low and high end."""
 Mark = tuple[str, Sequence[tuple[float, float]]]
@@ -88,6 +90,12 @@ def nice_axis(low: float, high: float, count: int = 5, *, tight: bool = False) -
 def signed_axis(limit: float) -> ChartAxis:
     """An axis over [-limit, limit] with ticks at its ends, its middle and the quarters."""
     return ChartAxis(-limit, limit, tuple(limit * k / 2 for k in range(-2, 3)))
+
+
+def signed_limit(values: FloatArray, least: float) -> float:
+    """A round end of the scale of values of either sign, at least `least`; NaN does not count."""
+    finite = np.abs(values[np.isfinite(values)])
+    return round_up(max(float(np.percentile(finite, PERCENTILE)) if finite.size else least, least))
 
 
 def round_up(value: float) -> float:
@@ -179,6 +187,11 @@ def colour_bar(table: Table, axis: ChartAxis, name: str) -> Markup:
     """The legend of a map: colours along the axis, ticks, and the name of the quantity with its unit."""
     sign = "+" if axis.low < 0.0 < axis.high else ""
     return html("colour_bar.html.j2", picture=bar_uri(table), axis=axis, sign=sign, name=name)
+
+
+def signed_bar(limit: float, name: str) -> Markup:
+    """The legend of a map of values from -`limit` to `limit`."""
+    return colour_bar(PURPLE_ORANGE, signed_axis(limit), name)
 
 
 @dataclass(frozen=True)

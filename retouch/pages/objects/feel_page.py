@@ -7,7 +7,7 @@ from markupsafe import Markup
 from optimize.verification.solids.mesh_feel import MeshFeel
 from relief.ground.arrays import Array
 from relief.ground.files import write_atomically
-from retouch.pages.colour_maps import NO_CONTACT, VIRIDIS
+from retouch.pages.colour_maps import NO_VALUE, VIRIDIS
 from retouch.pages.rendering import render_page
 from retouch.pages.svg import colour_bar, nice_axis
 from retouch.pages.viewer.figure import key, viewer_figure
@@ -36,7 +36,7 @@ def write_feel_page(
     Returns:
         The path of the page.
     """
-    grey = "#" + "".join(f"{channel:02x}" for channel in NO_CONTACT)
+    grey = "#" + "".join(f"{channel:02x}" for channel in NO_VALUE)
     bar = colour_bar(VIRIDIS, nice_axis(*ends, tight=True), "Roughness, no unit")
     legend = Markup("{}<span>{}</span>").format(bar, key((grey, "beyond the reach of the places")))
     model = lighter(ViewerModel(stem, feel.body, [ColourLayer(LAYER, colours, legend)]))
