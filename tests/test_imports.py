@@ -136,7 +136,8 @@ _ALLOWED = {
     "retouch.laboratory.studies": (
         "mitsuba_scenes optimize.descent optimize.estimates optimize.run_directory optimize.runs "
         "optimize.settings optimize.verification relief relief.ground retouch.laboratory.studies.measuring "
-        "retouch.laboratory.workers retouch.pages retouch.pages.plate_viewer tactile visual.backend"
+        "retouch.laboratory.workers retouch.pages retouch.pages.plate_viewer retouch.pages.templates tactile "
+        "visual.backend"
     ),
     "retouch.laboratory.studies.measuring": (
         "mitsuba_scenes optimize.run_directory optimize.settings optimize.verification relief relief.ground "
@@ -150,15 +151,18 @@ _ALLOWED = {
     "retouch.laboratory.workers": "relief.ground",
     "retouch.pages": (
         "optimize.run_directory optimize.runs optimize.verification relief relief.ground relief.scans "
-        "retouch.pages.plate_viewer retouch.pages.viewer tactile visual"
+        "retouch.pages.plate_viewer retouch.pages.templates retouch.pages.viewer tactile visual"
     ),
     "retouch.pages.objects": (
         "optimize.verification.solids relief relief.ground relief.solids relief.solids.export "
         "relief.solids.meshes relief.solids.wrapping retouch.pages retouch.pages.viewer tactile "
         "visual.backend"
     ),
-    "retouch.pages.plate_viewer": "relief relief.ground retouch.pages.viewer visual visual.lights",
-    "retouch.pages.viewer": "relief relief.ground relief.solids relief.solids.meshes",
+    "retouch.pages.plate_viewer": (
+        "relief relief.ground retouch.pages.templates retouch.pages.viewer visual visual.lights"
+    ),
+    "retouch.pages.templates": "relief.ground",
+    "retouch.pages.viewer": "relief relief.ground relief.solids relief.solids.meshes retouch.pages.templates",
     "retouch.verbs": (
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification optimize.verification.solids relief relief.ground relief.preparing "

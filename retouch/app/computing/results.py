@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from markupsafe import Markup
 
 import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN
@@ -24,8 +23,6 @@ from retouch.pages.place_figures import place_figures
 if TYPE_CHECKING:
     from relief.solids.wrapping.wrapped_body import Wrapped
 
-DEFINED = '<svg width="0" height="0" class="defined" aria-hidden="true"><defs>{}</defs></svg>'
-"""What the maps of places refer to: the relief below their discs."""
 MOST_PLACES = 1000
 """Most places of the finger whose discs are drawn: more would be too small to distinguish."""
 MAP_SIDE = 512
@@ -75,9 +72,7 @@ def _places(felt: Places | None, result: Relief) -> str:
     except (ValueError, AssertionError, ArithmeticError, LookupError):
         # Of a file that somebody has changed: the heights are worth showing without it.
         return ""
-    if figures is None:
-        return ""
-    return str(Markup(DEFINED).format(figures.relief) + Markup().join(figures.maps))
+    return "" if figures is None else str(figures.maps)
 
 
 def _map(values: Array, low: float, high: float, table: Table, unit: str) -> Map:
