@@ -35,14 +35,8 @@ PAGE = Path("comparison.html")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("first", type=Path, metavar="A", help="TEXTURE or RUN_DIR")
-    parser.add_argument(
-        "second",
-        type=Path,
-        nargs="?",
-        metavar="B",
-        help="the same (default: the result of the run A)",
-    )
+    options.add(parser, "first A", "TEXTURE or RUN_DIR", type=Path)
+    options.add(parser, "second B", "the same (default: the result of the run A)", type=Path, nargs="?")
     options.add_out(parser, "PAGE", f"file to write (default: {PAGE})", default=PAGE)
     options.add_plate(parser)
     options.add_repeats(parser, "the run's")
@@ -51,12 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add_talk(parser, "every number")
 
     pictures = options.add_pictures(parser)
-    pictures.add_argument(
-        "--seed",
-        type=options.seed,
-        metavar="N",
-        help="seed of the random numbers (default: that of the run's pictures, or 0)",
-    )
+    text = "seed of the random numbers (default: that of the run's pictures, or 0)"
+    options.add(pictures, "--seed N", text, type=options.seed)
     options.add_distance(pictures)
 
 

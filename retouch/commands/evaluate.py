@@ -69,13 +69,8 @@ SKIN = {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "textures",
-        nargs="+",
-        type=Path,
-        metavar="TEXTURE",
-        help=f"{options.TEXTURE}; or a print file ({FILES}) or G-code",
-    )
+    text = f"{options.TEXTURE}; or a print file ({FILES}) or G-code"
+    options.add(parser, "textures TEXTURE", text, nargs="+", type=Path)
     options.add_plate(parser)
     options.add_corrections(parser)
     options.add_repeats(parser)
@@ -87,26 +82,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         flag, text = f"--{name.replace('_', '-')}", f"{quantity} (default: the skin's)"
         skin.add_argument(flag, type=float, metavar=metavar, help=text)
     options.add_curved(skin, "straight")
-    skin.add_argument(
-        "--finger",
-        type=Path,
-        metavar="FILE",
-        help=f"fingertip of one's own shape ({FILES}; --units states its unit), whose lower face "
-        "touches and whose flat top is bonded to the bone: a check beside the round finger of its radii",
-    )
+    text = f"fingertip of one's own shape ({FILES}; --units states its unit), whose lower face "
+    text += "touches and whose flat top is bonded to the bone: a check beside the round finger of its radii"
+    options.add(skin, "--finger FILE", text, type=Path)
     add_meshes(parser)
     add_filament(parser)
     far = parser.add_argument_group("how far it goes")
-    far.add_argument("--reach", action="store_true", help="estimate how many JND each way are possible")
-    far.add_argument(
-        "--scene",
-        type=Path,
-        help=f"Mitsuba scene (.xml) for --reach; a bundled one by its name (default: {DEFAULT_SCENE})",
-    )
+    options.add(far, "--reach", "estimate how many JND each way are possible")
+    text = f"Mitsuba scene (.xml) for --reach; a bundled one by its name (default: {DEFAULT_SCENE})"
+    options.add(far, "--scene", text, type=Path)
     options.add_mitsuba(far)
-    parser.add_argument(
-        "--readouts", action="store_true", help="also print what other measures make of the same presses"
-    )
+    options.add(parser, "--readouts", "also print what other measures make of the same presses")
     options.add_talk(parser, "a list with an entry for each texture", quiet=False)
 
 

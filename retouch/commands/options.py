@@ -67,6 +67,23 @@ def seed(text: str) -> int:
     return whole_number(0, 2**31 - 1)(text)
 
 
+def add(place: argparse._ActionsContainer, usage: str, text: str, **settings: Any) -> None:
+    """Add an argument or an option; without a placeholder and settings, an option is a switch.
+
+    Args:
+        place: parser or group.
+        usage: name, and the placeholder of a value if there is one, as in `--width-mm MM`.
+        text: for the help.
+        settings: further ones, as of `add_argument`.
+    """
+    name, _, metavar = usage.partition(" ")
+    if metavar:
+        settings["metavar"] = metavar
+    elif name.startswith("-") and not settings:
+        settings["action"] = "store_true"
+    place.add_argument(name, help=text, **settings)
+
+
 def add_talk(parser: argparse.ArgumentParser, document: str, quiet: bool = True) -> None:
     """Add `-v`, and how else a verb talks.
 
@@ -77,12 +94,10 @@ def add_talk(parser: argparse.ArgumentParser, document: str, quiet: bool = True)
     """
     talk = parser.add_argument_group("output")
     if quiet:
-        talk.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
-    talk.add_argument(
-        "-v", dest="verbose", action="store_true", help="report on stderr what is done, and what is skipped"
-    )
+        add(talk, "-q", "print nothing but errors", dest="quiet", action="store_true")
+    add(talk, "-v", "report on stderr what is done, and what is skipped", dest="verbose", action="store_true")
     text = f"print {document} as one JSON document; progress goes to stderr"
-    talk.add_argument("--json", action="store_true", help=text)
+    add(talk, "--json", text)
 
 
 class _Telling(logging.Handler):
@@ -161,16 +176,16 @@ def add_model(place: argparse._ActionsContainer) -> None:
     """Add `--model`."""
     text = "model of touch: layer (elastic layer, default), quick (its solver stopped after a few steps), "
     text += "net (quick with a learned net), fem (finite elements)"
-    place.add_argument("--model", choices=tuple(MODEL_NAMES), default="layer", help=text)
+    add(place, "--model", text, choices=tuple(MODEL_NAMES), default="layer")
 
 
 def add_pictures(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
     """Add `--scene`, `--samples`, `-D` and `-m` of pictures that are compared, None where not given."""
     pictures = parser.add_argument_group("the pictures")
     text = "Mitsuba scene (default: that of the run, or studio)"
-    pictures.add_argument("--scene", type=Path, metavar="SCENE", help=text)
+    add(pictures, "--scene SCENE", text, type=Path)
     text = "samples a pixel, 4 to 65536 (default: as many as the change of the pictures needs)"
-    pictures.add_argument("--samples", type=count, metavar="N", help=text)
+    add(pictures, "--samples N", text, type=count)
     add_mitsuba(pictures)
     return pictures
 
@@ -189,7 +204,7 @@ def add_plate(
     add_option(parser, "relief_mm", plate_options.relief_option("the texture's header"), float)
     scale = parser.add_mutually_exclusive_group()
     add_option(scale, "height_scale", plate_options.height_scale_option("1"), float)
-    scale.add_argument("--units", choices=tuple(UNITS), action=_Units, help=plate_options.units_option().help)
+    add(scale, "--units", plate_options.units_option().help, choices=tuple(UNITS), action=_Units)
 
 
 class _Units(argparse.Action):
@@ -213,18 +228,10 @@ def add_repeats(parser: argparse._ActionsContainer, first: str = "") -> None:
         first: where the value comes from before the texture's header, for the help.
     """
     one = parser.add_mutually_exclusive_group()
-    one.add_argument(
-        "--repeats",
-        action=argparse.BooleanOptionalAction,
-        help=f"the relief is a tile, which goes on as itself beyond its rim, or a plate "
-        f"(default: {first}{', or ' * bool(first)}the texture's header, or a plate)",
-    )
-    one.add_argument(
-        "--repeats-along",
-        dest="repeats",
-        choices=("x", "y"),
-        help="the relief repeats along one axis only",
-    )
+    text = "the relief is a tile, which goes on as itself beyond its rim, or a plate "
+    text += f"(default: {first}{', or ' * bool(first)}the texture's header, or a plate)"
+    add(one, "--repeats", text, action=argparse.BooleanOptionalAction)
+    add(one, "--repeats-along", "the relief repeats along one axis only", dest="repeats", choices=("x", "y"))
 
 
 def add_skin(parser: argparse._ActionsContainer, default: str = DEFAULT_SKIN) -> None:
@@ -258,42 +265,24 @@ def add_distance(parser: argparse._ActionsContainer) -> None:
 
 def add_workers(parser: argparse._ActionsContainer) -> None:
     """Add `--workers` and `--dask`, None where not given."""
-    parser.add_argument(
-        "--workers",
-        type=whole_number(1, MOST_WORKERS),
-        metavar="N",
-        help="number of processes, of one thread each (default: one for each core)",
-    )
-    parser.add_argument(
-        "--dask",
-        metavar="ADDRESS",
-        help='address of the scheduler of a Dask cluster, or "local" for a cluster of --workers here',
-    )
+    text = "number of processes, of one thread each (default: one for each core)"
+    add(parser, "--workers N", text, type=whole_number(1, MOST_WORKERS))
+    text = 'address of the scheduler of a Dask cluster, or "local" for a cluster of --workers here'
+    add(parser, "--dask ADDRESS", text)
 
 
 def add_mitsuba(parser: argparse._ActionsContainer) -> None:
     """Add `-D` and `-m`, which mean what they mean in Mitsuba's own command."""
-    parser.add_argument(
-        "-D",
-        dest="defines",
-        type=define,
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="value of the scene's parameter $KEY; may be given several times (default: the scene's)",
-    )
+    text = "value of the scene's parameter $KEY; may be given several times (default: the scene's)"
+    add(parser, "-D KEY=VALUE", text, dest="defines", type=define, action="append", default=[])
     add_variant(parser)
 
 
 def add_variant(parser: argparse._ActionsContainer) -> None:
     """Add `-m`."""
-    parser.add_argument(
-        "-m",
-        dest="variant",
-        metavar="VARIANT",
-        help="Mitsuba's variant (default: the leanest that shows the scene, on the processor; scalar_rgb "
-        "without LLVM)",
-    )
+    text = "Mitsuba's variant (default: the leanest that shows the scene, on the processor; scalar_rgb "
+    text += "without LLVM)"
+    add(parser, "-m VARIANT", text, dest="variant")
 
 
 def console(width: int | None = UNBOUNDED) -> "Console":

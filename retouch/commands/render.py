@@ -36,34 +36,18 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "scene",
-        type=Path,
-        metavar="SCENE",
-        help="Mitsuba scene (.xml) with a height field; a bundled one goes by its name",
-    )
+    text = "Mitsuba scene (.xml) with a height field; a bundled one goes by its name"
+    options.add(parser, "scene SCENE", text, type=Path)
     options.add_out(parser, "DIR", "folder to write to (default: renders/<name of the scene>)")
-    parser.add_argument("--texture", type=Path, help=f"instead of the scene's, {options.TEXTURE}")
+    options.add(parser, "--texture", f"instead of the scene's, {options.TEXTURE}", type=Path)
     options.add_plate(parser, size="the scene's")
     options.add_repeats(parser)
-    parser.add_argument(
-        "--samples",
-        type=options.count,
-        metavar="N",
-        help="samples a pixel, 4 to 65536; fewer count as 4 (default: the scene's)",
-    )
-    parser.add_argument(
-        "--seed",
-        type=options.seed,
-        default=0,
-        metavar="N",
-        help="seed of the random numbers; the same seed gives the same pictures (default: 0)",
-    )
-    parser.add_argument(
-        "--explain",
-        action="store_true",
-        help="only list what would be rendered, what is skipped, and why; write nothing",
-    )
+    text = "samples a pixel, 4 to 65536; fewer count as 4 (default: the scene's)"
+    options.add(parser, "--samples N", text, type=options.count)
+    text = "seed of the random numbers; the same seed gives the same pictures (default: 0)"
+    options.add(parser, "--seed N", text, type=options.seed, default=0)
+    text = "only list what would be rendered, what is skipped, and why; write nothing"
+    options.add(parser, "--explain", text)
     options.add_mitsuba(parser)
     options.add_talk(parser, "mean radiance, error and files of every picture", quiet=False)
 

@@ -7,25 +7,18 @@ from pathlib import Path
 from optimize.settings.run_options import CURVED
 from relief.ground.errors import InputError
 from relief.ground.formats import MESHES, is_gcode
-from retouch.commands.options import CORRECTIONS, LENGTHS, add_out
+from retouch.commands.options import CORRECTIONS, LENGTHS, add, add_out
 
 
 def add_meshes(parser: argparse.ArgumentParser) -> None:
     """Add the options of print files."""
     group = parser.add_argument_group("print files")
-    group.add_argument(
-        "--object",
-        type=Path,
-        metavar="FILE",
-        help="the object without texture, a file or one that comes with Retouch: its curvature is taken out "
-        "exactly, and else estimated from each patch",
-    )
-    group.add_argument(
-        "--on-shape",
-        action="store_true",
-        help="press on the texture where it lies on the --object, and take out what the bare object strains: "
-        "what a texture was steered for with --curved-x-mm",
-    )
+    text = "the object without texture, a file or one that comes with Retouch: its curvature is taken out "
+    text += "exactly, and else estimated from each patch"
+    add(group, "--object FILE", text, type=Path)
+    text = "press on the texture where it lies on the --object, and take out what the bare object strains: "
+    text += "what a texture was steered for with --curved-x-mm"
+    add(group, "--on-shape", text)
     text = "folder for the mesh in the colours of its roughness: NAME-roughness.html, a page, .glb and .png"
     add_out(group, "FOLDER", text)
 
@@ -33,21 +26,12 @@ def add_meshes(parser: argparse.ArgumentParser) -> None:
 def add_filament(parser: argparse.ArgumentParser) -> None:
     """Add the options of G-code and of slicers."""
     group = parser.add_argument_group("filament")
-    group.add_argument(
-        "--beside",
-        type=Path,
-        metavar="GCODE",
-        help="G-code of another print of the same part, felt at the same places",
-    )
-    group.add_argument(
-        "--slicer",
-        metavar="PROGRAM",
-        help="press on a height map as this slicer prints it, lying on the bed; of the result of a run, also "
-        "what is left of its change (default with --profile: prusa-slicer)",
-    )
-    group.add_argument(
-        "--profile", type=Path, metavar="FILE", help="settings of the slicer, as it exports them (.ini)"
-    )
+    text = "G-code of another print of the same part, felt at the same places"
+    add(group, "--beside GCODE", text, type=Path)
+    text = "press on a height map as this slicer prints it, lying on the bed; of the result of a run, also "
+    text += "what is left of its change (default with --profile: prusa-slicer)"
+    add(group, "--slicer PROGRAM", text)
+    add(group, "--profile FILE", "settings of the slicer, as it exports them (.ini)", type=Path)
 
 
 def check_solid_options(arguments: argparse.Namespace, textures: Sequence[Path]) -> None:
