@@ -8,11 +8,17 @@ a cookie that scripts cannot read and that other sites' pages do not send, and l
 """
 
 import secrets
+from collections.abc import Awaitable, Callable, MutableMapping
+from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
-from starlette.datastructures import Headers, MutableHeaders
-from starlette.responses import PlainTextResponse
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from fastapi.datastructures import Headers
+from fastapi.responses import PlainTextResponse
+
+Message = Scope = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+Application = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 TOKEN_BYTES = 24
 """Random bytes of a token: 192 bits, beyond all guessing."""
@@ -48,7 +54,7 @@ class Guard:
         token: that requests have to show.
     """
 
-    def __init__(self, application: ASGIApp, port: int, token: str) -> None:
+    def __init__(self, application: Application, port: int, token: str) -> None:
         self._application, self._token = application, token
         self._hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost")}
         self._origins = {f"http://{host}" for host in self._hosts}
@@ -116,10 +122,9 @@ def _cookies(headers: Headers, name: str) -> list[str]:
 def _with_headers(send: Send) -> Send:
     async def sending(message: Message) -> None:
         if message["type"] == "http.response.start":
-            headers = MutableHeaders(scope={"headers": message.get("headers", ())})
-            for name, value in HEADERS.items():
-                headers.setdefault(name, value)
-            message = {**message, "headers": headers.raw}
+            own = Headers(raw=list(message.get("headers", ())))
+            added = [(name.encode(), text.encode()) for name, text in HEADERS.items() if name not in own]
+            message = {**message, "headers": [*own.raw, *added]}
         await send(message)
 
     return sending

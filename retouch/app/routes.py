@@ -5,6 +5,7 @@ import json
 import os
 import re
 import tempfile
+from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -12,7 +13,6 @@ from urllib.parse import unquote
 from fastapi import FastAPI, Request
 from fastapi.responses import FileResponse, HTMLResponse, JSONResponse, PlainTextResponse, Response
 from fastapi.staticfiles import StaticFiles
-from starlette.requests import ClientDisconnect
 
 from mitsuba_scenes import FOLDER
 from optimize.run_directory.key import REPORT
@@ -91,8 +91,7 @@ async def _kept(request: Request, folder: Path) -> Response:
     name = unquote(request.headers.get("x-name", ""))
     try:
         file = await _received(request, name, folder)
-    except (InputError, ClientDisconnect) as error:
-        # Nobody hears the answer to what is cut off.
+    except InputError as error:
         return PlainTextResponse(plain(str(error)), 422)
     except OSError as error:
         full = error.errno in (errno.ENOSPC, errno.EDQUOT)
@@ -114,6 +113,17 @@ def _file(file: Path, allowed: bool, **settings: Any) -> Response:
     return FileResponse(file, **settings)
 
 
+async def _parts(request: Request) -> AsyncIterator[bytes]:
+    """The parts of what a request carries. Raises InputError if it is cut off, which nobody hears."""
+    more = True
+    while more:
+        message = await request.receive()
+        if message["type"] == "http.disconnect":
+            raise InputError("cut off")
+        yield message.get("body", b"")
+        more = message.get("more_body", False)
+
+
 async def _received(request: Request, name: str, folder: Path) -> Path:
     """Write what a request carries into a folder. Raises InputError or OSError."""
     safe_name(name, folder)
@@ -128,7 +138,7 @@ async def _received(request: Request, name: str, folder: Path) -> Path:
     try:
         received = 0
         with os.fdopen(descriptor, "wb") as file:
-            async for part in request.stream():
+            async for part in _parts(request):
                 received += len(part)
                 if received > MOST_UPLOADED:
                     raise InputError(f"{name[:60]}: more than {MOST_UPLOADED >> 20} MiB")
