@@ -15,9 +15,9 @@ from urllib.parse import parse_qsl, urlencode
 from fastapi.datastructures import Headers
 from fastapi.responses import PlainTextResponse
 
-Message = Scope = MutableMapping[str, Any]
-Receive = Callable[[], Awaitable[Message]]
-Send = Callable[[Message], Awaitable[None]]
+Scope = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
+Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
 Application = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 TOKEN_BYTES = 24
@@ -120,7 +120,7 @@ def _cookies(headers: Headers, name: str) -> list[str]:
 
 
 def _with_headers(send: Send) -> Send:
-    async def sending(message: Message) -> None:
+    async def sending(message: MutableMapping[str, Any]) -> None:
         if message["type"] == "http.response.start":
             own = Headers(raw=list(message.get("headers", ())))
             added = [(name.encode(), text.encode()) for name, text in HEADERS.items() if name not in own]
