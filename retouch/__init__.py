@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from retouch.verbs.scans.coupons import MeasuredPrinter as MeasuredPrinter
     from retouch.verbs.scans.coupons import coupon as coupon
     from retouch.verbs.scans.coupons import scan_coupon as scan_coupon
-    from retouch.verbs.scans.scanned_print import ScannedPrint as ScannedPrint
+    from retouch.verbs.scans.scanning import ScannedPrint as ScannedPrint
     from retouch.verbs.scans.scanning import scan as scan
     from retouch.verbs.solid_evaluation import read_solid as read_solid
     from retouch.verbs.stimulus_plates import redraw_stimuli as redraw_stimuli

@@ -38,7 +38,7 @@ def source(file: str) -> Source:
     """Open a picture, or a bundled texture by its name. Raises InputError."""
     # Here, as only pictures need them.
     from relief.preparing.preview import small_picture
-    from relief.preparing.source_pictures import grey_values
+    from relief.preparing.resampling import grey_values
     from relief.reading.readers import read_samples
 
     picture = read_samples(find_texture(file))
