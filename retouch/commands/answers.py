@@ -36,7 +36,7 @@ from typing import Any
 import retouch
 from relief.ground.errors import InputError
 from relief.ground.options import Option, add_option
-from retouch.commands.options import add, add_out, add_talk, report
+from retouch.commands.options import add, add_out, add_talk, keywords, report
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -87,14 +87,8 @@ def run(arguments: argparse.Namespace) -> int:
 
         serve(arguments.set)
     meanings = _once("values", arguments.values or ())
-    answered = retouch.answers(
-        arguments.set,
-        arguments.files,
-        arguments.out,
-        partial=arguments.partial,
-        without=arguments.without,
-        columns=_once("columns", itertools.chain(*arguments.columns or ())),
-        values={name: _once("values", pairs) for name, pairs in meanings.items()},
-    )
+    arguments.columns = _once("columns", itertools.chain(*arguments.columns or ()))
+    arguments.values = {name: _once("values", pairs) for name, pairs in meanings.items()}
+    answered = retouch.answers(arguments.set, **keywords(arguments, retouch.answers))
     report(arguments, answered.as_json(), answered.lines())
     return 0

@@ -57,10 +57,8 @@ def run(arguments: argparse.Namespace) -> int:
     from retouch.verbs.comparison import CompareOptions, compared
     from retouch.verbs.subjects import read_subjects
 
-    chosen = CompareOptions(
-        defines=dict(arguments.defines),
-        **given(arguments, "scene", "variant", "model", "skin", "samples", "seed", "distance_cm"),
-    )
+    keywords = options.keywords(arguments, CompareOptions) | {"defines": dict(arguments.defines)}
+    chosen = CompareOptions(**keywords)
     lengths = cast("Lengths", given(arguments, *options.LENGTHS))
     with options.contact_errors_name(" and ".join(map(str, paths))):
         subjects = read_subjects(arguments.first, arguments.second, lengths, arguments.repeats)

@@ -19,8 +19,8 @@ import sys
 from pathlib import Path
 
 import retouch
-from relief.ground.options import given, whole_number
-from retouch.commands.options import add, add_out, add_talk, add_workers, print_json, seed
+from relief.ground.options import whole_number
+from retouch.commands.options import add, add_out, add_talk, add_workers, keywords, print_json, seed
 
 COMPLETE, WITH_FAILURES = 0, 1
 """Exit statuses: every texture has its fields, or some have none."""
@@ -60,12 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    result = retouch.dataset(
-        arguments.out,
-        arguments.count,
-        **given(arguments, "seed", "textures", "optimised", "touch", "lights", "directions", "samples"),
-        **given(arguments, "workers", "dask"),
-    )
+    result = retouch.dataset(**keywords(arguments, retouch.dataset))
     status = WITH_FAILURES if result.failures else COMPLETE
     if arguments.json:
         print_json(result.as_json())

@@ -90,11 +90,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _texture(arguments: argparse.Namespace) -> "Exported":
     if arguments.texture is None:
         raise InputError("texture: missing", "TEXTURE: missing; name a texture, or --coupon")
-    return retouch.export(
-        arguments.texture,
-        arguments.out,
-        **given(arguments, "base_mm", "repeat", "printer", "tile", *options.LENGTHS),
-    )
+    return retouch.export(arguments.texture, **options.keywords(arguments, retouch.export))
 
 
 def _coupon(arguments: argparse.Namespace) -> "Exported":

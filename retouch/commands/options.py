@@ -2,12 +2,13 @@
 
 import argparse
 import contextlib
+import inspect
 import itertools
 import json
 import logging
 import math
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -55,6 +56,13 @@ def define(text: str) -> tuple[str, str]:
     if not (equals and key.isidentifier()):
         raise argparse.ArgumentTypeError(f"{text!r}: expected key=value, as in resolution=256")
     return key, value
+
+
+def keywords(arguments: argparse.Namespace, function: Callable[..., Any]) -> dict[str, Any]:
+    """The arguments that are given and that a function takes, by name; the lengths, if it takes any more."""
+    parameters = inspect.signature(function).parameters
+    more = LENGTHS if any(one.kind is one.VAR_KEYWORD for one in parameters.values()) else ()
+    return given(arguments, *(name for name in (*parameters, *more) if hasattr(arguments, name)))
 
 
 def count(text: str) -> int:

@@ -44,14 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    made = retouch.palette(
-        arguments.textures,
-        arguments.out,
-        plates=given(arguments, *PRINT),
-        settings=settings_of(arguments),
-        **given(
-            arguments, "apart", "fills", "one_finger", "skin", "fast", "workers", "dask", *options.LENGTHS
-        ),
-    )
+    chosen = options.keywords(arguments, retouch.palette) | {"settings": settings_of(arguments)}
+    made = retouch.palette(plates=given(arguments, *PRINT), **chosen)
     options.report(arguments, made.as_json(), made.lines())
     return WITH_FAILURES if made.content["short"] else COMPLETE

@@ -27,7 +27,6 @@ import retouch
 from mitsuba_scenes import find_file, find_texture
 from relief.ground.errors import InputError
 from relief.ground.formatting import duration, number, percent
-from relief.ground.options import given
 from retouch.commands import options
 from retouch.pages.sentences import TextTable
 
@@ -64,14 +63,13 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(
             f"{flag}: belongs to --texture; a scene has its own parameters, as in -D relief_mm=1"
         )
-    chosen = given(arguments, "texture", "repeats", "variant", "samples", *options.LENGTHS)
-    chosen["defines"] = dict(arguments.defines)
+    defines = {"defines": dict(arguments.defines)}
     if arguments.explain:
-        lines = retouch.explain(arguments.scene, **chosen)
+        lines = retouch.explain(**options.keywords(arguments, retouch.explain) | defines)
         entries = [{"subject": subject, "sentence": sentence} for subject, sentence in lines]
         options.report(arguments, entries, lines)
         return 0
-    rendering = retouch.render(arguments.scene, arguments.out, seed=arguments.seed, **chosen)
+    rendering = retouch.render(**options.keywords(arguments, retouch.render) | defines)
     options.report(arguments, rendering.as_json(), _lines(rendering))
     return 0
 

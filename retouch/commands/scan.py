@@ -22,7 +22,7 @@ import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
-from relief.ground.options import add_option, given
+from relief.ground.options import add_option
 from relief.plate_options import height_scale_option, relief_option, size_option
 from retouch.commands import options
 
@@ -67,25 +67,10 @@ def run(arguments: argparse.Namespace) -> int:
             raise InputError(f"{name}: is for coupons; a run knows its printer")
     if not file.is_file():
         raise InputError(f"{file}: no such file")
+    arguments.out = arguments.out or FOLDER / file.stem
+    chosen = options.keywords(arguments, retouch.scan) | {"defines": dict(arguments.defines)}
     with options.contact_errors_name(file):
-        scanned = retouch.scan(
-            arguments.design,
-            file,
-            arguments.out or FOLDER / file.stem,
-            defines=dict(arguments.defines),
-            **given(
-                arguments,
-                "other",
-                "units",
-                "skin",
-                "model",
-                "scene",
-                "variant",
-                "samples",
-                "quiet",
-                *options.LENGTHS,
-            ),
-        )
+        scanned = retouch.scan(**chosen)
     options.report(arguments, scanned.as_json(), scanned.lines())
     return 0
 
@@ -99,10 +84,7 @@ def _coupon(arguments: argparse.Namespace) -> int:
     if arguments.out is None:
         missing = "missing; the printer file to write, as in mine.toml"
         raise InputError(f"out: {missing}", f"-o: {missing}")
-    measured = retouch.scan_coupon(
-        arguments.coupon,
-        arguments.out,
-        **given(arguments, "printer", "layer_um", "units", "quiet", *options.LENGTHS),
-    )
+    arguments.file = arguments.coupon
+    measured = retouch.scan_coupon(**options.keywords(arguments, retouch.scan_coupon))
     options.report(arguments, measured.as_json(), measured.lines())
     return 0

@@ -126,16 +126,8 @@ def run(arguments: argparse.Namespace) -> int:
         _refuse_levels(arguments)
         stimuli = retouch.redraw_stimuli(arguments.out, plates=plates, experiment=experiment)
     else:
-        stimuli = retouch.stimuli(
-            arguments.textures,
-            arguments.out,
-            plates=plates,
-            experiment=experiment,
-            settings=settings_of(arguments),
-            **given(arguments, "jnd", "contact_area_scale", "same_roughness", "whole", "with_scaled"),
-            **given(arguments, "sources", "source_mm", "controls", "printer", "skin", "fast"),
-            **given(arguments, "workers", "dask", *options.LENGTHS),
-        )
+        chosen = options.keywords(arguments, retouch.stimuli) | {"settings": settings_of(arguments)}
+        stimuli = retouch.stimuli(plates=plates, experiment=experiment, **chosen)
     took = None if arguments.redraw else time.monotonic() - began
     options.report(arguments, stimuli.as_json(), stimuli.lines(took))
     return WITH_FAILURES if stimuli.numbers.failures else COMPLETE

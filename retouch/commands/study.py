@@ -28,8 +28,7 @@ from pathlib import Path
 import retouch
 from relief.ground.errors import InputError
 from relief.ground.formatting import duration
-from relief.ground.options import given
-from retouch.commands.options import add, add_out, add_talk, add_workers, report
+from retouch.commands.options import add, add_out, add_talk, add_workers, keywords, report
 from retouch.pages.sentences import TextTable
 
 COMPLETE, WITH_FAILURES = 0, 1
@@ -63,8 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.study is None:
         raise InputError("study: name a study file, or a study that comes with Retouch; see --list")
     began = time.monotonic()
-    names = ("given", "quick", "textures", "again", "redraw", "workers", "dask")
-    tables = retouch.study(arguments.study, arguments.out, **given(arguments, *names))
+    tables = retouch.study(**keywords(arguments, retouch.study))
     if not arguments.json:
         for line in tables.failures_shown():
             print(line, file=sys.stderr)

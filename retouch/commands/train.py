@@ -19,8 +19,7 @@ import argparse
 from pathlib import Path
 
 import retouch
-from relief.ground.options import given
-from retouch.commands.options import add, add_out, add_talk, report, seed, whole_number
+from retouch.commands.options import add, add_out, add_talk, keywords, report, seed, whole_number
 
 MOST_EPOCHS = 100_000
 
@@ -47,15 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    trained = retouch.train(
-        arguments.net,
-        arguments.data,
-        arguments.out,
-        seed=arguments.seed,
-        device=arguments.device,
-        resume=arguments.resume,
-        **given(arguments, "epochs", "minutes", "batch", "learning_rate", "widths"),
-    )
+    trained = retouch.train(**keywords(arguments, retouch.train))
     errors = [f"  {name.replace('_', ' ')}: {value:.4g}" for name, value in trained.card.errors.items()]
     report(arguments, trained.as_json(), [f"{trained.folder}: {trained.card.training['ended']}", *errors])
     return 0
