@@ -22,9 +22,10 @@ from typing import TYPE_CHECKING, cast
 
 from mitsuba_scenes import find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
+from optimize.settings.run_options import distance_option
 from relief.ground.errors import InputError
 from relief.ground.files import check_file_to_write
-from relief.ground.options import given
+from relief.ground.options import add_option, given
 from retouch.commands import options
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     pictures = options.add_pictures(parser)
     text = "seed of the random numbers (default: that of the run's pictures, or 0)"
     options.add(pictures, "--seed N", text, type=options.seed)
-    options.add_distance(pictures)
+    add_option(pictures, "distance_cm", distance_option(), float)
 
 
 def run(arguments: argparse.Namespace) -> int:

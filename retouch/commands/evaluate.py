@@ -41,13 +41,14 @@ from typing import TYPE_CHECKING, Any
 import retouch
 from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
-from optimize.settings.run_options import CURVED
+from optimize.settings.run_options import CURVED, curved_options
 from relief.ground.errors import InputError, naming
 from relief.ground.formats import MESHES, is_gcode, is_mesh, is_solid
 from relief.ground.formatting import number
 from relief.ground.limits import MOST_MESH_PLACES as MOST_MESH_PLACES
-from relief.ground.options import given
+from relief.ground.options import add_option, given
 from relief.ground.progress import stage
+from relief.plate_options import fill_option, level_option
 from relief.printers import find_printer
 from relief.surface import Repeats, repeats_along
 from retouch.commands import options
@@ -74,7 +75,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = f"{options.TEXTURE}; or a print file ({FILES}) or G-code"
     options.add(parser, "textures TEXTURE", text, nargs="+", type=Path)
     options.add_plate(parser)
-    options.add_corrections(parser)
+    add_option(parser, "fill", fill_option(), bool)
+    add_option(parser, "level", level_option(), bool)
     options.add_repeats(parser)
     options.add_printer(parser, "press on the texture as this printer makes it")
     options.add_model(parser)
@@ -82,7 +84,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add_skin(skin)
     for name, (metavar, quantity) in SKIN.items():
         options.add(skin, f"{_flag(name)} {metavar}", f"{quantity} (default: the skin's)", type=float)
-    options.add_curved(skin, "straight")
+    for name, option in curved_options("straight").items():
+        add_option(skin, name, option, float)
     text = f"fingertip of one's own shape ({FILES}; --units states its unit), whose lower face "
     text += "touches and whose flat top is bonded to the bone: a check beside the round finger of its radii"
     options.add(skin, "--finger FILE", text, type=Path)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN
-from optimize.settings.run_options import curved_options, distance_option, skin_option
+from optimize.settings.run_options import skin_option
 from relief import plate_options
 from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
@@ -40,7 +40,7 @@ TEXTURE = (
 LENGTHS = ("size_mm", "relief_mm", "height_scale")
 """Options of `add_plate`, by the names of arguments."""
 CORRECTIONS = ("fill", "level")
-"""Options of `add_corrections`."""
+"""Options that correct what was measured."""
 MOST_WORKERS = 1024
 PACKAGES = ("relief", "tactile", "visual", "surrogate", "optimize", "retouch", "mitsuba_scenes")
 """Packages whose steps `-v` reports; others report warnings only."""
@@ -65,14 +65,10 @@ def keywords(arguments: argparse.Namespace, function: Callable[..., Any]) -> dic
     return given(arguments, *(name for name in (*parameters, *more) if hasattr(arguments, name)))
 
 
-def count(text: str) -> int:
-    """Read a number of samples, 1 to 65536. Raises argparse.ArgumentTypeError."""
-    return whole_number(1, 65536)(text)
-
-
-def seed(text: str) -> int:
-    """Read a seed, 0 to 2**31 - 1. Raises argparse.ArgumentTypeError."""
-    return whole_number(0, 2**31 - 1)(text)
+count = whole_number(1, 65536)
+"""Reads a number of samples. Raises argparse.ArgumentTypeError."""
+seed = whole_number(0, 2**31 - 1)
+"""Reads a seed. Raises argparse.ArgumentTypeError."""
 
 
 def add(place: argparse._ActionsContainer, usage: str, text: str, **settings: Any) -> None:
@@ -222,12 +218,6 @@ class _Units(argparse.Action):
         namespace.units, namespace.height_scale = units, UNITS[units]
 
 
-def add_corrections(parser: argparse._ActionsContainer) -> None:
-    """Add `--fill` and `--level`, None where not given."""
-    add_option(parser, "fill", plate_options.fill_option(), bool)
-    add_option(parser, "level", plate_options.level_option(), bool)
-
-
 def add_repeats(parser: argparse._ActionsContainer, first: str = "") -> None:
     """Add `--repeats`, `--no-repeats` and `--repeats-along`; `repeats` is None where none is given.
 
@@ -247,12 +237,6 @@ def add_skin(parser: argparse._ActionsContainer, default: str = DEFAULT_SKIN) ->
     add_option(parser, "skin", skin_option(default))
 
 
-def add_curved(parser: argparse._ActionsContainer, default: str) -> None:
-    """Add the options of the curvature of the object, None where not given."""
-    for name, option in curved_options(default).items():
-        add_option(parser, name, option, float)
-
-
 def add_printer(parser: argparse._ActionsContainer, what: str, default: str = "none") -> None:
     """Add `--printer`, with which `what` is done, None where not given."""
     add_option(parser, "printer", plate_options.printer_option(what, default))
@@ -264,11 +248,6 @@ def check_scales(arguments: argparse.Namespace, textures: Iterable[Path]) -> Non
         from relief import heightmap
 
         heightmap.check_scales(textures, cast("Lengths", scales))
-
-
-def add_distance(parser: argparse._ActionsContainer) -> None:
-    """Add `--distance-cm`, None where not given."""
-    add_option(parser, "distance_cm", distance_option(), float)
 
 
 def add_workers(parser: argparse._ActionsContainer) -> None:

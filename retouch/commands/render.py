@@ -77,19 +77,20 @@ def run(arguments: argparse.Namespace) -> int:
 def _lines(rendering: "Rendering") -> Iterator[str | TextTable]:
     """The table of the pictures, and sentences about them."""
     columns = (("condition", "text"), ("mean radiance", "number"), ("error of a pixel", "number"))
-    yield TextTable((*columns, ("files", "text")), list(_rows(rendering)))
-    rows, cols = rendering.batches.mean.shape[1:]
+    rows = [
+        (
+            one["condition"],
+            number(one["mean_radiance"]),
+            percent(one["pixel_error_percent"]),
+            f"{file}.exr, .png",
+        )
+        for one, file in zip(rendering.as_json()["pictures"], rendering.files, strict=True)
+    ]
+    yield TextTable((*columns, ("files", "text")), rows)
+    high, wide = rendering.batches.mean.shape[1:]
     yield (
-        f"{cols} x {rows} pixels, {rendering.batches.samples} samples each, {rendering.scene.variant}, "
+        f"{wide} x {high} pixels, {rendering.batches.samples} samples each, {rendering.scene.variant}, "
         f"{duration(rendering.seconds)} of rendering."
     )
     if rendering.black:
         yield f"Black: {', '.join(rendering.black)}; next to no light goes from there to the camera."
-
-
-def _rows(rendering: "Rendering") -> Iterator[tuple[str, ...]]:
-    """Name, mean radiance, standard error of a pixel and files of each condition."""
-    for (condition, mean), error, file in zip(
-        rendering.levels.items(), rendering.errors_percent, rendering.files, strict=True
-    ):
-        yield condition, number(mean), percent(error), f"{file}.exr, .png"
