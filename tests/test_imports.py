@@ -40,7 +40,7 @@ _ALLOWED = {
         "relief.solids.remeshing"
     ),
     "surrogate": "relief.ground",
-    "surrogate.corpus": "relief relief.ground relief.preparing surrogate surrogate.families",
+    "surrogate.corpus": "relief.ground relief.preparing surrogate surrogate.families",
     "surrogate.data": "relief.ground surrogate surrogate.corpus",
     "surrogate.families": "relief.ground",
     "surrogate.nets": "relief.ground surrogate",
