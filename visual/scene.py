@@ -24,9 +24,8 @@ from relief.relief import Relief
 from visual.backend import variants
 from visual.backend.user_settings import keeping_user_settings, user_settings_kept
 from visual.exact.discontinuities import EdgeSamples
-from visual.exact.light_scene import LightScene
+from visual.exact.light_scene import Illumination, LightScene
 from visual.exact.render import RenderSettings, condition_pictures, light_pictures
-from visual.exact.view import Illumination
 from visual.explain import explain
 from visual.framing import clipped, cut_off, pixels_of_plate, resolution_of, scaled
 from visual.geometry.film_samples import hidden_plate

@@ -61,47 +61,28 @@ class ExactLook(_OfScene):
         scene.check_samples(samples, resolution)
         settings = RenderSettings(samples or scene.samples, seed, shadow_edges)
         reliefs = heights.reshape(-1, *heights.shape[-2:])
-        each = [pictures(alone, ambient, relief, scene.plate, settings) for relief in reliefs]
+        each = [pictures(alone, ambient, relief, settings) for relief in reliefs]
         return torch.stack(each).reshape(*heights.shape[:-2], *each[0].shape)
 
     def views(self, samples: FixedSamples) -> tuple[View, ...]:
         """A view for each camera; see the protocol."""
-        scene, (resolution, seed, strata, edge_samples, directions, ambient_strata, blur) = (
-            self._scene,
-            samples,
-        )
+        scene, strata = self._scene, samples.strata
         variants.use(scene.variant)
         variants.require_gradients(scene.needs.spectral)
         scene.check_model("exact")
-        rows, cols = scene.size_of(resolution)
+        rows, cols = scene.size_of(samples.resolution)
         if rows * cols * strata**2 > MOST_FIXED_SAMPLES:
             raise InputError(
                 f"{scene.file}: film: {scene.resolution[1]} x {scene.resolution[0]} pixels; steps keep "
                 f"{rows * cols * strata**2:.3g} samples in memory, more than {MOST_FIXED_SAMPLES:.3g}; take "
                 "fewer pixels"
             )
-        groups, first = scene.illuminations(resolution, directions)
-        bsdf, met = plate_bsdf(first.scene), any(group.seen is not None for group in groups)
-        lobes = lobes_of(bsdf, len(scene.plate.faces), seed, blur) if met else None
+        groups, first = scene.illuminations(samples.resolution, samples.directions)
+        lobes = None
+        if any(group.seen is not None for group in groups):
+            lobes = lobes_of(plate_bsdf(first.scene), len(scene.plate.faces), samples.seed, samples.blur)
         ambient = groups.pop() if scene.needs.around else None
-        return tuple(
-            View(
-                first.scene,
-                bsdf,
-                first.set_heights,
-                scene.plate,
-                camera,
-                groups,
-                ambient,
-                seed,
-                strata,
-                # Many directions share a pixel's samples: each needs fewer.
-                ambient_strata or max(1, strata // 2),
-                edge_samples,
-                lobes,
-            )
-            for camera in first.cameras
-        )
+        return tuple(View(first, camera, groups, ambient, samples, lobes) for camera in first.cameras)
 
 
 @keeping_user_settings

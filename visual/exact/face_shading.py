@@ -145,12 +145,9 @@ def unshadowed(
     lights: LightSet,
     toward_camera: Array,
     places: ShadingPoints = _ORIGIN,
-    share: FixedShare | None = None,
 ) -> Array:
     """Radiance (lights, faces) without its derivatives; arguments as of `shade`."""
-    if len(slope_x) == 0:
-        return np.zeros((len(lights), 0))
-    return shade(bsdf, slope_x, slope_y, lights, toward_camera, places, share, derivatives=False).radiance
+    return shade(bsdf, slope_x, slope_y, lights, toward_camera, places, derivatives=False).radiance
 
 
 def _radiance(

@@ -9,7 +9,7 @@ from relief.ground.arrays import Array
 from relief.plate_grid import NO_HALO, Halo
 from relief.surface import Surface
 from visual.exact.background import Background
-from visual.exact.view import Illumination
+from visual.exact.light_scene import Illumination
 from visual.fast.ambient_net import AmbientLight, UnoccludedLight, trained_ambient_light
 from visual.fast.bsdf_table import AMBIENT_ENTRIES, ENTRIES, ambient_table, light_table
 from visual.fast.camera_view import CameraView, FastCamera, LightGroup
