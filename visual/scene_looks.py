@@ -9,7 +9,6 @@ from torch import Tensor
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from visual.backend import variants
-from visual.backend.plate_shape import plate_bsdf
 from visual.backend.user_settings import keeping_user_settings
 from visual.exact.lobes import lobes_of
 from visual.exact.render import RenderSettings, pictures
@@ -80,7 +79,7 @@ class ExactLook(_OfScene):
         groups, first = scene.illuminations(samples.resolution, samples.directions)
         lobes = None
         if any(group.seen is not None for group in groups):
-            lobes = lobes_of(plate_bsdf(first.scene), len(scene.plate.faces), samples.seed, samples.blur)
+            lobes = lobes_of(first.bsdf, len(scene.plate.faces), samples.seed, samples.blur)
         ambient = groups.pop() if scene.needs.around else None
         return tuple(View(first, camera, groups, ambient, samples, lobes) for camera in first.cameras)
 
@@ -128,7 +127,7 @@ class FastLook(_OfScene):
         scene.check_model("fast")
         variants.use(scene.variant)
         variants.require_gradients(scene.needs.spectral)
-        bsdf = plate_bsdf(scene.light_scenes()[0].scene)
+        bsdf = scene.light_scenes()[0].bsdf
         every = (scene.illumination(light) for light in scene.needs.alone)
         lights = [far for far in every if isinstance(far, ParallelLights)]
         ambient, rise_mm = scene.description.ambient, rise_of(scene.heights)
@@ -153,16 +152,9 @@ class FastLook(_OfScene):
         if key not in self._camera_views:
             scene.check_model("fast")
             groups, first = scene.illuminations(resolution, directions)
+            rise_mm, ambient = rise_of(scene.heights), bool(scene.needs.around)
             self._camera_views[key] = camera_view(
-                scene.surface,
-                rise_of(scene.heights),
-                scene.plate.halo,
-                plate_bsdf(first.scene),
-                first.cameras,
-                groups,
-                bool(scene.needs.around),
-                self.shadows,
-                lines,
+                first, scene.surface, rise_mm, groups, ambient, self.shadows, lines
             )
         return self._camera_views[key]
 

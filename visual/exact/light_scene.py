@@ -9,6 +9,7 @@ import numpy as np
 from relief.ground.arrays import Array
 from visual.backend import buffers, variants
 from visual.backend.mitsuba import dr, mi
+from visual.backend.plate_shape import plate_shape
 from visual.exact.background import Background, black_background
 from visual.geometry.projection import Projection
 from visual.geometry.topology import PlateTopology
@@ -110,6 +111,11 @@ class LightScene:
     def params(self) -> Any:
         """The `mi.traverse` of `scene`."""
         return self.lit.params
+
+    @property
+    def bsdf(self) -> Any:
+        """The plate's material."""
+        return plate_shape(self.scene).bsdf()
 
     def set_heights(self, heights: Array) -> None:
         """Put (rows, cols) mm into the scene; from here on the scene's own variant is set.

@@ -21,7 +21,6 @@ from relief.ground.arrays import Array
 from relief.ground.progress import stage, this_stage
 from visual.backend import buffers, variants
 from visual.backend.mitsuba import dr, mi
-from visual.backend.plate_shape import plate_bsdf
 from visual.backend.user_settings import user_settings_kept
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
 from visual.exact.fixed_samples import FixedSamples
@@ -100,10 +99,8 @@ class _Pictures(torch.autograd.Function):
         settings: RenderSettings,
     ) -> Tensor:
         values = _to_numpy(heights)
-        alone = [light_pictures(light, values, settings, number) for number, light in enumerate(lights)]
-        around = None if ambient is None else light_pictures(ambient, values, settings, len(lights))
         ctx.heights, ctx.lights, ctx.ambient, ctx.settings = values, lights, ambient, settings
-        return torch.as_tensor(condition_pictures(alone, around)).to(heights.dtype)
+        return torch.as_tensor(scene_pictures(lights, ambient, values, settings)).to(heights.dtype)
 
     @staticmethod
     @user_settings_kept
@@ -156,6 +153,15 @@ def light_pictures(light: LightScene, heights: Array, settings: RenderSettings, 
     cameras = range(len(light.cameras))
     each = [_render(light, heights, settings, PictureIndex(camera, number)) for camera in cameras]
     return np.stack(each, axis=-3)
+
+
+def scene_pictures(
+    lights: Sequence[LightScene], ambient: LightScene | None, heights: Array, settings: RenderSettings
+) -> Array:
+    """`pictures` of heights (rows, cols) without derivatives; in colour (3, conditions, rows, cols)."""
+    alone = [light_pictures(light, heights, settings, number) for number, light in enumerate(lights)]
+    around = None if ambient is None else light_pictures(ambient, heights, settings, len(lights))
+    return condition_pictures(alone, around)
 
 
 def condition_pictures(alone: Sequence[Array], ambient: Array | None) -> Array:
@@ -277,7 +283,7 @@ def mirror_gradient(
 
 def _mirrors(light: LightScene, seed: int) -> Lobes | None:
     """Mirror-smooth parts of the plate's material; None if there are none."""
-    return lobes_of(plate_bsdf(light.scene), len(light.plate.faces), seed, narrow=False)
+    return lobes_of(light.bsdf, len(light.plate.faces), seed, narrow=False)
 
 
 def edge_gradient(
@@ -300,7 +306,7 @@ def edge_gradient(
     if len(shadows.light) == 0 and edges is None:
         return np.zeros_like(heights)
     shining, lobes = Illumination(lights, light.background, light.seen), _mirrors(light, seed)
-    lit = LitPlate(mesh, camera, plate_bsdf(light.scene), shining, lobes, derivatives=False)
+    lit = LitPlate(mesh, camera, light.bsdf, shining, lobes, derivatives=False)
     gradient = np.zeros(heights.size)
     for pixels, samples, values in discontinuity_entries(lit, shadows, edges):
         weighted = adjoint.ravel()[pixels] * values

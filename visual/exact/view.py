@@ -17,7 +17,6 @@ import scipy.sparse as sp
 
 from relief.ground.arrays import Array
 from relief.ground.progress import stage
-from visual.backend.plate_shape import plate_bsdf
 from visual.backend.user_settings import user_settings_kept
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
 from visual.exact.fixed_samples import FixedSamples
@@ -85,7 +84,7 @@ class View:
             lobes: of the material, for lights that rays can meet.
         """
         generator, strata = np.random.default_rng(samples.seed), samples.strata
-        self._loaded, self._bsdf, self._lobes = loaded, plate_bsdf(loaded.scene), lobes
+        self._loaded, self._bsdf, self._lobes = loaded, loaded.bsdf, lobes
         self._plate = loaded.plate
         self._shape, reconstruction = (camera.rows, camera.cols), camera.filter
         self._alone, self._ambient = alone, ambient
