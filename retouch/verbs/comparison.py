@@ -247,10 +247,7 @@ def _seen(one: Subject, other: Subject, file: Path, options: CompareOptions) -> 
         )
     if before.mean.mean() < BLACK * scene.white:
         raise InputError(f"{file}: its pictures are black; no light reaches the plate from above")
-    plate = scene.plate_weights()
-    change = metrics.look(
-        before, after, scene.white, plate, scene.weights, scene.pixels_per_mm(), options.distance_cm
-    )
+    change = metrics.look(before, after, scene, options.distance_cm)
     in_colour = scene.colour and same_grid
     colours = colour_pictures(scene, *heights, seed) if in_colour else None
     change = change.model_copy(update={"conditions": tuple(scene.conditions)})
