@@ -64,8 +64,9 @@ class StimulusPlates:
 
     def lines(self, seconds: float | None = None) -> Iterator[str | TextTable]:
         """Lines and the table of the plates for a person; `seconds` that the set took, if it was computed."""
-        headings = ("plate", "kind", "felt, JND", "over places", "contact, mm²", "pictures, %")
-        headings += ("JOD",) if any(plate.jod is not None for plate in self.numbers.plates) else ()
+        headings = ["plate", "kind", "felt, JND", "over places", "contact, mm²", "pictures, %"]
+        if any(plate.jod is not None for plate in self.numbers.plates):
+            headings.append("JOD")
         rows = [_cells(plate)[: len(headings)] for plate in self.numbers.plates]
         yield TextTable([(heading, "") for heading in headings], rows, gap=1)
         if smooth := [plate.roughness for plate in self.numbers.plates if plate.jnd is None]:
