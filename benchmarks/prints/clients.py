@@ -26,7 +26,7 @@ from relief.printed import printed
 from relief.solids.body import Body, Part, joined
 from relief.solids.export.parts import write_parts
 from relief.solids.export.plate_export import plate_mesh, repeated
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 from relief.solids.meshes.solid import volume_mm3
 from relief.solids.objects.table import OBJECTS
 

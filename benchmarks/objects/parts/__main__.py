@@ -31,7 +31,7 @@ from benchmarks.objects.bundled import TEXTURE, on_plate, tile_of
 from benchmarks.objects.parts.part_clients import looked_at
 from benchmarks.shared.common import DOCS, ROOT, kept, load, parser_of, publish, table
 from relief.ground.arrays import Array
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 
 HERE = Path(__file__).parent
 NAMES = sorted(file.stem for file in HERE.glob("*.3mf"))

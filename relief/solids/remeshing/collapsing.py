@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from relief.ground.arrays import Array, Flags, Index
+from relief.ground.arrays import Array, Flags, Index, flagged
 from relief.solids.meshes.neighbourhood import BITS, MASK, among, edge_ends, edge_keys
 from relief.solids.remeshing.triangles import LONG, Triangles
 
@@ -60,8 +60,7 @@ class Collapses:
 
     def _around(self, gone: Index, stays: Index) -> Index:
         """Numbers of the triangles, rising, around vertices to be removed and those they go to."""
-        ends = np.zeros(len(self.triangles.vertices), bool)
-        ends[gone] = ends[stays] = True
+        ends = flagged(np.concatenate([gone, stays]), len(self.triangles.vertices))
         return np.flatnonzero(self.triangles.count(ends) > 0)
 
     def _short_edges(self, size: Array) -> tuple[Index, Index]:

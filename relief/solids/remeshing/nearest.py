@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Flags, Index
+from relief.ground.arrays import Array, Flags, Index, runs
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import edge_pairs, twins
+from relief.solids.meshes.neighbourhood import edge_pairs, nearest_in, twins
 
 GUESSES = 6
 """Samples near a point whose faces are tried first; slivers side by side have their samples side by side."""
@@ -77,9 +77,8 @@ class NearestPoints:
         active = active[share[active].max(axis=1) > 1.0 - CORNER]
         vertex = self._vertices[best[active], np.argmax(share[active], axis=1)]
         count = np.diff(self._last, prepend=0)[vertex]
-        first = np.cumsum(count) - count
-        own = np.repeat(active, count)
-        guess = self._around[np.repeat(self._last[vertex] - count - first, count) + np.arange(len(own))]
+        number, place = runs(count, self._last[vertex] - count)
+        own, guess = active[number], self._around[place]
         same = self.region[guess] == self.region[best[own]]
         own, guess = own[same], guess[same]
         distance = nearest_in(points[own], self.corners[guess])[1]
@@ -125,35 +124,6 @@ def _samples(corners: Array, spacing_mm: float) -> tuple[Index, Array]:
     middle = 0.5 * (corners[rows, short] + corners[rows, (short + 1) % 3])
     way = corners[rows, (short + 2) % 3] - middle
     count = np.maximum(np.ceil(np.linalg.norm(way, axis=1) / spacing_mm).astype(np.int64), 1)
-    face = np.repeat(rows, count)
-    number = np.arange(len(face)) - np.repeat(np.cumsum(count) - count, count)
+    face, number = runs(count)
     along = (number + 0.4) / count[face]
     return face, middle[face] + along[:, None] * way[face]
-
-
-def nearest_in(points: Array, corners: Array) -> tuple[Array, Array]:
-    """Barycentric coordinates (n, 3) of the nearest points of triangles (n, 3, 3), squared distances."""
-    a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    ap = points - a
-    bb, bc, cc = (ab * ab).sum(1), (ab * ac).sum(1), (ac * ac).sum(1)
-    pb, pc = (ap * ab).sum(1), (ap * ac).sum(1)
-    scale = bb * cc - bc * bc
-    sound = scale > 1e-20 * np.maximum(bb, cc) ** 2
-    scale = np.where(sound, scale, 1.0)
-    v, w = (cc * pb - bc * pc) / scale, (bb * pc - bc * pb) / scale
-    share = np.stack([1.0 - v - w, v, w], axis=1)
-    outside = np.flatnonzero(~(sound & (share >= 0.0).all(axis=1)))
-    if len(outside):
-        best = np.full(len(outside), np.inf)
-        for k in range(3):
-            start, way = corners[outside, k], corners[outside, (k + 1) % 3] - corners[outside, k]
-            length = np.maximum((way * way).sum(1), 1e-30)
-            t = np.clip(((points[outside] - start) * way).sum(1) / length, 0.0, 1.0)
-            square = ((start + t[:, None] * way - points[outside]) ** 2).sum(1)
-            nearer = square < best
-            best[nearer] = square[nearer]
-            rows = outside[nearer]
-            share[rows] = 0.0
-            share[rows, k], share[rows, (k + 1) % 3] = 1.0 - t[nearer], t[nearer]
-    nearest = np.einsum("nc,ncd->nd", share, corners)
-    return share, ((nearest - points) ** 2).sum(1)

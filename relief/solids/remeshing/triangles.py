@@ -8,10 +8,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Flags, Index
+from relief.ground.arrays import Array, Flags, Index, flagged
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import BITS, MASK, among, edge_ends, edge_keys
+from relief.solids.meshes.neighbourhood import BITS, MASK, among, edge_ends, edge_keys, places_among
 from relief.solids.meshes.refining import divided
 
 LONG = 4.0 / 3.0
@@ -83,9 +83,8 @@ class Triangles:
         chosen = chosen[~among(chosen, np.unique(whole))]
         if not len(chosen):
             return 0
-        keys, first = self.keys(), len(self.vertices)
-        at = np.minimum(np.searchsorted(chosen, keys), len(chosen) - 1)
-        middles = np.where(chosen[at] == keys, first + at, -1).reshape(-1, 3)
+        first, at = len(self.vertices), places_among(keys, chosen)
+        middles = np.where(at < 0, -1, first + at).reshape(-1, 3)
         ends = np.stack([chosen >> BITS, chosen & MASK])
         self.vertices = np.concatenate([self.vertices, self.vertices[ends].mean(axis=0)])
         self.corner = np.concatenate([self.corner, np.zeros(len(chosen), bool)])
@@ -102,8 +101,7 @@ class Triangles:
 
     def drop_unused(self) -> None:
         """Renumber the remaining vertices."""
-        used = np.zeros(len(self.vertices), bool)
-        used[self.faces] = True
+        used = flagged(self.faces, len(self.vertices))
         renumber = np.cumsum(used) - 1
         self.faces = renumber[self.faces]
         self.vertices, self.corner = self.vertices[used], self.corner[used]

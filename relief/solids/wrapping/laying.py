@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Flags, quantiles, smooth_step
+from relief.ground.arrays import Array, Flags, flagged, quantiles, smooth_step
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import ways_from
@@ -165,8 +165,7 @@ class TexturePlacer:
         leading = layout.leading()
         chart = int(leading[middle])
         own = layout.laid() & (leading == chart)
-        others = np.zeros(len(body.vertices), bool)
-        others[body.faces[~own & layout.laid()]] = True
+        others = flagged(body.faces[~own & layout.laid()], len(body.vertices))
         ways = ways_from(body, others, self.falloff_mm)
         fade = smooth_step(np.minimum(ways, self.falloff_mm) / self.falloff_mm)
         uv = layout.uv[:, chart] - layout.uv[middle, chart, 0]

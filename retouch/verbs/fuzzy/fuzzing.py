@@ -22,7 +22,7 @@ from relief.solids.body import Part
 from relief.solids.export.parts import write_parts
 from relief.solids.filament import profiles
 from relief.solids.filament.profiles import Profile, Setting, read_profile
-from relief.solids.files import Mesh
+from relief.solids.files.mesh import Mesh
 from retouch.verbs.evaluation import evaluate
 from retouch.verbs.filament.slicing import check_slicer, sliced
 from retouch.verbs.fuzzy.fuzzy_options import FuzzyOptions

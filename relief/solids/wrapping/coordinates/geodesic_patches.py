@@ -45,12 +45,7 @@ LEAST_ROOM_MM = 4.0
 
 
 def lay_out(
-    body: Body,
-    needed: Flags,
-    blend_mm: float,
-    normals: Array,
-    along: Array | None = None,
-    scale: float = 1.0,
+    body: Body, needed: Flags, blend_mm: float, normals: Array, along: Array | None = None, scale: float = 1.0
 ) -> Layout:
     """Cover a surface with patches.
 

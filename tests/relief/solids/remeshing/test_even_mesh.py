@@ -6,9 +6,10 @@ import trimesh
 
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import self_intersections
+from relief.solids.meshes.neighbourhood import nearest_in
 from relief.solids.meshes.refining import edge_for, expected_faces, refined
 from relief.solids.remeshing.facet_noise import turns_by_chance
-from relief.solids.remeshing.nearest import NearestPoints, nearest_in
+from relief.solids.remeshing.nearest import NearestPoints
 from relief.solids.remeshing.smooth_surface import raised, smooth_surface, units
 from relief.solids.wrapping.clearance import clearance_factor
 from relief.solids.wrapping.edges import edge_of
