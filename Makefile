@@ -124,7 +124,7 @@ dist: $(TESTS)  ## build the source archive and the wheel of the last commit int
 	ls dist/*
 
 textures: setup  ## make the input textures anew
-	$(BIN)/python -m surrogate.corpus.bundled_textures
+	$(BIN)/python -m benchmarks.bundled.textures
 
 viewer:  ## build the 3-D viewer of the pages anew, after a change of its source (needs node)
 	@folder=$$(mktemp -d) && trap 'rm -rf "$$folder"' EXIT && cd retouch/pages/viewer && \

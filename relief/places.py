@@ -91,16 +91,9 @@ def cut(heights: Any, places: Index, shape: tuple[int, int]) -> Any:
     Returns:
         (k, *shape), an array or a tensor like `heights`.
     """
-    rows, cols = _indices(places, shape, heights.shape)
+    sizes = zip(places.T, shape, heights.shape, strict=True)
+    rows, cols = ((first[:, None] + np.arange(count, dtype=np.int64)) % size for first, count, size in sizes)
     return heights[rows[:, :, None], cols[:, None, :]]
-
-
-def _indices(places: Index, patch: tuple[int, ...], shape: tuple[int, ...]) -> tuple[Index, Index]:
-    """(k, n) rows and (k, m) columns of the relief under each patch."""
-    rows, cols = (
-        (places[:, axis, None] + np.arange(patch[axis], dtype=np.int64)) % shape[axis] for axis in (0, 1)
-    )
-    return rows, cols
 
 
 def _starts(surface: Surface, spacing_mm: float) -> list[Index]:

@@ -13,6 +13,10 @@ cell with corners ``a = (i, j)``, ``b = (i, j + 1)``, ``c = (i + 1, j)``, ``d = 
 import numpy as np
 from numpy.typing import NDArray
 
+from relief.ground.arrays import Array
+
+Numbers = NDArray[np.int32]
+"""Numbers of vertices, faces or height samples."""
 Halo = tuple[int, int]
 """Samples of the neighbours beyond each side of the plate, along y and x."""
 NO_HALO: Halo = (0, 0)
@@ -23,9 +27,7 @@ def vertex_shape(rows: int, cols: int, halo: Halo = NO_HALO) -> tuple[int, int]:
     return rows + 2 * max(1, halo[0]), cols + 2 * max(1, halo[1])
 
 
-def grid_axes(
-    rows: int, cols: int, size_mm: float, halo: Halo = NO_HALO
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def grid_axes(rows: int, cols: int, size_mm: float, halo: Halo = NO_HALO) -> tuple[Array, Array]:
     """Return the grid lines of the vertices.
 
     Args:
@@ -38,37 +40,35 @@ def grid_axes(
         ``x``, rising, and ``y``, falling, in mm, one for each column and row of vertices.
     """
 
-    def across(samples: int, length_mm: float, beyond: int) -> NDArray[np.float64]:
+    def across(samples: int, length_mm: float, beyond: int) -> Array:
         centres = (np.arange(-beyond, samples + beyond) + 0.5) / samples - 0.5
         return length_mm * (centres if beyond else np.concatenate(([-0.5], centres, [0.5])))
 
     return across(cols, size_mm, halo[1]), -across(rows, size_mm * (rows / cols), halo[0])
 
 
-def grid_vertices(
-    rows: int, cols: int, size_mm: float, halo: Halo = NO_HALO
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def grid_vertices(rows: int, cols: int, size_mm: float, halo: Halo = NO_HALO) -> tuple[Array, Array]:
     """Return ``x`` and ``y`` in mm of every vertex, each of shape ``(vertices,)``."""
     x, y = np.meshgrid(*grid_axes(rows, cols, size_mm, halo))
     return x.ravel(), y.ravel()
 
 
-def pad_index(rows: int, cols: int, halo: Halo = NO_HALO) -> NDArray[np.int32]:
+def pad_index(rows: int, cols: int, halo: Halo = NO_HALO) -> Numbers:
     """Return the flat index of each vertex's height sample, shape ``(vertices,)``."""
 
-    def along(samples: int, beyond: int) -> NDArray[np.int32]:
+    def along(samples: int, beyond: int) -> Numbers:
         place = np.arange(-max(1, beyond), samples + max(1, beyond), dtype=np.int32)
         return place % samples if beyond else np.clip(place, 0, samples - 1)
 
     return (along(rows, halo[0])[:, None] * np.int32(cols) + along(cols, halo[1])).ravel()
 
 
-def _corners(rows: int, cols: int, halo: Halo) -> NDArray[np.int32]:
+def _corners(rows: int, cols: int, halo: Halo) -> Numbers:
     shape = vertex_shape(rows, cols, halo)
     return np.arange(shape[0] * shape[1], dtype=np.int32).reshape(shape)
 
 
-def grid_faces(rows: int, cols: int, halo: Halo = NO_HALO) -> NDArray[np.int32]:
+def grid_faces(rows: int, cols: int, halo: Halo = NO_HALO) -> Numbers:
     """Return the vertices of the faces, shape ``(faces, 3)``; cell ``k`` has faces ``2k`` and ``2k + 1``."""
     vertex = _corners(rows, cols, halo)
     a, b, c, d = vertex[:-1, :-1], vertex[:-1, 1:], vertex[1:, :-1], vertex[1:, 1:]
@@ -76,9 +76,7 @@ def grid_faces(rows: int, cols: int, halo: Halo = NO_HALO) -> NDArray[np.int32]:
     return np.stack([upper_left, lower_right], axis=-2).reshape(-1, 3)
 
 
-def edges(
-    rows: int, cols: int, halo: Halo = NO_HALO
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
+def edges(rows: int, cols: int, halo: Halo = NO_HALO) -> tuple[Numbers, Numbers, Numbers, Numbers]:
     """Return every edge once, with the faces beside it.
 
     Left and right of an edge are seen from +z in the direction from its start to its end. An edge on a side
@@ -98,7 +96,7 @@ def edges(
     first = 2 * np.arange(down * across, dtype=np.int32).reshape(down, across)
     second = first + 1
 
-    def beside(faces: NDArray[np.int32], pad: tuple[tuple[int, int], tuple[int, int]]) -> NDArray[np.int32]:
+    def beside(faces: Numbers, pad: tuple[tuple[int, int], tuple[int, int]]) -> Numbers:
         return np.pad(faces, pad, constant_values=-1)
 
     before, after = (1, 0), (0, 1)

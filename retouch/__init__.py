@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from retouch.verbs.evaluation import evaluate as evaluate
     from retouch.verbs.exporting import Exported as Exported
     from retouch.verbs.exporting import export as export
-    from retouch.verbs.filament.bead_evaluation import read_gcode as read_gcode
     from retouch.verbs.fuzzy.fuzzing import FuzzyProfile as FuzzyProfile
     from retouch.verbs.fuzzy.fuzzing import fuzzy as fuzzy
     from retouch.verbs.learning import DatasetMade as DatasetMade
@@ -58,8 +57,9 @@ if TYPE_CHECKING:
     from retouch.verbs.scans.coupons import MeasuredPrinter as MeasuredPrinter
     from retouch.verbs.scans.coupons import coupon as coupon
     from retouch.verbs.scans.coupons import scan_coupon as scan_coupon
-    from retouch.verbs.scans.scanned_print import ScannedPrint as ScannedPrint
+    from retouch.verbs.scans.scanning import ScannedPrint as ScannedPrint
     from retouch.verbs.scans.scanning import scan as scan
+    from retouch.verbs.solid_evaluation import read_gcode as read_gcode
     from retouch.verbs.solid_evaluation import read_solid as read_solid
     from retouch.verbs.stimulus_plates import redraw_stimuli as redraw_stimuli
     from retouch.verbs.stimulus_plates import stimuli as stimuli

@@ -52,6 +52,13 @@ def test_the_first_texture_has_its_commands() -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=path_of)
+def test_no_line_of_text_starts_with_a_sign_of_markup(page: Path) -> None:
+    """MyST takes a percent sign at the start of a line for a comment, a plus for an item of a list."""
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    assert not re.findall(r"^[ >]*[%+](?: .*|[^ ]*)$", text, re.MULTILINE)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=path_of)
 def test_the_command_is_written_in_one_way(page: Path) -> None:
     assert not re.search(r"python -m (optimize|retouch)|bin/retouch", page.read_text(encoding="utf-8"))
 

@@ -40,7 +40,7 @@ _ALLOWED = {
         "relief.solids.remeshing"
     ),
     "surrogate": "relief.ground",
-    "surrogate.corpus": "relief relief.ground relief.preparing surrogate surrogate.families",
+    "surrogate.corpus": "relief.ground relief.preparing surrogate surrogate.families",
     "surrogate.data": "relief.ground surrogate surrogate.corpus",
     "surrogate.families": "relief.ground",
     "surrogate.nets": "relief.ground surrogate",
@@ -136,7 +136,8 @@ _ALLOWED = {
     "retouch.laboratory.studies": (
         "mitsuba_scenes optimize.descent optimize.estimates optimize.run_directory optimize.runs "
         "optimize.settings optimize.verification relief relief.ground retouch.laboratory.studies.measuring "
-        "retouch.laboratory.workers retouch.pages retouch.pages.plate_viewer tactile visual.backend"
+        "retouch.laboratory.workers retouch.pages retouch.pages.plate_viewer retouch.pages.templates tactile "
+        "visual.backend"
     ),
     "retouch.laboratory.studies.measuring": (
         "mitsuba_scenes optimize.run_directory optimize.settings optimize.verification relief relief.ground "
@@ -150,15 +151,18 @@ _ALLOWED = {
     "retouch.laboratory.workers": "relief.ground",
     "retouch.pages": (
         "optimize.run_directory optimize.runs optimize.verification relief relief.ground relief.scans "
-        "retouch.pages.plate_viewer retouch.pages.viewer tactile visual"
+        "retouch.pages.plate_viewer retouch.pages.templates retouch.pages.viewer tactile visual"
     ),
     "retouch.pages.objects": (
         "optimize.verification.solids relief relief.ground relief.solids relief.solids.export "
         "relief.solids.meshes relief.solids.wrapping retouch.pages retouch.pages.viewer tactile "
         "visual.backend"
     ),
-    "retouch.pages.plate_viewer": "relief relief.ground retouch.pages.viewer visual visual.lights",
-    "retouch.pages.viewer": "relief relief.ground relief.solids relief.solids.meshes",
+    "retouch.pages.plate_viewer": (
+        "relief relief.ground retouch.pages.templates retouch.pages.viewer visual visual.lights"
+    ),
+    "retouch.pages.templates": "relief.ground",
+    "retouch.pages.viewer": "relief relief.ground relief.solids relief.solids.meshes retouch.pages.templates",
     "retouch.verbs": (
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification optimize.verification.solids relief relief.ground relief.preparing "
@@ -330,8 +334,8 @@ def test_a_verb_loads_what_it_uses(script: str, unused: str) -> None:
 
 MOST_MODULES = 16
 """Most modules of a folder, so that a newcomer sees its subject at a glance."""
-TABLES = ("retouch/commands", "surrogate/families")
-"""Folders with a module for each verb or family, of which there may be any number."""
+TABLES = ("retouch/commands",)
+"""Folders with a module for each verb, of which there may be any number."""
 
 
 def test_folders_have_few_modules() -> None:

@@ -16,8 +16,7 @@ from visual.backend import variants
 from visual.backend.mitsuba import mi
 from visual.exact.background import Background, black_background, scene_background
 from visual.exact.bounded_paths import bounded_paths
-from visual.exact.light_scene import LightScene, LitScene
-from visual.exact.view import Illumination
+from visual.exact.light_scene import Illumination, LightScene, LitScene
 from visual.geometry.film_filter import film_filter
 from visual.geometry.projection import Projection, from_above, projection_of
 from visual.geometry.topology import PlateTopology
@@ -123,6 +122,7 @@ class SceneLoader:
         sensors = lit.scene.sensors()
         return LightScene(
             lit,
+            self._plate,
             shining,
             needs.cameras,
             tuple(

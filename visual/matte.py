@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from visual.backend import variants
-from visual.backend.plate_shape import plate_bsdf
 from visual.backend.user_settings import user_settings_kept
 from visual.exact.face_shading import ShadingPoints, unshadowed
 from visual.lights.kind import Light, shines
@@ -109,7 +108,7 @@ def _lamp(name: str, light: Light, lights: LightSet) -> Lamp:
     vectors has of 1; the rest is sky.
     """
     count = len(lights)
-    strength = np.broadcast_to(np.reshape(lights.strength, (count, -1)), (count, 3)) @ LUMINANCE
+    strength = lights.strength @ LUMINANCE
     toward = np.concatenate([lights.toward_from(k, MIDDLE).reshape(1, 3) for k in range(count)])
     mean = strength @ toward / max(float(strength.sum()), np.finfo(np.float64).tiny)
     azimuth, elevation = angles(mean / max(float(np.linalg.norm(mean)), np.finfo(np.float64).tiny))
@@ -128,6 +127,6 @@ def _flat_albedo(scene: Scene, sets: Sequence[LightSet]) -> float:
     side = (np.arange(TEXTURE_SIDE) + 0.5) / TEXTURE_SIDE
     uv = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
     level, places = np.zeros(len(uv)), ShadingPoints(np.zeros((len(uv), 3)), uv)
-    bsdf = plate_bsdf(scene.light_scenes()[0].scene)
+    bsdf = scene.light_scenes()[0].bsdf
     radiance = [unshadowed(bsdf, level, level, lights, ABOVE, places) for lights in sets]
     return float(sum(each.mean(axis=1).sum() for each in radiance)) / white

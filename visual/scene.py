@@ -24,9 +24,8 @@ from relief.relief import Relief
 from visual.backend import variants
 from visual.backend.user_settings import keeping_user_settings, user_settings_kept
 from visual.exact.discontinuities import EdgeSamples
-from visual.exact.light_scene import LightScene
-from visual.exact.render import RenderSettings, condition_pictures, light_pictures
-from visual.exact.view import Illumination
+from visual.exact.light_scene import Illumination, LightScene
+from visual.exact.render import RenderSettings, scene_pictures
 from visual.explain import explain
 from visual.framing import clipped, cut_off, pixels_of_plate, resolution_of, scaled
 from visual.geometry.film_samples import hidden_plate
@@ -205,12 +204,9 @@ class Scene:
         variants.use(self.variant)
         self.check_samples(samples)
         settings = RenderSettings(samples or self.samples, seed, shadow_edges=False, colour=True)
-        alone, ambient = self.lit_scenes()
         relief = self._field(heights).double().numpy()
         self._check_clipping(relief)
-        pictures_of = [light_pictures(light, relief, settings, i) for i, light in enumerate(alone)]
-        around = None if ambient is None else light_pictures(ambient, relief, settings, len(alone))
-        return condition_pictures(pictures_of, around)
+        return scene_pictures(*self.lit_scenes(), relief, settings)
 
     def plate_weights(self, resolution: int | None = None) -> Array:
         """Weights of pixels in the change of pictures: the plate counts, what lies around it does not.

@@ -9,7 +9,6 @@ from torch import Tensor
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from visual.backend import variants
-from visual.backend.plate_shape import plate_bsdf
 from visual.backend.user_settings import keeping_user_settings
 from visual.exact.lobes import lobes_of
 from visual.exact.render import RenderSettings, pictures
@@ -61,47 +60,28 @@ class ExactLook(_OfScene):
         scene.check_samples(samples, resolution)
         settings = RenderSettings(samples or scene.samples, seed, shadow_edges)
         reliefs = heights.reshape(-1, *heights.shape[-2:])
-        each = [pictures(alone, ambient, relief, scene.plate, settings) for relief in reliefs]
+        each = [pictures(alone, ambient, relief, settings) for relief in reliefs]
         return torch.stack(each).reshape(*heights.shape[:-2], *each[0].shape)
 
     def views(self, samples: FixedSamples) -> tuple[View, ...]:
         """A view for each camera; see the protocol."""
-        scene, (resolution, seed, strata, edge_samples, directions, ambient_strata, blur) = (
-            self._scene,
-            samples,
-        )
+        scene, strata = self._scene, samples.strata
         variants.use(scene.variant)
         variants.require_gradients(scene.needs.spectral)
         scene.check_model("exact")
-        rows, cols = scene.size_of(resolution)
+        rows, cols = scene.size_of(samples.resolution)
         if rows * cols * strata**2 > MOST_FIXED_SAMPLES:
             raise InputError(
                 f"{scene.file}: film: {scene.resolution[1]} x {scene.resolution[0]} pixels; steps keep "
                 f"{rows * cols * strata**2:.3g} samples in memory, more than {MOST_FIXED_SAMPLES:.3g}; take "
                 "fewer pixels"
             )
-        groups, first = scene.illuminations(resolution, directions)
-        bsdf, met = plate_bsdf(first.scene), any(group.seen is not None for group in groups)
-        lobes = lobes_of(bsdf, len(scene.plate.faces), seed, blur) if met else None
+        groups, first = scene.illuminations(samples.resolution, samples.directions)
+        lobes = None
+        if any(group.seen is not None for group in groups):
+            lobes = lobes_of(first.bsdf, len(scene.plate.faces), samples.seed, samples.blur)
         ambient = groups.pop() if scene.needs.around else None
-        return tuple(
-            View(
-                first.scene,
-                bsdf,
-                first.set_heights,
-                scene.plate,
-                camera,
-                groups,
-                ambient,
-                seed,
-                strata,
-                # Many directions share a pixel's samples: each needs fewer.
-                ambient_strata or max(1, strata // 2),
-                edge_samples,
-                lobes,
-            )
-            for camera in first.cameras
-        )
+        return tuple(View(first, camera, groups, ambient, samples, lobes) for camera in first.cameras)
 
 
 @keeping_user_settings
@@ -147,7 +127,7 @@ class FastLook(_OfScene):
         scene.check_model("fast")
         variants.use(scene.variant)
         variants.require_gradients(scene.needs.spectral)
-        bsdf = plate_bsdf(scene.light_scenes()[0].scene)
+        bsdf = scene.light_scenes()[0].bsdf
         every = (scene.illumination(light) for light in scene.needs.alone)
         lights = [far for far in every if isinstance(far, ParallelLights)]
         ambient, rise_mm = scene.description.ambient, rise_of(scene.heights)
@@ -172,16 +152,9 @@ class FastLook(_OfScene):
         if key not in self._camera_views:
             scene.check_model("fast")
             groups, first = scene.illuminations(resolution, directions)
+            rise_mm, ambient = rise_of(scene.heights), bool(scene.needs.around)
             self._camera_views[key] = camera_view(
-                scene.surface,
-                rise_of(scene.heights),
-                scene.plate.halo,
-                plate_bsdf(first.scene),
-                first.cameras,
-                groups,
-                bool(scene.needs.around),
-                self.shadows,
-                lines,
+                first, scene.surface, rise_mm, groups, ambient, self.shadows, lines
             )
         return self._camera_views[key]
 

@@ -19,8 +19,7 @@ from visual.backend import variants
 from visual.backend.mitsuba import mi
 from visual.backend.user_settings import user_settings_kept
 from visual.exact.discontinuities import EdgeSamples
-from visual.exact.light_scene import LightScene
-from visual.exact.render import RenderSettings, condition_pictures, light_pictures
+from visual.exact.render import RenderSettings, scene_pictures
 from visual.lights.quadrature import kind_of
 from visual.looks import EXACT, FIXED_DIRECTIONS, FixedSamples, look_model
 from visual.scene import Scene
@@ -162,14 +161,10 @@ def _samples(scene: Scene) -> int:
 
 def _direct_pictures(scene: Scene, heights: Array, samples: int, seed: int) -> Array:
     """Rendered pictures (conditions, rows, cols) without light from face to face."""
-    alone, ambient = scene.lit_scenes()
-    settings = RenderSettings(samples, seed, shadow_edges=False)
-
-    def shown(light: LightScene, number: int) -> Array:
-        return light_pictures(replace(light, integrator=direct), heights, settings, number)
-
     variants.use(scene.variant)
     # Rays by lights and by the material, as either misses what the other samples.
     direct = mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": 1})
-    each = [shown(light, number) for number, light in enumerate(alone)]
-    return condition_pictures(each, None if ambient is None else shown(ambient, len(alone)))
+    alone, ambient = scene.lit_scenes()
+    lights = [replace(light, integrator=direct) for light in alone]
+    around = ambient and replace(ambient, integrator=direct)
+    return scene_pictures(lights, around, heights, RenderSettings(samples, seed, shadow_edges=False))

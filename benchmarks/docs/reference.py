@@ -13,7 +13,7 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
-from benchmarks.shared.common import DOCS, put, table
+from benchmarks.shared.common import DOCS, load, put, table
 from mitsuba_scenes.fingers import bundled_skins
 from optimize.descent.methods import METHODS, methods_that_take
 from optimize.settings.run_file import Run, run_keys
@@ -23,6 +23,7 @@ from optimize.verification.section import EachUnder, Section
 from optimize.verification.verification import Verification
 from relief.printers import PRINTERS, RANGES
 from retouch.laboratory.published.findings import FILE
+from retouch.laboratory.published.scoreboard import FINGERS
 from retouch.pages.compared import Compared
 from tactile.quantities import MapKeys
 
@@ -51,7 +52,9 @@ def tables() -> dict[tuple[str, str], str]:
         ("json", "compare"): table(keys, json_rows(Compared, ELSEWHERE)),
         ("formats", "fingers"): fingers_table(),
         ("formats", "printers"): printers_table(),
-        ("references", "findings"): findings_table(),
+        ("findings", "rules"): rules_table(),
+        ("findings", "each-finding"): each_finding_table(),
+        ("findings", "findings"): sources_table(),
     }
 
 
@@ -208,7 +211,50 @@ def printers_table() -> str:
     return table(("printer", "pixel, µm", "layer, µm", "smallest feature, µm"), rows)
 
 
-def findings_table() -> str:
+def _published() -> Iterator[tuple[Mapping[str, Any], dict[str, bool | None]]]:
+    """Each finding of the committed study, and whether V of each finger agrees with it."""
+    board = load("published")
+    verdicts: dict[str, dict[str, bool | None]] = {}
+    for row in board["tables"][0]["rows"]:
+        columns = board["records"].get(row["key"], {"columns": {}})["columns"]
+        finding, finger = row["labels"]["finding"], row["labels"]["finger"]
+        verdicts.setdefault(finding, {})[finger] = columns.get("V, right")
+    for finding in board["findings"]["finding"]:
+        yield finding, verdicts[finding["name"]]
+
+
+def rules_table() -> str:
+    """Right of new findings, by rule and finger."""
+    by_rule: dict[str, list[dict[str, bool | None]]] = {}
+    for finding, verdicts in _published():
+        if finding["mark"] == "new":
+            by_rule.setdefault(finding["rule"]["kind"], []).append(verdicts)
+    rows = []
+    for rule, found in sorted(by_rule.items(), key=lambda entry: -len(entry[1])):
+        judged = [[one[finger] for one in found if one[finger] is not None] for finger in FINGERS]
+        rows.append((rule, *(f"{sum(map(bool, one))} of {len(one)}" for one in judged)))
+    return table(("rule", *(f"`{finger}`" for finger in FINGERS)), rows)
+
+
+def each_finding_table() -> str:
+    """Every finding, with the verdict of each finger."""
+    signs = {True: "✓", False: "✗", None: "–"}
+    rows = [
+        (
+            finding["says"],
+            finding["study"],
+            finding["mark"],
+            finding["rule"]["kind"],
+            *(signs[verdicts[finger]] for finger in FINGERS),
+            finding["assumed"],
+        )
+        for finding, verdicts in _published()
+    ]
+    fingers = (f"`{finger}`" for finger in FINGERS)
+    return table(("finding", "source", "mark", "rule", *fingers, "assumed"), rows)
+
+
+def sources_table() -> str:
     """Sources of the findings of `retouch study published`, with how they were read."""
     studies: dict[str, list[dict[str, Any]]] = {}
     for finding in tomllib.loads(FILE.read_text("utf-8"))["finding"]:

@@ -10,6 +10,7 @@ from typing import Any
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 
+from benchmarks.bundled.textures import TEXTURES
 from benchmarks.shared.common import IMAGES
 from mitsuba_scenes import FOLDER, find_texture
 from optimize.run_directory.key import RESULT
@@ -18,7 +19,6 @@ from optimize.verification.picture_metrics import mean_change
 from relief.ground.arrays import Array
 from relief.heightmap import load_heights
 from retouch.verbs.runs import optimize as run
-from surrogate.corpus.bundled_textures import TEXTURES
 from visual.scene import Scene, load_scene
 
 __all__ = ["TEXTURES", "change_percent", "heights", "image", "optimised", "result", "scene"]

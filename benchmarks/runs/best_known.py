@@ -25,6 +25,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
 
+from benchmarks.bundled.textures import TEXTURES
 from benchmarks.shared.checkouts import process
 from benchmarks.shared.common import DOCS, ROOT, kept, load, parser_of, publish, table
 from mitsuba_scenes import find_texture
@@ -34,7 +35,6 @@ from optimize.run_directory.finished_run import read_result
 from optimize.run_directory.key import RESULT
 from optimize.verification.picture_change import change
 from relief.ground.arrays import Array
-from surrogate.corpus.bundled_textures import TEXTURES
 from visual.picture_noise import Batches, batched
 from visual.scene import Scene, load_scene
 

@@ -212,7 +212,7 @@ def methods(scene: Scene, soft: bool, bounces: int, samples: int = SAMPLES) -> d
             settings, index = RenderSettings(samples, seed, edges), PictureIndex(0, 0)
             total = interior_gradient(light, heights, adjoint, settings, index)
             if edges:
-                total = total + edge_gradient(light, heights, adjoint, scene.plate, settings, index)
+                total = total + edge_gradient(light, heights, adjoint, settings, index)
             return total
 
         return gradient

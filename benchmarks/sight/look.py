@@ -182,7 +182,7 @@ def mitsubas(scene: Scene, kind: str, samples: int) -> Method:
     def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
         variable = torch.tensor(heights, requires_grad=True)
         settings = RenderSettings(samples, seed, shadow_edges=False)
-        pictures(suns, ambient, variable, scene.plate, settings).backward(torch.as_tensor(adjoint))
+        pictures(suns, ambient, variable, settings).backward(torch.as_tensor(adjoint))
         assert variable.grad is not None
         return np.asarray(variable.grad.numpy())
 

@@ -127,7 +127,7 @@ def by_adam(
     settings = render.RenderSettings(SAMPLES, 0, edges)
 
     def pictures(heights: torch.Tensor) -> torch.Tensor:
-        return render.pictures(suns, ambient, heights, scene.plate, settings)
+        return render.pictures(suns, ambient, heights, settings)
 
     wanted = pictures(torch.as_tensor(truth))
     heights = torch.tensor(start, requires_grad=True)

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.bundled.textures import TEXTURES
 from benchmarks.shared.common import DOCS, again_given, load, machine, publish, save, table
 from benchmarks.skin.operators import PITCH_MM, Felt, felt, on_patch
 from benchmarks.touch.round_tetrahedra import round_tetrahedra
@@ -20,7 +21,6 @@ from mitsuba_scenes import find_texture
 from relief.ground.arrays import Array
 from relief.ground.progress import say
 from relief.heightmap import load_heights
-from surrogate.corpus.bundled_textures import TEXTURES
 from tactile.elements.round_pad import PadMesh, round_pad_operator
 from tactile.jnd import jnd_apart
 from tactile.layer.cosine_layer import sliding_layer

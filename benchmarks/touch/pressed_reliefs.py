@@ -12,8 +12,8 @@ import skimage.data
 from scipy.ndimage import gaussian_filter, rotate
 from scipy.spatial import cKDTree
 
+from benchmarks.bundled.textures import shrunk, stretched
 from relief.ground.arrays import Array
-from surrogate.corpus.bundled_textures import shrunk, stretched
 
 SIDE, SIZE_MM = 128, 10.0
 PHOTOGRAPHS = ("gravel", "brick", "grass", "coins", "moon", "page")

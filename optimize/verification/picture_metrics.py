@@ -75,10 +75,7 @@ def flip(before: FloatArray, after: FloatArray, white: float, pixels_per_degree:
 def look(
     before: Batches,
     after: Batches,
-    white: float,
-    plate: Weights,
-    cameras: Weights,
-    pixels_per_mm: Weights,
+    scene: Scene,
     distance_cm: float = EYE_DISTANCE_CM,
     with_jod: bool = False,
 ) -> PictureChange:
@@ -86,17 +83,15 @@ def look(
 
     Args:
         before, after: of the same conditions, with common random numbers batch by batch.
-        white: radiance shown as full white.
-        plate: (conditions, rows, cols) weights of the pixels that show the plate, `Scene.plate_weights`.
-        cameras: (conditions,) weights of the conditions, `Scene.weights`.
-        pixels_per_mm: (conditions,) of the pictures, `Scene.pixels_per_mm`.
+        scene: of the pictures.
         distance_cm: from the eye to the plate, for FLIP and JOD.
         with_jod: whether JOD is computed, of the mean pictures: their noise moves it by 0.01.
     """
-    sharpness = [pixels_per_degree(float(one), distance_cm) for one in pixels_per_mm]
+    white, plate = scene.white, scene.plate_weights()
+    sharpness = [pixels_per_degree(float(one), distance_cm) for one in scene.pixels_per_mm()]
     # (conditions) pairs of (batches, rows, cols).
     pairs = list(zip(*(np.swapaxes(one.pictures, 0, 1) for one in (before, after)), strict=True))
-    weights = pixel_weights(plate, cameras)
+    weights = pixel_weights(plate, scene.weights)
     mean = float((weights * before.mean).mean())
     whole = change(before, after, weights=weights)
     each = [change(before.condition(n), after.condition(n), weights=plate[n]) for n in range(len(pairs))]

@@ -122,18 +122,9 @@ def iteration_values(iteration: OuterIteration) -> IterationValues:
 
 
 def _look(settings: Run, problem: Problem, outcome: Outcome) -> PictureChange:
-    scene = problem.scene
-    change = metrics.look(
-        outcome.pictures_before,
-        outcome.pictures_after,
-        scene.white,
-        scene.plate_weights(),
-        scene.weights,
-        scene.pixels_per_mm(),
-        settings.verify.distance_cm,
-        settings.verify.jod,
-    )
-    own = {"conditions": tuple(scene.conditions), "model": problem.look}
+    pictures, verify = (outcome.pictures_before, outcome.pictures_after), settings.verify
+    change = metrics.look(*pictures, problem.scene, verify.distance_cm, verify.jod)
+    own = {"conditions": tuple(problem.scene.conditions), "model": problem.look}
     seen = outcome.steps_seen
     of_steps = {} if seen is None else seen.numbers(outcome.relief.heights, change)
     return change.model_copy(update=own | of_steps)

@@ -16,7 +16,7 @@ from relief.heightmap import check_scales, save_heights_exr, save_heights_png
 from relief.preparing.choices import Box, PrepareOptions, check_output
 from relief.preparing.grey_levels import AS_STORED, WHITE, Levels
 from relief.preparing.preparation_steps import Preparation
-from relief.preparing.repeated_tiles import repeated
+from relief.preparing.tiling import repeated
 from relief.reading.readers import read_samples
 from relief.reading.samples import Samples
 from relief.relief import Relief

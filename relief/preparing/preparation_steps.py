@@ -21,8 +21,7 @@ from relief.heightmap import LEAST_FELT_MM
 from relief.preparing.choices import AUTO, GREYS, MOST_USUAL_SAMPLES, Box, PrepareOptions
 from relief.preparing.grey_levels import FULL, WHITE, Levels
 from relief.preparing.grey_steps import smooth_steps
-from relief.preparing.resampling import resampled, square_in
-from relief.preparing.source_pictures import grey_values
+from relief.preparing.resampling import grey_values, resampled, square_in
 from relief.preparing.tiling import OVERLAP, PERIOD_SIDE, border_ratio, make_tile, period, repeats_already
 from relief.reading.data_colours import no_heights
 from relief.reading.samples import Samples

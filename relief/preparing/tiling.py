@@ -10,6 +10,8 @@ on one another, and are joined in one of two ways.
 * Cut: one copy on either side of the path where the copies differ least. For structured textures. A. Efros
   and W. Freeman, "Image Quilting for Texture Synthesis and Transfer" (2001). Across the cut, heights follow
   the mean slope of the two copies (P. Perez et al., "Poisson Image Editing", 2003).
+
+A tile may be repeated over a surface that is larger than the tile.
 """
 
 from dataclasses import dataclass
@@ -19,7 +21,11 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from relief.ground.arrays import Array, Index
+from relief.ground.errors import InputError
+from relief.ground.lengths import RANGES
+from relief.ground.limits import LARGEST_SIDE
 from relief.preparing.choices import METHODS
+from relief.seam import misfit
 
 OVERLAP = 0.25
 """Width of the overlap, in sides of the tile."""
@@ -255,3 +261,53 @@ def _seam_error(tile: Array, texture: Array, seam: NDArray[np.bool_]) -> float:
         error = scipy.stats.wasserstein_distance(np.concatenate(at_seam), np.concatenate(own))
         errors.append(error / (usual or 1.0))
     return float(seam.mean() * np.mean(errors))
+
+
+@dataclass(frozen=True)
+class RepeatedTile:
+    """A tile repeated from its first row and column on.
+
+    Attributes:
+        heights: (samples, samples), in the unit of the tile.
+        size_mm: Side, mm: whole samples of the tile.
+        tile_mm: Side of the tile, mm.
+        tile_samples: Samples a side of the tile.
+    """
+
+    heights: Array
+    size_mm: float
+    tile_mm: float
+    tile_samples: int
+
+    def __str__(self) -> str:
+        samples = len(self.heights)
+        return (
+            f"{samples} x {samples} samples over {self.size_mm:.6g} mm: the tile of {self.tile_mm:.6g} mm "
+            f"{samples / self.tile_samples:.3g} times along each side"
+        )
+
+
+def repeated(tile: Array, tile_mm: float, plate_mm: float) -> RepeatedTile:
+    """Repeat a tile over a plate.
+
+    Args:
+        tile: (side, side) heights.
+        tile_mm: Side of the tile, mm.
+        plate_mm: Side of the plate, mm, at least that of the tile; rounded to whole samples.
+
+    Raises:
+        InputError: The sides of the tile do not fit, or the plate is smaller than the tile or too large; the
+            line begins with the field ``plate_mm``.
+    """
+    if (sentence := misfit(tile)) is not None:
+        refused = f"plate_mm: {sentence}; make it periodic with "
+        raise InputError(f"{refused}tile='auto'", f"{refused}--tile")
+    side = len(tile)
+    largest = min(RANGES["size_mm"][1], tile_mm * LARGEST_SIDE / side)
+    if not tile_mm <= plate_mm <= largest:
+        raise InputError(
+            f"plate_mm: {plate_mm:g} is not a number from {tile_mm:g}, the side of the tile, to {largest:g}"
+        )
+    samples = round(plate_mm / tile_mm * side)
+    place = np.arange(samples) % side
+    return RepeatedTile(tile[np.ix_(place, place)], samples * tile_mm / side, tile_mm, side)

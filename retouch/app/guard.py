@@ -12,6 +12,9 @@ from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
+from fastapi.datastructures import Headers
+from fastapi.responses import PlainTextResponse
+
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
 Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
@@ -28,12 +31,12 @@ POLICY = (
 )
 """Content-Security-Policy: the page asks nothing of another machine. NiceGUI compiles its templates in the
 browser, which takes inline scripts and `eval`."""
-HEADERS = (
-    (b"content-security-policy", POLICY.encode()),
-    (b"x-content-type-options", b"nosniff"),
-    (b"referrer-policy", b"no-referrer"),
-    (b"cross-origin-resource-policy", b"same-origin"),
-)
+HEADERS = {
+    "content-security-policy": POLICY,
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "no-referrer",
+    "cross-origin-resource-policy": "same-origin",
+}
 """Headers of every answer."""
 
 
@@ -53,8 +56,8 @@ class Guard:
 
     def __init__(self, application: Application, port: int, token: str) -> None:
         self._application, self._token = application, token
-        self._hosts = {f"{name}:{port}".encode() for name in ("127.0.0.1", "localhost")}
-        self._origins = {b"http://" + host for host in self._hosts}
+        self._hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost")}
+        self._origins = {f"http://{host}" for host in self._hosts}
         # Browsers keep one jar of cookies for all ports of a machine.
         self._cookie = f"retouch-{port}"
 
@@ -62,21 +65,21 @@ class Guard:
         if scope["type"] not in ("http", "websocket"):
             await self._application(scope, receive, send)
             return
-        fault = self.fault(scope)
+        fault, send = self.fault(scope), _with_headers(send)
         if fault is None and scope["type"] == "http" and self._token_of_query(scope) is not None:
-            await self._enter(scope, send)
+            await self._enter(scope, receive, send)
         elif fault is None:
-            await self._application(scope, receive, _with_headers(send))
+            await self._application(scope, receive, send)
         elif scope["type"] == "websocket":
             await receive()
             await send({"type": "websocket.close", "code": 1008, "reason": fault})
         else:
-            await _answer(send, 403, fault)
+            await PlainTextResponse(fault, 403, {"cache-control": "no-store"})(scope, receive, send)
 
     def fault(self, scope: Scope) -> str | None:
         """Why a request is refused, in a line; None if it may pass."""
-        headers = _headers(scope)
-        hosts, origins = headers.get(b"host", []), headers.get(b"origin", [])
+        headers = Headers(scope=scope)
+        hosts, origins = headers.getlist("host"), headers.getlist("origin")
         if len(hosts) != 1 or hosts[0].lower() not in self._hosts:
             return "The host of this request is not this server."
         states_origin = scope["type"] == "websocket" or scope["method"] not in SAFE_METHODS
@@ -86,7 +89,7 @@ class Guard:
             return "The token is missing or old: open the address that retouch app printed."
         return None
 
-    def _knows_token(self, scope: Scope, headers: dict[bytes, list[bytes]]) -> bool:
+    def _knows_token(self, scope: Scope, headers: Headers) -> bool:
         shown = [self._token_of_query(scope)] if scope["type"] == "http" else []
         shown += _cookies(headers, self._cookie)
         # Compared as bytes: `compare_digest` takes ASCII texts only.
@@ -98,54 +101,30 @@ class Guard:
             return None
         return dict(_query(scope)).get("token")
 
-    async def _enter(self, scope: Scope, send: Send) -> None:
+    async def _enter(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Keep the token as a cookie, and lead to the address without it."""
         rest = urlencode([(key, value) for key, value in _query(scope) if key != "token"])
         cookie = f"{self._cookie}={self._token}; Path=/; HttpOnly; SameSite=Strict"
-        headers = [(b"location", b"/" + (b"?" + rest.encode() if rest else b""))]
-        await _answer(send, 303, "", [*headers, (b"set-cookie", cookie.encode())])
-
-
-def _headers(scope: Scope) -> dict[bytes, list[bytes]]:
-    headers: dict[bytes, list[bytes]] = {}
-    for name, value in scope["headers"]:
-        headers.setdefault(name.lower(), []).append(value)
-    return headers
+        headers = {"location": f"/?{rest}" if rest else "/", "set-cookie": cookie}
+        await PlainTextResponse("", 303, headers | {"cache-control": "no-store"})(scope, receive, send)
 
 
 def _query(scope: Scope) -> list[tuple[str, str]]:
     return parse_qsl(scope["query_string"].decode("latin-1"), errors="replace")
 
 
-def _cookies(headers: dict[bytes, list[bytes]], name: str) -> list[str]:
+def _cookies(headers: Headers, name: str) -> list[str]:
     """Values of a cookie; those of other servers of this machine stand beside it, whatever they look like."""
-    pairs = [
-        part.partition("=")
-        for header in headers.get(b"cookie", [])
-        for part in header.decode("latin-1").split(";")
-    ]
+    pairs = [part.partition("=") for header in headers.getlist("cookie") for part in header.split(";")]
     return [value.strip() for key, _, value in pairs if key.strip() == name]
 
 
 def _with_headers(send: Send) -> Send:
     async def sending(message: MutableMapping[str, Any]) -> None:
         if message["type"] == "http.response.start":
-            own = list(message.get("headers", ()))
-            known = {name.lower() for name, _ in own}
-            added = [(name, value) for name, value in HEADERS if name not in known]
-            message = {**message, "headers": [*own, *added]}
+            own = Headers(raw=list(message.get("headers", ())))
+            added = [(name.encode(), text.encode()) for name, text in HEADERS.items() if name not in own]
+            message = {**message, "headers": [*own.raw, *added]}
         await send(message)
 
     return sending
-
-
-async def _answer(send: Send, status: int, text: str, headers: Any = ()) -> None:
-    plain = (b"content-type", b"text/plain; charset=utf-8")
-    no_store = (b"cache-control", b"no-store")
-    start = {
-        "type": "http.response.start",
-        "status": status,
-        "headers": [plain, no_store, *headers, *HEADERS],
-    }
-    await send(start)
-    await send({"type": "http.response.body", "body": text.encode()})

@@ -36,28 +36,18 @@ from typing import Any
 import retouch
 from relief.ground.errors import InputError
 from relief.ground.options import Option, add_option
-from retouch.commands.options import add_out, add_talk, report
+from retouch.commands.options import add, add_out, add_talk, keywords, report
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("set", type=Path, metavar="SET", help="folder of a finished set of stimuli")
-    parser.add_argument("files", type=Path, nargs="*", metavar="FILE", help="CSV table of answers")
+    add(parser, "set SET", "folder of a finished set of stimuli", type=Path)
+    add(parser, "files FILE", "CSV table of answers", type=Path, nargs="*")
     add_out(parser, "DIR", "folder of answers.html and answers.json (default: SET)")
-    parser.add_argument(
-        "--partial", action="store_true", help="go without trials of the plan that have no answer"
-    )
-    parser.add_argument(
-        "--serve",
-        action="store_true",
-        help="run the experiment until Ctrl-C: serve its page to this machine, and write each answer to disk",
-    )
-    parser.add_argument(
-        "--without",
-        action="append",
-        default=[],
-        metavar="PERSON",
-        help="leave this person out; may be given several times",
-    )
+    add(parser, "--partial", "go without trials of the plan that have no answer")
+    text = "run the experiment until Ctrl-C: serve its page to this machine, and write each answer to disk"
+    add(parser, "--serve", text)
+    text = "leave this person out; may be given several times"
+    add(parser, "--without PERSON", text, action="append", default=[])
     text = "what another program calls these columns; # stands for the number of a trial"
     add_option(parser, "columns", Option(text, "NAME=COLUMN,...", read=_equations, several=True))
     text = "what the cells of a column mean: first or second plate, a label, yes or no; once for each column"
@@ -97,14 +87,8 @@ def run(arguments: argparse.Namespace) -> int:
 
         serve(arguments.set)
     meanings = _once("values", arguments.values or ())
-    answered = retouch.answers(
-        arguments.set,
-        arguments.files,
-        arguments.out,
-        partial=arguments.partial,
-        without=arguments.without,
-        columns=_once("columns", itertools.chain(*arguments.columns or ())),
-        values={name: _once("values", pairs) for name, pairs in meanings.items()},
-    )
+    arguments.columns = _once("columns", itertools.chain(*arguments.columns or ()))
+    arguments.values = {name: _once("values", pairs) for name, pairs in meanings.items()}
+    answered = retouch.answers(arguments.set, **keywords(arguments, retouch.answers))
     report(arguments, answered.as_json(), answered.lines())
     return 0

@@ -18,29 +18,18 @@ from pathlib import Path
 from mitsuba_scenes import find_texture
 from relief.ground.errors import InputError
 from relief.ground.options import whole_number
+from retouch.commands.options import add
 
 PORT = 8642
 """Port where none is given; none of the registered services of common machines has it."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "picture",
-        nargs="?",
-        type=Path,
-        metavar="PICTURE",
-        help="any picture to begin with; a bundled texture goes by its name (default: the last one)",
-    )
-    parser.add_argument(
-        "--port",
-        type=whole_number(0, 65535),
-        default=PORT,
-        metavar="N",
-        help=f"port of this machine; 0 takes any that is free (default: {PORT})",
-    )
-    parser.add_argument(
-        "--no-browser", dest="browser", action="store_false", help="only print the address of the page"
-    )
+    text = "any picture to begin with; a bundled texture goes by its name (default: the last one)"
+    add(parser, "picture PICTURE", text, nargs="?", type=Path)
+    text = f"port of this machine; 0 takes any that is free (default: {PORT})"
+    add(parser, "--port N", text, type=whole_number(0, 65535), default=PORT)
+    add(parser, "--no-browser", "only print the address of the page", dest="browser", action="store_false")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -22,9 +22,10 @@ from typing import TYPE_CHECKING, cast
 
 from mitsuba_scenes import find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
+from optimize.settings.run_options import distance_option
 from relief.ground.errors import InputError
 from relief.ground.files import check_file_to_write
-from relief.ground.options import given
+from relief.ground.options import add_option, given
 from retouch.commands import options
 
 if TYPE_CHECKING:
@@ -35,14 +36,8 @@ PAGE = Path("comparison.html")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("first", type=Path, metavar="A", help="TEXTURE or RUN_DIR")
-    parser.add_argument(
-        "second",
-        type=Path,
-        nargs="?",
-        metavar="B",
-        help="the same (default: the result of the run A)",
-    )
+    options.add(parser, "first A", "TEXTURE or RUN_DIR", type=Path)
+    options.add(parser, "second B", "the same (default: the result of the run A)", type=Path, nargs="?")
     options.add_out(parser, "PAGE", f"file to write (default: {PAGE})", default=PAGE)
     options.add_plate(parser)
     options.add_repeats(parser, "the run's")
@@ -51,13 +46,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add_talk(parser, "every number")
 
     pictures = options.add_pictures(parser)
-    pictures.add_argument(
-        "--seed",
-        type=options.seed,
-        metavar="N",
-        help="seed of the random numbers (default: that of the run's pictures, or 0)",
-    )
-    options.add_distance(pictures)
+    text = "seed of the random numbers (default: that of the run's pictures, or 0)"
+    options.add(pictures, "--seed N", text, type=options.seed)
+    add_option(pictures, "distance_cm", distance_option(), float)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -67,10 +58,8 @@ def run(arguments: argparse.Namespace) -> int:
     from retouch.verbs.comparison import CompareOptions, compared
     from retouch.verbs.subjects import read_subjects
 
-    chosen = CompareOptions(
-        defines=dict(arguments.defines),
-        **given(arguments, "scene", "variant", "model", "skin", "samples", "seed", "distance_cm"),
-    )
+    keywords = options.keywords(arguments, CompareOptions) | {"defines": dict(arguments.defines)}
+    chosen = CompareOptions(**keywords)
     lengths = cast("Lengths", given(arguments, *options.LENGTHS))
     with options.contact_errors_name(" and ".join(map(str, paths))):
         subjects = read_subjects(arguments.first, arguments.second, lengths, arguments.repeats)

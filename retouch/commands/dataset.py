@@ -19,8 +19,8 @@ import sys
 from pathlib import Path
 
 import retouch
-from relief.ground.options import given, whole_number
-from retouch.commands.options import add_out, add_talk, add_workers, print_json, seed
+from relief.ground.options import whole_number
+from retouch.commands.options import add, add_out, add_talk, add_workers, keywords, print_json, seed
 
 COMPLETE, WITH_FAILURES = 0, 1
 """Exit statuses: every texture has its fields, or some have none."""
@@ -39,63 +39,28 @@ AFTER_INTERRUPT = "; the same command goes on"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_out(parser, "DIR", "the data set, new or unfinished", required=True)
     textures = parser.add_argument_group("the textures")
-    textures.add_argument(
-        "--count",
-        type=whole_number(1, MOST_TEXTURES),
-        required=True,
-        metavar="N",
-        help="number of textures to draw",
-    )
-    textures.add_argument("--seed", type=seed, default=0, metavar="S", help="seed of the corpus (default: 0)")
-    textures.add_argument(
-        "--textures",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="FOLDER",
-        help="further height maps to cut textures from, beside scikit-image's photographs; repeatable",
-    )
-    textures.add_argument(
-        "--optimised", type=Path, metavar="FOLDER", help="optimised textures to add, with their manifest"
-    )
+    text = "number of textures to draw"
+    add(textures, "--count N", text, type=whole_number(1, MOST_TEXTURES), required=True)
+    add(textures, "--seed S", "seed of the corpus (default: 0)", type=seed, default=0)
+    text = "further height maps to cut textures from, beside scikit-image's photographs; repeatable"
+    add(textures, "--textures FOLDER", text, type=Path, action="append", default=[])
+    add(textures, "--optimised FOLDER", "optimised textures to add, with their manifest", type=Path)
     fields = parser.add_argument_group("the fields")
-    fields.add_argument(
-        "--touch",
-        choices=("fem", "layer", "none"),
-        default="fem",
-        help="model of touch: fem, finite elements (default); layer, faster; none",
-    )
-    fields.add_argument(
-        "--lights",
-        choices=("random", "studio", "none"),
-        default="random",
-        help="random, elevation 10 to 80 degrees (default); studio, its three lights; none, no pictures",
-    )
-    fields.add_argument(
-        "--directions",
-        type=whole_number(1, MOST_DIRECTIONS),
-        metavar="K",
-        help="number of random lights of each texture (default: 8)",
-    )
-    fields.add_argument(
-        "--samples",
-        type=whole_number(LEAST_SAMPLES, MOST_SAMPLES),
-        default=144,
-        metavar="N",
-        help="shadow rays a pixel where light and shadow meet (default: 144)",
-    )
+    text = "model of touch: fem, finite elements (default); layer, faster; none"
+    add(fields, "--touch", text, choices=("fem", "layer", "none"), default="fem")
+    text = "random, elevation 10 to 80 degrees (default); studio, its three lights; none, no pictures"
+    add(fields, "--lights", text, choices=("random", "studio", "none"), default="random")
+    text = "number of random lights of each texture (default: 8)"
+    add(fields, "--directions K", text, type=whole_number(1, MOST_DIRECTIONS))
+    text = "shadow rays a pixel where light and shadow meet (default: 144)"
+    add(fields, "--samples N", text, type=whole_number(LEAST_SAMPLES, MOST_SAMPLES), default=144)
     work = parser.add_argument_group("the work")
     add_workers(work)
     add_talk(parser, "the number of textures, and those without fields,")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    result = retouch.dataset(
-        arguments.out,
-        arguments.count,
-        **given(arguments, "seed", "textures", "optimised", "touch", "lights", "directions", "samples"),
-        **given(arguments, "workers", "dask"),
-    )
+    result = retouch.dataset(**keywords(arguments, retouch.dataset))
     status = WITH_FAILURES if result.failures else COMPLETE
     if arguments.json:
         print_json(result.as_json())

@@ -26,7 +26,7 @@ from relief.ground.errors import InputError
 from relief.ground.formats import DISPLACEMENT, FORMATS
 from relief.ground.limits import BASE_MM
 from relief.ground.options import given
-from retouch.commands.options import LENGTHS, TEXTURE, add_out, add_plate, add_printer, add_talk, print_json
+from retouch.commands import options
 
 if TYPE_CHECKING:
     from retouch.verbs.exporting import Exported
@@ -37,43 +37,23 @@ MOST_REPEATS = 256
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "texture",
-        type=Path,
-        nargs="?",
-        metavar="TEXTURE",
-        help=TEXTURE,
+    options.add(parser, "texture TEXTURE", options.TEXTURE, type=Path, nargs="?")
+    text = "write, in place of a texture, a plate by whose scan a printer is measured (retouch scan "
+    text += "--coupon); --printer chooses its size"
+    options.add(parser, "--coupon", text)
+    options.add_out(parser, "OUT", f"file to write: {', '.join((*FORMATS, DISPLACEMENT))}", required=True)
+    options.add_plate(parser)
+    text = f"thickness of the plate under height 0, mm (default: {BASE_MM:g}; whole layers of a printer)"
+    options.add(parser, "--base-mm MM", text, type=float)
+    options.add_printer(
+        parser, "write the print that this printer makes, in flat pixels", "that of the run, or none"
     )
-    parser.add_argument(
-        "--coupon",
-        action="store_true",
-        help="write, in place of a texture, a plate by whose scan a printer is measured (retouch scan "
-        "--coupon); --printer chooses its size",
-    )
-    add_out(parser, "OUT", f"file to write: {', '.join((*FORMATS, DISPLACEMENT))}", required=True)
-    add_plate(parser)
-    parser.add_argument(
-        "--base-mm",
-        type=float,
-        metavar="MM",
-        help=f"thickness of the plate under height 0, mm (default: {BASE_MM:g}; whole layers of a printer)",
-    )
-    add_printer(parser, "write the print that this printer makes, in flat pixels", "that of the run, or none")
-    parser.add_argument(
-        "--repeat",
-        type=times,
-        default=(1, 1),
-        metavar="NxM",
-        help="repeat a tile N times across and M down; --size-mm is the side of one (default: 1x1)",
-    )
-    parser.add_argument(
-        "--tile",
-        action="store_true",
-        default=None,
-        help="write a seamless picture, its lowest point black, and beside it a page (.html) of the numbers "
-        "to type into BumpMesh and Blender",
-    )
-    add_talk(parser, "file, size and thickness", quiet=False)
+    text = "repeat a tile N times across and M down; --size-mm is the side of one (default: 1x1)"
+    options.add(parser, "--repeat NxM", text, type=times, default=(1, 1))
+    text = "write a seamless picture, its lowest point black, and beside it a page (.html) of the numbers "
+    text += "to type into BumpMesh and Blender"
+    options.add(parser, "--tile", text, action="store_true", default=None)
+    options.add_talk(parser, "file, size and thickness", quiet=False)
 
 
 def times(text: str) -> tuple[int, int]:
@@ -90,7 +70,7 @@ def times(text: str) -> tuple[int, int]:
 def run(arguments: argparse.Namespace) -> int:
     exported = _coupon(arguments) if arguments.coupon else _texture(arguments)
     if arguments.json:
-        print_json(exported.as_json())
+        options.print_json(exported.as_json())
         return 0
     sides = f"{exported.width_mm:.4g} x {exported.height_mm:.4g}"
     if exported.thickness_mm is not None:
@@ -110,16 +90,12 @@ def run(arguments: argparse.Namespace) -> int:
 def _texture(arguments: argparse.Namespace) -> "Exported":
     if arguments.texture is None:
         raise InputError("texture: missing", "TEXTURE: missing; name a texture, or --coupon")
-    return retouch.export(
-        arguments.texture,
-        arguments.out,
-        **given(arguments, "base_mm", "repeat", "printer", "tile", *LENGTHS),
-    )
+    return retouch.export(arguments.texture, **options.keywords(arguments, retouch.export))
 
 
 def _coupon(arguments: argparse.Namespace) -> "Exported":
     """Write the coupon, which has its own size. Raises InputError."""
-    others = given(arguments, "texture", "base_mm", "tile", *LENGTHS)
+    others = given(arguments, "texture", "base_mm", "tile", *options.LENGTHS)
     if others or arguments.repeat != (1, 1):
         name = f"--{next(iter(others), 'repeat').replace('_', '-')}".replace("--texture", "TEXTURE")
         raise InputError(f"coupon: has its own {name}", f"{name}: is for textures; --coupon has its own size")

@@ -15,14 +15,14 @@ from pathlib import Path
 
 import retouch
 from relief.ground.options import add_options, declared, given
-from retouch.commands.options import add_out, add_talk, contact_errors_name, report
+from retouch.commands.options import add, add_out, add_talk, contact_errors_name, report
 from retouch.verbs.fuzzy.fuzzy_options import FuzzyOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("part", type=Path, metavar="PART", help="print file, or the name of a bundled object")
+    add(parser, "part PART", "print file, or the name of a bundled object", type=Path)
     text = ".ini of PrusaSlicer or SuperSlicer, or .json of a process of OrcaSlicer or Bambu Studio"
-    parser.add_argument("--profile", type=Path, required=True, metavar="FILE", help=text)
+    add(parser, "--profile FILE", text, type=Path, required=True)
     add_out(parser, "NEW_PROFILE", "profile to write (default: FILE with -fuzzy after its name)")
     add_options(parser, FuzzyOptions)
     add_talk(parser, "settings, target and roughness")

@@ -53,33 +53,20 @@ interrupted (Ctrl-C). After 3 and 130 the best result is written, and `retouch r
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "source",
-        type=Path,
-        metavar="TEXTURE|RUN.toml",
-        help=f"{options.TEXTURE}; or run file; or scene (.xml) for --texture",
-    )
+    text = f"{options.TEXTURE}; or run file; or scene (.xml) for --texture"
+    options.add(parser, "source TEXTURE|RUN.toml", text, type=Path)
     options.add_out(parser, "RUN_DIR", "folder to write to (default: runs/<name of the run file or texture>)")
-    parser.add_argument("--force", action="store_true", help="replace an earlier run in RUN_DIR")
-    parser.add_argument(
-        "--dry-run",
-        action="store_true",
-        help="only check everything, and estimate time and memory of the run; write nothing",
-    )
+    options.add(parser, "--force", "replace an earlier run in RUN_DIR")
+    text = "only check everything, and estimate time and memory of the run; write nothing"
+    options.add(parser, "--dry-run", text)
     options.add_talk(parser, "the content of result.json, with the files written,")
 
     groups = add_options(parser, run_options())
     options.add_repeats(groups["the plate"], "the run file's")
     details = groups["details"]
-    details.add_argument(
-        "--set",
-        dest="settings",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="any key of the run file, as in descent.steps=20 or touch.force_n=2; may be given several "
-        "times; overrides every other option",
-    )
+    text = "any key of the run file, as in descent.steps=20 or touch.force_n=2; may be given several "
+    text += "times; overrides every other option"
+    options.add(details, "--set KEY=VALUE", text, dest="settings", action="append", default=[])
     options.add_mitsuba(details)
 
 

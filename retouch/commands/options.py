@@ -2,18 +2,19 @@
 
 import argparse
 import contextlib
+import inspect
 import itertools
 import json
 import logging
 import math
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN
-from optimize.settings.run_options import curved_options, distance_option, skin_option
+from optimize.settings.run_options import skin_option
 from relief import plate_options
 from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
@@ -39,7 +40,7 @@ TEXTURE = (
 LENGTHS = ("size_mm", "relief_mm", "height_scale")
 """Options of `add_plate`, by the names of arguments."""
 CORRECTIONS = ("fill", "level")
-"""Options of `add_corrections`."""
+"""Options that correct what was measured."""
 MOST_WORKERS = 1024
 PACKAGES = ("relief", "tactile", "visual", "surrogate", "optimize", "retouch", "mitsuba_scenes")
 """Packages whose steps `-v` reports; others report warnings only."""
@@ -57,14 +58,34 @@ def define(text: str) -> tuple[str, str]:
     return key, value
 
 
-def count(text: str) -> int:
-    """Read a number of samples, 1 to 65536. Raises argparse.ArgumentTypeError."""
-    return whole_number(1, 65536)(text)
+def keywords(arguments: argparse.Namespace, function: Callable[..., Any]) -> dict[str, Any]:
+    """The arguments that are given and that a function takes, by name; the lengths, if it takes any more."""
+    parameters = inspect.signature(function).parameters
+    more = LENGTHS if any(one.kind is one.VAR_KEYWORD for one in parameters.values()) else ()
+    return given(arguments, *(name for name in (*parameters, *more) if hasattr(arguments, name)))
 
 
-def seed(text: str) -> int:
-    """Read a seed, 0 to 2**31 - 1. Raises argparse.ArgumentTypeError."""
-    return whole_number(0, 2**31 - 1)(text)
+count = whole_number(1, 65536)
+"""Reads a number of samples. Raises argparse.ArgumentTypeError."""
+seed = whole_number(0, 2**31 - 1)
+"""Reads a seed. Raises argparse.ArgumentTypeError."""
+
+
+def add(place: argparse._ActionsContainer, usage: str, text: str, **settings: Any) -> None:
+    """Add an argument or an option; without a placeholder and settings, an option is a switch.
+
+    Args:
+        place: parser or group.
+        usage: name, and the placeholder of a value if there is one, as in `--width-mm MM`.
+        text: for the help.
+        settings: further ones, as of `add_argument`.
+    """
+    name, _, metavar = usage.partition(" ")
+    if metavar:
+        settings["metavar"] = metavar
+    elif name.startswith("-") and not settings:
+        settings["action"] = "store_true"
+    place.add_argument(name, help=text, **settings)
 
 
 def add_talk(parser: argparse.ArgumentParser, document: str, quiet: bool = True) -> None:
@@ -77,12 +98,10 @@ def add_talk(parser: argparse.ArgumentParser, document: str, quiet: bool = True)
     """
     talk = parser.add_argument_group("output")
     if quiet:
-        talk.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
-    talk.add_argument(
-        "-v", dest="verbose", action="store_true", help="report on stderr what is done, and what is skipped"
-    )
+        add(talk, "-q", "print nothing but errors", dest="quiet", action="store_true")
+    add(talk, "-v", "report on stderr what is done, and what is skipped", dest="verbose", action="store_true")
     text = f"print {document} as one JSON document; progress goes to stderr"
-    talk.add_argument("--json", action="store_true", help=text)
+    add(talk, "--json", text)
 
 
 class _Telling(logging.Handler):
@@ -161,16 +180,16 @@ def add_model(place: argparse._ActionsContainer) -> None:
     """Add `--model`."""
     text = "model of touch: layer (elastic layer, default), quick (its solver stopped after a few steps), "
     text += "net (quick with a learned net), fem (finite elements)"
-    place.add_argument("--model", choices=tuple(MODEL_NAMES), default="layer", help=text)
+    add(place, "--model", text, choices=tuple(MODEL_NAMES), default="layer")
 
 
 def add_pictures(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
     """Add `--scene`, `--samples`, `-D` and `-m` of pictures that are compared, None where not given."""
     pictures = parser.add_argument_group("the pictures")
     text = "Mitsuba scene (default: that of the run, or studio)"
-    pictures.add_argument("--scene", type=Path, metavar="SCENE", help=text)
+    add(pictures, "--scene SCENE", text, type=Path)
     text = "samples a pixel, 4 to 65536 (default: as many as the change of the pictures needs)"
-    pictures.add_argument("--samples", type=count, metavar="N", help=text)
+    add(pictures, "--samples N", text, type=count)
     add_mitsuba(pictures)
     return pictures
 
@@ -189,7 +208,7 @@ def add_plate(
     add_option(parser, "relief_mm", plate_options.relief_option("the texture's header"), float)
     scale = parser.add_mutually_exclusive_group()
     add_option(scale, "height_scale", plate_options.height_scale_option("1"), float)
-    scale.add_argument("--units", choices=tuple(UNITS), action=_Units, help=plate_options.units_option().help)
+    add(scale, "--units", plate_options.units_option().help, choices=tuple(UNITS), action=_Units)
 
 
 class _Units(argparse.Action):
@@ -197,12 +216,6 @@ class _Units(argparse.Action):
 
     def __call__(self, _: Any, namespace: argparse.Namespace, units: Any, __: str | None = None) -> None:
         namespace.units, namespace.height_scale = units, UNITS[units]
-
-
-def add_corrections(parser: argparse._ActionsContainer) -> None:
-    """Add `--fill` and `--level`, None where not given."""
-    add_option(parser, "fill", plate_options.fill_option(), bool)
-    add_option(parser, "level", plate_options.level_option(), bool)
 
 
 def add_repeats(parser: argparse._ActionsContainer, first: str = "") -> None:
@@ -213,29 +226,15 @@ def add_repeats(parser: argparse._ActionsContainer, first: str = "") -> None:
         first: where the value comes from before the texture's header, for the help.
     """
     one = parser.add_mutually_exclusive_group()
-    one.add_argument(
-        "--repeats",
-        action=argparse.BooleanOptionalAction,
-        help=f"the relief is a tile, which goes on as itself beyond its rim, or a plate "
-        f"(default: {first}{', or ' * bool(first)}the texture's header, or a plate)",
-    )
-    one.add_argument(
-        "--repeats-along",
-        dest="repeats",
-        choices=("x", "y"),
-        help="the relief repeats along one axis only",
-    )
+    text = "the relief is a tile, which goes on as itself beyond its rim, or a plate "
+    text += f"(default: {first}{', or ' * bool(first)}the texture's header, or a plate)"
+    add(one, "--repeats", text, action=argparse.BooleanOptionalAction)
+    add(one, "--repeats-along", "the relief repeats along one axis only", dest="repeats", choices=("x", "y"))
 
 
 def add_skin(parser: argparse._ActionsContainer, default: str = DEFAULT_SKIN) -> None:
     """Add `--skin`, None where not given, where the skin is `default`."""
     add_option(parser, "skin", skin_option(default))
-
-
-def add_curved(parser: argparse._ActionsContainer, default: str) -> None:
-    """Add the options of the curvature of the object, None where not given."""
-    for name, option in curved_options(default).items():
-        add_option(parser, name, option, float)
 
 
 def add_printer(parser: argparse._ActionsContainer, what: str, default: str = "none") -> None:
@@ -251,49 +250,26 @@ def check_scales(arguments: argparse.Namespace, textures: Iterable[Path]) -> Non
         heightmap.check_scales(textures, cast("Lengths", scales))
 
 
-def add_distance(parser: argparse._ActionsContainer) -> None:
-    """Add `--distance-cm`, None where not given."""
-    add_option(parser, "distance_cm", distance_option(), float)
-
-
 def add_workers(parser: argparse._ActionsContainer) -> None:
     """Add `--workers` and `--dask`, None where not given."""
-    parser.add_argument(
-        "--workers",
-        type=whole_number(1, MOST_WORKERS),
-        metavar="N",
-        help="number of processes, of one thread each (default: one for each core)",
-    )
-    parser.add_argument(
-        "--dask",
-        metavar="ADDRESS",
-        help='address of the scheduler of a Dask cluster, or "local" for a cluster of --workers here',
-    )
+    text = "number of processes, of one thread each (default: one for each core)"
+    add(parser, "--workers N", text, type=whole_number(1, MOST_WORKERS))
+    text = 'address of the scheduler of a Dask cluster, or "local" for a cluster of --workers here'
+    add(parser, "--dask ADDRESS", text)
 
 
 def add_mitsuba(parser: argparse._ActionsContainer) -> None:
     """Add `-D` and `-m`, which mean what they mean in Mitsuba's own command."""
-    parser.add_argument(
-        "-D",
-        dest="defines",
-        type=define,
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="value of the scene's parameter $KEY; may be given several times (default: the scene's)",
-    )
+    text = "value of the scene's parameter $KEY; may be given several times (default: the scene's)"
+    add(parser, "-D KEY=VALUE", text, dest="defines", type=define, action="append", default=[])
     add_variant(parser)
 
 
 def add_variant(parser: argparse._ActionsContainer) -> None:
     """Add `-m`."""
-    parser.add_argument(
-        "-m",
-        dest="variant",
-        metavar="VARIANT",
-        help="Mitsuba's variant (default: the leanest that shows the scene, on the processor; scalar_rgb "
-        "without LLVM)",
-    )
+    text = "Mitsuba's variant (default: the leanest that shows the scene, on the processor; scalar_rgb "
+    text += "without LLVM)"
+    add(parser, "-m VARIANT", text, dest="variant")
 
 
 def console(width: int | None = UNBOUNDED) -> "Console":

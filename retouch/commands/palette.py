@@ -28,14 +28,14 @@ MOST_FILLS = 16
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("textures", type=Path, nargs="+", metavar="TEXTURE", help=options.TEXTURE)
+    options.add(parser, "textures TEXTURE", options.TEXTURE, type=Path, nargs="+")
     options.add_out(parser, "DIR", "folder to write to, or to go on in", required=True)
     text = "just-noticeable differences of 19 %% between any two fills (default: 2, right in 97 of 100 pairs)"
-    parser.add_argument("--apart", type=float, metavar="N", help=text)
+    options.add(parser, "--apart N", text, type=float)
     text = "number of fills (default: one of each texture, or of one texture as many as there is room for)"
-    parser.add_argument("--fills", type=whole_number(2, MOST_FILLS), metavar="N", help=text)
+    options.add(parser, "--fills N", text, type=whole_number(2, MOST_FILLS))
     text = "the given finger alone tells them apart (default: a range of fingers about it)"
-    parser.add_argument("--one-finger", action="store_true", help=text)
+    options.add(parser, "--one-finger", text)
     options.add_plate(parser, side="width of the tile")
     options.add_skin(parser)
     add_print(parser)
@@ -44,14 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    made = retouch.palette(
-        arguments.textures,
-        arguments.out,
-        plates=given(arguments, *PRINT),
-        settings=settings_of(arguments),
-        **given(
-            arguments, "apart", "fills", "one_finger", "skin", "fast", "workers", "dask", *options.LENGTHS
-        ),
-    )
+    chosen = options.keywords(arguments, retouch.palette) | {"settings": settings_of(arguments)}
+    made = retouch.palette(plates=given(arguments, *PRINT), **chosen)
     options.report(arguments, made.as_json(), made.lines())
     return WITH_FAILURES if made.content["short"] else COMPLETE

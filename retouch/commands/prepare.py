@@ -30,7 +30,7 @@ from relief.ground.formatting import number
 from relief.ground.options import add_options, declared, given
 from relief.ground.progress import stage
 from relief.preparing.choices import PrepareOptions, check_output
-from retouch.commands.options import add_out, add_talk, console, contact_errors_name, lines_table, print_json
+from retouch.commands import options
 from tactile.quantities import QUANTITIES, ROUGHNESS
 from tactile.touch_limits import MAX_SAMPLES
 
@@ -44,12 +44,10 @@ HIGH_MM = 2.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "picture", type=Path, metavar="PICTURE", help="any picture; a bundled texture goes by its name"
-    )
-    add_out(parser, "OUT", "16-bit PNG, or EXR, which holds mm", required=True)
+    options.add(parser, "picture PICTURE", "any picture; a bundled texture goes by its name", type=Path)
+    options.add_out(parser, "OUT", "16-bit PNG, or EXR, which holds mm", required=True)
     add_options(parser, PrepareOptions)
-    add_talk(parser, "the numbers", quiet=False)
+    options.add_talk(parser, "the numbers", quiet=False)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -73,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     retouch.save_preview(prepared, shown, felt)
     if arguments.json:
         files = {"picture_file": str(arguments.picture), "heights": str(out), "preview": str(shown)}
-        print_json({**files, **prepared.numbers, **(felt.numbers if felt else {})})
+        options.print_json({**files, **prepared.numbers, **(felt.numbers if felt else {})})
         return 0
     lines = dict(prepared.done) | feel
     bits = "16 bits" if out.suffix.lower() == ".png" else "mm"
@@ -81,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
     if prepared.repeats:
         says = "is a tile" if prepared.repeats is True else f"repeats along {prepared.repeats}"
         lines["repeats"] = f"{out.name} says that it {says}; --no-repeats takes it as a plate"
-    console().print(lines_table(lines.items()))
+    options.console().print(options.lines_table(lines.items()))
     return 0
 
 
@@ -96,7 +94,7 @@ def _felt(prepared: "Prepared", picture: Path) -> "Evaluation | None":
     relief = prepared.relief
     if relief is None or patch_shape(relief.surface)[0] > MAX_SAMPLES:
         return None
-    with contact_errors_name(picture), stage("pressing the skin on the relief"):
+    with options.contact_errors_name(picture), stage("pressing the skin on the relief"):
         return retouch.evaluate(relief, skin=retouch.Skin())
 
 
@@ -132,7 +130,7 @@ def _how_to_be_rougher(prepared: "Prepared", felt: "Evaluation") -> str:
         # Imported here: torch, which presses, takes long to load.
         from tactile.measures import measure_touch
 
-        with contact_errors_name(relief.name), stage("pressing the skin on a higher relief"):
+        with options.contact_errors_name(relief.name), stage("pressing the skin on a higher relief"):
             touch, relief_mm = measure_touch(higher, retouch.Skin(), "layer"), HIGH_MM
     roughness = touch.means[ROUGHNESS.name]
     at_most = f"roughness {number(roughness)} at {relief_mm:g} mm"

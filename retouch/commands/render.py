@@ -27,7 +27,6 @@ import retouch
 from mitsuba_scenes import find_file, find_texture
 from relief.ground.errors import InputError
 from relief.ground.formatting import duration, number, percent
-from relief.ground.options import given
 from retouch.commands import options
 from retouch.pages.sentences import TextTable
 
@@ -36,34 +35,18 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "scene",
-        type=Path,
-        metavar="SCENE",
-        help="Mitsuba scene (.xml) with a height field; a bundled one goes by its name",
-    )
+    text = "Mitsuba scene (.xml) with a height field; a bundled one goes by its name"
+    options.add(parser, "scene SCENE", text, type=Path)
     options.add_out(parser, "DIR", "folder to write to (default: renders/<name of the scene>)")
-    parser.add_argument("--texture", type=Path, help=f"instead of the scene's, {options.TEXTURE}")
+    options.add(parser, "--texture", f"instead of the scene's, {options.TEXTURE}", type=Path)
     options.add_plate(parser, size="the scene's")
     options.add_repeats(parser)
-    parser.add_argument(
-        "--samples",
-        type=options.count,
-        metavar="N",
-        help="samples a pixel, 4 to 65536; fewer count as 4 (default: the scene's)",
-    )
-    parser.add_argument(
-        "--seed",
-        type=options.seed,
-        default=0,
-        metavar="N",
-        help="seed of the random numbers; the same seed gives the same pictures (default: 0)",
-    )
-    parser.add_argument(
-        "--explain",
-        action="store_true",
-        help="only list what would be rendered, what is skipped, and why; write nothing",
-    )
+    text = "samples a pixel, 4 to 65536; fewer count as 4 (default: the scene's)"
+    options.add(parser, "--samples N", text, type=options.count)
+    text = "seed of the random numbers; the same seed gives the same pictures (default: 0)"
+    options.add(parser, "--seed N", text, type=options.seed, default=0)
+    text = "only list what would be rendered, what is skipped, and why; write nothing"
+    options.add(parser, "--explain", text)
     options.add_mitsuba(parser)
     options.add_talk(parser, "mean radiance, error and files of every picture", quiet=False)
 
@@ -80,14 +63,13 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(
             f"{flag}: belongs to --texture; a scene has its own parameters, as in -D relief_mm=1"
         )
-    chosen = given(arguments, "texture", "repeats", "variant", "samples", *options.LENGTHS)
-    chosen["defines"] = dict(arguments.defines)
+    defines = {"defines": dict(arguments.defines)}
     if arguments.explain:
-        lines = retouch.explain(arguments.scene, **chosen)
+        lines = retouch.explain(**options.keywords(arguments, retouch.explain) | defines)
         entries = [{"subject": subject, "sentence": sentence} for subject, sentence in lines]
         options.report(arguments, entries, lines)
         return 0
-    rendering = retouch.render(arguments.scene, arguments.out, seed=arguments.seed, **chosen)
+    rendering = retouch.render(**options.keywords(arguments, retouch.render) | defines)
     options.report(arguments, rendering.as_json(), _lines(rendering))
     return 0
 
@@ -95,19 +77,20 @@ def run(arguments: argparse.Namespace) -> int:
 def _lines(rendering: "Rendering") -> Iterator[str | TextTable]:
     """The table of the pictures, and sentences about them."""
     columns = (("condition", "text"), ("mean radiance", "number"), ("error of a pixel", "number"))
-    yield TextTable((*columns, ("files", "text")), list(_rows(rendering)))
-    rows, cols = rendering.batches.mean.shape[1:]
+    rows = [
+        (
+            one["condition"],
+            number(one["mean_radiance"]),
+            percent(one["pixel_error_percent"]),
+            f"{file}.exr, .png",
+        )
+        for one, file in zip(rendering.as_json()["pictures"], rendering.files, strict=True)
+    ]
+    yield TextTable((*columns, ("files", "text")), rows)
+    high, wide = rendering.batches.mean.shape[1:]
     yield (
-        f"{cols} x {rows} pixels, {rendering.batches.samples} samples each, {rendering.scene.variant}, "
+        f"{wide} x {high} pixels, {rendering.batches.samples} samples each, {rendering.scene.variant}, "
         f"{duration(rendering.seconds)} of rendering."
     )
     if rendering.black:
         yield f"Black: {', '.join(rendering.black)}; next to no light goes from there to the camera."
-
-
-def _rows(rendering: "Rendering") -> Iterator[tuple[str, ...]]:
-    """Name, mean radiance, standard error of a pixel and files of each condition."""
-    for (condition, mean), error, file in zip(
-        rendering.levels.items(), rendering.errors_percent, rendering.files, strict=True
-    ):
-        yield condition, number(mean), percent(error), f"{file}.exr, .png"

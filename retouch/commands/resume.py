@@ -17,7 +17,7 @@ import retouch
 from relief.ground.errors import InputError
 from retouch.commands.optimize import STATUSES as STATUSES
 from retouch.commands.optimize import finish, how_to_go_on
-from retouch.commands.options import add_talk, add_variant, contact_errors_name
+from retouch.commands.options import add, add_talk, add_variant, contact_errors_name
 
 NOTHING_LEFT = (
     "{run_dir}: this run has ended, and resuming it would change nothing. "
@@ -26,9 +26,7 @@ NOTHING_LEFT = (
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "run_dir", type=Path, metavar="RUN_DIR", help="folder that retouch optimize has written"
-    )
+    add(parser, "run_dir RUN_DIR", "folder that retouch optimize has written", type=Path)
     add_variant(parser)
     add_talk(parser, "the content of result.json, with the files of the run,")
 

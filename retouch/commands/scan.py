@@ -22,7 +22,7 @@ import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
-from relief.ground.options import add_option, given
+from relief.ground.options import add_option
 from relief.plate_options import height_scale_option, relief_option, size_option
 from retouch.commands import options
 
@@ -31,20 +31,13 @@ FOLDER = Path("scans")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "design", type=Path, nargs="?", metavar="RUN", help="run directory, or height map that was printed"
-    )
-    parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help="scan of the print")
-    parser.add_argument(
-        "--other", type=Path, metavar="FILE2", help="scan of a second print, to be compared with the first"
-    )
+    options.add(parser, "design RUN", "run directory, or height map that was printed", type=Path, nargs="?")
+    options.add(parser, "file FILE", "scan of the print", type=Path, nargs="?")
+    options.add(parser, "--other FILE2", "scan of a second print, to be compared with the first", type=Path)
     text = "folder to write (default: scans/NAME of FILE); of a coupon, the printer file (.toml)"
     options.add_out(parser, "OUT", text)
-    parser.add_argument(
-        "--units",
-        choices=tuple(UNITS),
-        help="unit of a mesh or of points, or of the heights in EXR, NPY and float TIFF (default: mm)",
-    )
+    text = "unit of a mesh or of points, or of the heights in EXR, NPY and float TIFF (default: mm)"
+    options.add(parser, "--units", text, choices=tuple(UNITS))
     height_scale = height_scale_option("1")
     height_scale = replace(height_scale, help=f"{height_scale.help}, or for a z of 1 of points")
     add_option(parser, "height_scale", height_scale, float)
@@ -56,13 +49,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add_skin(parser, f"the run's, or {DEFAULT_SKIN}")
     options.add_talk(parser, "every number")
     measured = parser.add_argument_group("a printer by its coupon")
-    measured.add_argument(
-        "--coupon", type=Path, metavar="FILE", help="scan of the coupon that retouch export --coupon wrote"
-    )
+    options.add(measured, "--coupon FILE", "scan of the coupon that retouch export --coupon wrote", type=Path)
     options.add_printer(measured, "printer that export was given for the coupon's size")
-    measured.add_argument(
-        "--layer-um", type=float, metavar="UM", help="thickness of layers (default: as the scan shows)"
-    )
+    options.add(measured, "--layer-um UM", "thickness of layers (default: as the scan shows)", type=float)
     options.add_pictures(parser)
 
 
@@ -78,25 +67,10 @@ def run(arguments: argparse.Namespace) -> int:
             raise InputError(f"{name}: is for coupons; a run knows its printer")
     if not file.is_file():
         raise InputError(f"{file}: no such file")
+    arguments.out = arguments.out or FOLDER / file.stem
+    chosen = options.keywords(arguments, retouch.scan) | {"defines": dict(arguments.defines)}
     with options.contact_errors_name(file):
-        scanned = retouch.scan(
-            arguments.design,
-            file,
-            arguments.out or FOLDER / file.stem,
-            defines=dict(arguments.defines),
-            **given(
-                arguments,
-                "other",
-                "units",
-                "skin",
-                "model",
-                "scene",
-                "variant",
-                "samples",
-                "quiet",
-                *options.LENGTHS,
-            ),
-        )
+        scanned = retouch.scan(**chosen)
     options.report(arguments, scanned.as_json(), scanned.lines())
     return 0
 
@@ -110,10 +84,7 @@ def _coupon(arguments: argparse.Namespace) -> int:
     if arguments.out is None:
         missing = "missing; the printer file to write, as in mine.toml"
         raise InputError(f"out: {missing}", f"-o: {missing}")
-    measured = retouch.scan_coupon(
-        arguments.coupon,
-        arguments.out,
-        **given(arguments, "printer", "layer_um", "units", "quiet", *options.LENGTHS),
-    )
+    arguments.file = arguments.coupon
+    measured = retouch.scan_coupon(**options.keywords(arguments, retouch.scan_coupon))
     options.report(arguments, measured.as_json(), measured.lines())
     return 0

@@ -63,56 +63,25 @@ def bed(text: str) -> tuple[float, float]:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("textures", type=Path, nargs="*", metavar="TEXTURE", help=options.TEXTURE)
+    options.add(parser, "textures TEXTURE", options.TEXTURE, type=Path, nargs="*")
     options.add_out(parser, "DIR", "folder to write to, or to go on in", required=True)
-    parser.add_argument(
-        "--redraw", action="store_true", help="compute nothing; draw plates and page of DIR anew"
-    )
+    options.add(parser, "--redraw", "compute nothing; draw plates and page of DIR anew")
     what = parser.add_argument_group("the plates")
-    what.add_argument(
-        "--jnd",
-        type=numbers,
-        metavar="N,N,...",
-        help="levels of roughness, just-noticeable differences of 19 %% from the texture; 0 is the texture",
-    )
-    what.add_argument(
-        "--contact-area-scale",
-        type=numbers,
-        metavar="R,R,...",
-        help="levels of contact area in units of the texture's own, which change how cold it feels",
-    )
-    what.add_argument(
-        "--same-roughness",
-        action="store_true",
-        help="levels of contact area keep the texture's roughness (default: they keep its look alone)",
-    )
-    what.add_argument(
-        "--whole",
-        action="store_true",
-        help="the texture is no tile, but at least as large as a plate, and is optimised as a whole",
-    )
-    what.add_argument(
-        "--with-scaled",
-        action="store_true",
-        help="each level of roughness also by scaling the heights, to compare with",
-    )
-    what.add_argument(
-        "--source",
-        dest="sources",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="PICTURE",
-        help="picture that the texture was cut from: other patches of it become plates as they are; one for "
-        "each texture, in their order",
-    )
-    what.add_argument("--source-mm", type=float, metavar="MM", help="width of that picture, mm")
-    what.add_argument(
-        "--controls",
-        type=options.whole_number(1, MOST_CONTROLS),
-        metavar="N",
-        help="number of these patches (default: 3)",
-    )
+    text = "levels of roughness, just-noticeable differences of 19 %% from the texture; 0 is the texture"
+    options.add(what, "--jnd N,N,...", text, type=numbers)
+    text = "levels of contact area in units of the texture's own, which change how cold it feels"
+    options.add(what, "--contact-area-scale R,R,...", text, type=numbers)
+    text = "levels of contact area keep the texture's roughness (default: they keep its look alone)"
+    options.add(what, "--same-roughness", text)
+    text = "the texture is no tile, but at least as large as a plate, and is optimised as a whole"
+    options.add(what, "--whole", text)
+    options.add(what, "--with-scaled", "each level of roughness also by scaling the heights, to compare with")
+    text = "picture that the texture was cut from: other patches of it become plates as they are; one for "
+    text += "each texture, in their order"
+    options.add(what, "--source PICTURE", text, dest="sources", type=Path, action="append", default=[])
+    options.add(what, "--source-mm MM", "width of that picture, mm", type=float)
+    text = "number of these patches (default: 3)"
+    options.add(what, "--controls N", text, type=options.whole_number(1, MOST_CONTROLS))
     options.add_printer(
         what, "each level is felt and seen between prints of this printer, whose pixels plates have"
     )
@@ -120,21 +89,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add_skin(what)
     add_print(parser)
     trials = parser.add_argument_group("the experiment")
-    trials.add_argument(
-        "--people",
-        type=options.whole_number(1, MOST_PEOPLE),
-        metavar="N",
-        help="people of the plan (default: 8)",
-    )
-    trials.add_argument(
-        "--pairs",
-        type=options.whole_number(2, MOST_PAIRS),
-        metavar="N",
-        help="most pairs of each question that a person compares (default: 120, about 20 minutes)",
-    )
-    trials.add_argument(
-        "--seed", type=options.seed, metavar="N", help="of the random order of trials (default: 0)"
-    )
+    text = "people of the plan (default: 8)"
+    options.add(trials, "--people N", text, type=options.whole_number(1, MOST_PEOPLE))
+    text = "most pairs of each question that a person compares (default: 120, about 20 minutes)"
+    options.add(trials, "--pairs N", text, type=options.whole_number(2, MOST_PAIRS))
+    options.add(trials, "--seed N", "of the random order of trials (default: 0)", type=options.seed)
     add_work(parser)
     options.add_talk(parser, "the content of stimuli.json, with the folder and the files written,")
 
@@ -142,35 +101,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def add_print(parser: argparse.ArgumentParser) -> None:
     """Add `--plate-mm`, `--base-mm`, `--bed-mm` and `--label` (`PRINT`), None where not given."""
     printing = parser.add_argument_group("the print")
-    printing.add_argument("--plate-mm", type=float, metavar="MM", help="side of a plate, mm (default: 25)")
-    printing.add_argument(
-        "--base-mm", type=float, metavar="MM", help="thickness under the relief, mm (default: 2)"
-    )
-    printing.add_argument(
-        "--bed-mm",
-        type=bed,
-        metavar="WxD",
-        help="sides of the printer's bed, mm; more plates than fit make several files (default: 120x68)",
-    )
-    printing.add_argument(
-        "--label",
-        choices=("raised", "engraved", "none"),
-        help="names on the backs, 0.4 mm high or deep (default: raised)",
-    )
+    options.add(printing, "--plate-mm MM", "side of a plate, mm (default: 25)", type=float)
+    options.add(printing, "--base-mm MM", "thickness under the relief, mm (default: 2)", type=float)
+    text = "sides of the printer's bed, mm; more plates than fit make several files (default: 120x68)"
+    options.add(printing, "--bed-mm WxD", text, type=bed)
+    text = "names on the backs, 0.4 mm high or deep (default: raised)"
+    options.add(printing, "--label", text, choices=("raised", "engraved", "none"))
 
 
 def add_work(parser: argparse.ArgumentParser) -> None:
     """Add `--fast`, `--set`, `--workers` and `--dask`."""
     work = parser.add_argument_group("the work")
-    work.add_argument("--fast", action="store_true", help="compute each step with the fast models")
-    work.add_argument(
-        "--set",
-        dest="settings",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="any key of a run file, for every plate; may be given several times",
-    )
+    options.add(work, "--fast", "compute each step with the fast models")
+    text = "any key of a run file, for every plate; may be given several times"
+    options.add(work, "--set KEY=VALUE", text, dest="settings", action="append", default=[])
     options.add_workers(work)
 
 
@@ -182,16 +126,8 @@ def run(arguments: argparse.Namespace) -> int:
         _refuse_levels(arguments)
         stimuli = retouch.redraw_stimuli(arguments.out, plates=plates, experiment=experiment)
     else:
-        stimuli = retouch.stimuli(
-            arguments.textures,
-            arguments.out,
-            plates=plates,
-            experiment=experiment,
-            settings=settings_of(arguments),
-            **given(arguments, "jnd", "contact_area_scale", "same_roughness", "whole", "with_scaled"),
-            **given(arguments, "sources", "source_mm", "controls", "printer", "skin", "fast"),
-            **given(arguments, "workers", "dask", *options.LENGTHS),
-        )
+        chosen = options.keywords(arguments, retouch.stimuli) | {"settings": settings_of(arguments)}
+        stimuli = retouch.stimuli(plates=plates, experiment=experiment, **chosen)
     took = None if arguments.redraw else time.monotonic() - began
     options.report(arguments, stimuli.as_json(), stimuli.lines(took))
     return WITH_FAILURES if stimuli.numbers.failures else COMPLETE

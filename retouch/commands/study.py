@@ -28,8 +28,7 @@ from pathlib import Path
 import retouch
 from relief.ground.errors import InputError
 from relief.ground.formatting import duration
-from relief.ground.options import given
-from retouch.commands.options import add_out, add_talk, add_workers, report
+from retouch.commands.options import add, add_out, add_talk, add_workers, keywords, report
 from retouch.pages.sentences import TextTable
 
 COMPLETE, WITH_FAILURES = 0, 1
@@ -40,34 +39,19 @@ AFTER_INTERRUPT = "; rows that are done stay, and the same command goes on"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "study",
-        type=Path,
-        nargs="?",
-        metavar="FILE|NAME",
-        help="study file (.toml), or the name of a study that comes with Retouch",
-    )
-    parser.add_argument("--list", action="store_true", help="list the studies that come with Retouch")
+    text = "study file (.toml), or the name of a study that comes with Retouch"
+    add(parser, "study FILE|NAME", text, type=Path, nargs="?")
+    add(parser, "--list", "list the studies that come with Retouch")
     add_out(parser, "DIR", "folder to write to (default: runs/<name of the study>)")
     rows = parser.add_argument_group("the rows")
-    rows.add_argument("--quick", action="store_true", help="the study in small, by its section [quick]")
-    rows.add_argument(
-        "--textures",
-        type=Path,
-        metavar="DIR",
-        help="height maps in place of the values of each axis `texture`",
-    )
-    rows.add_argument(
-        "--from",
-        dest="given",
-        type=Path,
-        metavar="FILE",
-        help="the study.json of another folder, whose rows count as done",
-    )
+    add(rows, "--quick", "the study in small, by its section [quick]")
+    add(rows, "--textures DIR", "height maps in place of the values of each axis `texture`", type=Path)
+    text = "the study.json of another folder, whose rows count as done"
+    add(rows, "--from FILE", text, dest="given", type=Path)
     work = parser.add_argument_group("the work")
     one = work.add_mutually_exclusive_group()
-    one.add_argument("--again", action="store_true", help="compute each row anew")
-    one.add_argument("--redraw", action="store_true", help="compute nothing, draw what is there")
+    add(one, "--again", "compute each row anew")
+    add(one, "--redraw", "compute nothing, draw what is there")
     add_workers(work)
     add_talk(parser, "the folder, every row and every failure")
 
@@ -78,8 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.study is None:
         raise InputError("study: name a study file, or a study that comes with Retouch; see --list")
     began = time.monotonic()
-    names = ("given", "quick", "textures", "again", "redraw", "workers", "dask")
-    tables = retouch.study(arguments.study, arguments.out, **given(arguments, *names))
+    tables = retouch.study(**keywords(arguments, retouch.study))
     if not arguments.json:
         for line in tables.failures_shown():
             print(line, file=sys.stderr)

@@ -19,8 +19,7 @@ import argparse
 from pathlib import Path
 
 import retouch
-from relief.ground.options import given
-from retouch.commands.options import add_out, add_talk, report, seed, whole_number
+from retouch.commands.options import add, add_out, add_talk, keywords, report, seed, whole_number
 
 MOST_EPOCHS = 100_000
 
@@ -30,48 +29,24 @@ AFTER_INTERRUPT = "; the same command with --resume goes on"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("net", choices=("touch", "look"), help="which net")
-    parser.add_argument(
-        "--data", type=Path, required=True, metavar="FOLDER", help="folder of a data set of `retouch dataset`"
-    )
+    add(parser, "net", "which net", choices=("touch", "look"))
+    add(parser, "--data FOLDER", "folder of a data set of `retouch dataset`", type=Path, required=True)
     add_out(parser, "DIR", "results folder", required=True)
-    parser.add_argument("--resume", action="store_true", help="continue from the checkpoint in DIR")
-    parser.add_argument("--seed", type=seed, default=0, metavar="S", help="random seed (default: 0)")
-    parser.add_argument(
-        "--epochs",
-        type=whole_number(1, MOST_EPOCHS),
-        metavar="N",
-        help="most passes over the textures (default: 60)",
-    )
-    parser.add_argument(
-        "--minutes", type=_positive, metavar="M", help="most minutes of training (default: no limit)"
-    )
-    parser.add_argument(
-        "--batch", type=whole_number(1, 4096), metavar="N", help="textures of a training step (default: 16)"
-    )
-    parser.add_argument("--learning-rate", type=_positive, metavar="R", help="highest rate (default: 0.002)")
-    parser.add_argument(
-        "--widths",
-        type=_widths,
-        metavar="A,B,...",
-        help="channels of the net's levels, finest first (default: 24,48,72,96)",
-    )
-    parser.add_argument(
-        "--device", choices=("cpu", "cuda"), help="where to train (default: cuda if there is one)"
-    )
+    add(parser, "--resume", "continue from the checkpoint in DIR")
+    add(parser, "--seed S", "random seed (default: 0)", type=seed, default=0)
+    text = "most passes over the textures (default: 60)"
+    add(parser, "--epochs N", text, type=whole_number(1, MOST_EPOCHS))
+    add(parser, "--minutes M", "most minutes of training (default: no limit)", type=_positive)
+    add(parser, "--batch N", "textures of a training step (default: 16)", type=whole_number(1, 4096))
+    add(parser, "--learning-rate R", "highest rate (default: 0.002)", type=_positive)
+    text = "channels of the net's levels, finest first (default: 24,48,72,96)"
+    add(parser, "--widths A,B,...", text, type=_widths)
+    add(parser, "--device", "where to train (default: cuda if there is one)", choices=("cpu", "cuda"))
     add_talk(parser, "the card of the net")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    trained = retouch.train(
-        arguments.net,
-        arguments.data,
-        arguments.out,
-        seed=arguments.seed,
-        device=arguments.device,
-        resume=arguments.resume,
-        **given(arguments, "epochs", "minutes", "batch", "learning_rate", "widths"),
-    )
+    trained = retouch.train(**keywords(arguments, retouch.train))
     errors = [f"  {name.replace('_', ' ')}: {value:.4g}" for name, value in trained.card.errors.items()]
     report(arguments, trained.as_json(), [f"{trained.folder}: {trained.card.training['ended']}", *errors])
     return 0

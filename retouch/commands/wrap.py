@@ -35,25 +35,19 @@ from relief.ground.errors import InputError
 from relief.ground.formats import FORMATS
 from relief.ground.options import add_options, declared, given
 from relief.solids.names import OBJECTS
-from retouch.commands.options import TEXTURE, add_out, add_talk, print_json
+from retouch.commands.options import TEXTURE, add, add_out, add_talk, print_json
 from retouch.verbs.objects.wrap_options import WrapOptions
 
 OBJECT_NAMES = ", ".join(OBJECTS)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("texture", type=Path, metavar="TEXTURE", help=f"a tile: {TEXTURE}; or a run's folder")
-    parser.add_argument(
-        "mesh", type=Path, metavar="MESH", help="file of a solid, or the name of an object that comes along"
-    )
+    add(parser, "texture TEXTURE", f"a tile: {TEXTURE}; or a run's folder", type=Path)
+    add(parser, "mesh MESH", "file of a solid, or the name of an object that comes along", type=Path)
     add_out(parser, "OUT", f"file to write: {', '.join(FORMATS)}")
-    parser.add_argument(
-        "--preview",
-        type=Path,
-        metavar="PAGE",
-        help="page (.html) that shows in seconds what will come out, with size, triangles and time; without "
-        "-o nothing else is made",
-    )
+    text = "page (.html) that shows in seconds what will come out, with size, triangles and time; without "
+    text += "-o nothing else is made"
+    add(parser, "--preview PAGE", text, type=Path)
     add_options(parser, WrapOptions)
     add_talk(parser, "file, size and what was done")
 

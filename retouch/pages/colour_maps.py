@@ -38,8 +38,10 @@ YELLOW_BLUE = colour_table(
     ("ffffd9", "edf8b1", "c7e9b4", "7fcdbb", "41b6c4", "1d91c0", "225ea8", "253494", "081d58")
 )
 GREY = colour_table(("000000", "ffffff"))
-NO_CONTACT = (0xDD, 0xDA, 0xD4)
-"""Colour of pixels without pressure: a grey that no pressure has."""
+NO_VALUE = (0xDD, 0xDA, 0xD4)
+"""Colour of what has no value, as a place out of contact has no pressure: a grey of no table."""
+SHOWN_SIDE = 512
+"""Longest side of a picture, pixels; on a page it is about 360 points long."""
 
 
 def picture_uri(radiance: FloatArray, white: float, side: int) -> str:
@@ -58,23 +60,22 @@ def map_uri(values: FloatArray, low: float, high: float, table: Table, side: int
     return _png((averaged(values, side) - low) / (high - low) * 255.0, table)
 
 
-def contact_uri(pressure: FloatArray, high: float, side: int) -> str:
-    """A map (rows, cols) of pressure from 0 to `high`, with pixels without pressure in grey."""
-    table = YELLOW_BLUE.copy()
-    table[0] = NO_CONTACT
-    small = averaged(pressure, side)
-    return _png(np.where(small > 0.0, 1.0 + small / high * 254.0, 0.0), table)
-
-
-def table_uri(indices: FloatArray, table: Table, side: int) -> str:
-    """A map (rows, cols) of places in a table, 0 to 255, at most `side` pixels long, not averaged."""
-    step = -(-max(indices.shape) // side)
-    return _png(indices[step // 2 :: step, step // 2 :: step], table)
+def gaps_uri(values: FloatArray, low: float, high: float, table: Table) -> str:
+    """A map (rows, cols) in the colours of a table from `low` to `high`, grey where a value is NaN."""
+    table = table.copy()
+    table[0] = NO_VALUE
+    places = np.clip(1.0 + (values - low) / (high - low) * 254.0, 1.0, 255.0)
+    return _png(np.where(np.isfinite(values), places, 0.0), table)
 
 
 def hillshade(heights: FloatArray, size_mm: float) -> FloatArray:
     """Lambert shading in [0, 1] of heights, mm, both (rows, cols); light from the top left, 45 degrees up."""
     return np.clip(facing(heights, size_mm, 135.0, 45.0), 0.0, 1.0)
+
+
+def shade_uri(heights: FloatArray, size_mm: float) -> str:
+    """A picture of the hill shading of heights, mm, (rows, cols)."""
+    return picture_uri(hillshade(heights, size_mm), 1.4, SHOWN_SIDE)
 
 
 def bar_uri(table: Table) -> str:

@@ -7,6 +7,7 @@ from retouch.pages import figures
 from retouch.pages.compared import Compared
 from retouch.pages.content import Comparison
 from retouch.pages.rendering import Context, leaves, render_page
+from tactile.jnd import tries_of_100
 from tactile.quantities import QUANTITIES, ROUGHNESS
 from tactile.touch_limits import model_name
 
@@ -20,6 +21,7 @@ def write_comparison(path: Path, comparison: Comparison) -> Path:
     numbers = comparison.numbers
     page = render_page(
         "comparison.html.j2",
+        scripts=("pairs.js", "profile.js"),
         plates=True,
         pair=comparison,
         numbers=numbers,
@@ -45,4 +47,4 @@ def _roughness(numbers: Compared) -> Context:
         styles = zip(numbers.sides, ("before", "verified"), strict=True)
         rows = [(side.name, side.values[ROUGHNESS.name], style) for side, style in styles]
         chart = figures.ladder(rows, first, numbers.first.name)
-    return {"ladder": chart, **figures.odds(jnd)}
+    return {"ladder": chart, "tries": None if jnd is None else tries_of_100(jnd)}

@@ -13,20 +13,18 @@ from relief.ground.arrays import FloatArray
 from relief.ground.formatting import number
 from relief.relief_shading import averaged
 from retouch.pages import colour_maps, svg
+from retouch.pages.colour_maps import SHOWN_SIDE
 from retouch.pages.content import Baseline, Pair, Report
 from retouch.pages.plate_viewer.appearance import STUDIO, Appearance
-from retouch.pages.plate_viewer.figure import NamedRelief, plate_figure
+from retouch.pages.plate_viewer.figure import plate_figure
 from retouch.pages.rendering import Context
-from tactile.jnd import SMOOTH_BELOW, jnd_apart, tries_of_100
+from retouch.pages.svg import PERCENTILE
+from tactile.jnd import SMOOTH_BELOW, jnd_apart
 
 PICTURE_BYTES = 3.0e6
 """Bytes of the pictures under all lights before base64, one byte a pixel: half of the page's 6 MB."""
-SHOWN_SIDE = 512
-"""Longest side of a picture, pixels; on the page it is about 360 points long."""
 PROFILE_SIDE = 256
 """Samples a side of the heights that the page carries for its profile."""
-PERCENTILE = 99.5
-"""Percentile of a map's values where its colour scale ends, so that single pixels do not set the scale."""
 
 
 @dataclass(frozen=True)
@@ -76,12 +74,6 @@ def measured_changes(look: PictureChange) -> tuple[MeanAndRms, list[MeanAndRms]]
     return whole, [less_noise(*each) for each in conditions]
 
 
-def odds(jnd: float | None) -> Context:
-    """How often of 100 tries a person names the rougher relief, as a number and as dots; None if unknown."""
-    tries = None if jnd is None else tries_of_100(jnd)
-    return {"tries": tries, "tries_chart": None if tries is None else svg.tries_chart(tries)}
-
-
 def ladder(
     rows: Iterable[tuple[str, float | None, str]], first: float, name: str, band: svg.Range | None = None
 ) -> Markup:
@@ -115,11 +107,12 @@ def lamp_figures(pair: Pair) -> list[Markup]:
     if pair.matte is not None:
         exposure = pair.white / _exposed(first.pictures, pair.white)
         appearance = Appearance.of(pair.matte, exposure, first.colours)
-    one, other = (NamedRelief(side.name, side.relief) for side in (first, second))
+    sides = {side.name: side.relief for side in pair.sides}
     if first.relief.surface.size_mm == second.relief.surface.size_mm:
-        return [plate_figure("Under a lamp that moves", one, other, appearance)]
+        return [plate_figure("Under a lamp that moves", sides, appearance)]
     return [
-        plate_figure(f"{each.name}, under a lamp that moves", each, None, appearance) for each in (one, other)
+        plate_figure(f"{name}, under a lamp that moves", {name: relief}, appearance)
+        for name, relief in sides.items()
     ]
 
 
@@ -153,7 +146,7 @@ def look_figures(pair: Pair, look: PictureChange, baseline: Baseline | None = No
     count += 0 if pair.before.colours is None else 4 * len(before)
     side = min(SHOWN_SIDE, int(math.sqrt(PICTURE_BYTES / count)))
     difference = 100.0 * (np.asarray(after, dtype=np.float64) - before) / white
-    limit = svg.round_up(max(float(np.percentile(np.abs(difference), PERCENTILE)), 0.1))
+    limit = svg.signed_limit(difference, 0.1)
     exposed = _exposed(before, white)
 
     def rows(
@@ -191,9 +184,7 @@ def look_figures(pair: Pair, look: PictureChange, baseline: Baseline | None = No
         "look": look,
         "difference_limit": limit,
         "exposure": white / exposed,
-        "difference_bar": svg.colour_bar(
-            colour_maps.PURPLE_ORANGE, svg.signed_axis(limit), "change of radiance, % of white"
-        ),
+        "difference_bar": svg.signed_bar(limit, "change of radiance, % of white"),
         "baseline_change": None,
     }
     if baseline is not None:
@@ -220,7 +211,7 @@ def touch_maps(pair: Pair) -> Context:
     if len(pressures) == 2:
         top = max(float(np.percentile(_values(pressures), PERCENTILE)), 1e-9)
         context |= {
-            "pressure": [colour_maps.contact_uri(p, top, SHOWN_SIDE) for p in pressures],
+            "pressure": [_pressure_uri(p, top) for p in pressures],
             "in_contact": [100.0 * float(np.mean(p > 0.0)) for p in pressures],
             "pressure_bar": svg.colour_bar(
                 colour_maps.YELLOW_BLUE,
@@ -229,6 +220,12 @@ def touch_maps(pair: Pair) -> Context:
             ),
         }
     return context
+
+
+def _pressure_uri(pressure: FloatArray, high: float) -> str:
+    """A map (rows, cols) of pressure, in grey where there is none."""
+    small = averaged(pressure, SHOWN_SIDE)
+    return colour_maps.gaps_uri(np.where(small > 0.0, small, np.nan), 0.0, high, colour_maps.YELLOW_BLUE)
 
 
 def relief_figures(pair: Pair) -> Context:
@@ -245,10 +242,7 @@ def relief_figures(pair: Pair) -> Context:
         svg.Profile(averaged(h, PROFILE_SIDE), size_mm) for h, size_mm in zip(heights, sizes_mm, strict=True)
     ]
     context: Context = {
-        "shades": [
-            colour_maps.picture_uri(colour_maps.hillshade(h, size_mm), 1.4, SHOWN_SIDE)
-            for h, size_mm in zip(heights, sizes_mm, strict=True)
-        ],
+        "shades": [colour_maps.shade_uri(h, size_mm) for h, size_mm in zip(heights, sizes_mm, strict=True)],
         "height_rows": height_rows(*heights),
         "change_map": None,
         "profiles": profiles,
@@ -265,12 +259,10 @@ def relief_figures(pair: Pair) -> Context:
     change = 1000.0 * (after - before)
     lift = float(change.mean())
     change -= lift
-    limit = svg.round_up(max(float(np.percentile(np.abs(change), PERCENTILE)), 1.0))
+    limit = svg.signed_limit(change, 1.0)
     return context | {
         "change_map": colour_maps.map_uri(change, -limit, limit, colour_maps.PURPLE_ORANGE, SHOWN_SIDE),
-        "change_bar": svg.colour_bar(
-            colour_maps.PURPLE_ORANGE, svg.signed_axis(limit), "change of height less the lift, µm"
-        ),
+        "change_bar": svg.signed_bar(limit, "change of height less the lift, µm"),
         "lift_um": lift,
         "rms_change_um": float(np.sqrt(np.square(change).mean())),
     }

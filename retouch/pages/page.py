@@ -35,6 +35,7 @@ def write_report(run_dir: Path, report: Report) -> Path:
     """
     page = render_page(
         "report.html.j2",
+        scripts=("pairs.js", "profile.js"),
         plates=True,
         report=report,
         pair=report,

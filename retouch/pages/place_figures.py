@@ -1,6 +1,8 @@
 """Figures of the feel over a surface: at each place of the finger, what was wanted and what was reached."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -11,6 +13,8 @@ from relief.ground.arrays import Array
 from relief.ground.formatting import number
 from relief.relief import Relief
 from retouch.pages import colour_maps, svg
+from retouch.pages.rendering import Context
+from retouch.pages.templates import html
 from tactile.jnd import jnds_apart
 from tactile.quantities import ROUGHNESS
 
@@ -22,8 +26,6 @@ LONG = 2.5
 """Ratio of the sides from which a surface counts as a strip, whose maps lie below one another."""
 ACROSS = 0.3
 """Half length of the discs across a strip, in units of its shorter side."""
-SHADE_SIDE = 512
-"""Longest side of the shaded relief under the discs, pixels."""
 
 
 @dataclass(frozen=True)
@@ -43,31 +45,29 @@ class PlaceArrays:
     reached: Array
     goal: Array | None
 
+    @classmethod
+    def of(cls, measured: verification.Places) -> "PlaceArrays":
+        """Roughness at all places of a verification."""
+        sides, name = measured.sides, ROUGHNESS.name
+        counts = [len(side.centres_mm) for side in sides]
+
+        def gathered(each: Iterable[Sequence[Any]]) -> Array:
+            return np.concatenate([np.array(values) for values in each])
+
+        return cls(
+            gathered(side.centres_mm for side in sides),
+            np.repeat([True, False][: len(sides)], counts),
+            gathered(side.initial[name] for side in sides),
+            gathered(side.verified[name] for side in sides),
+            gathered(side.target[name] for side in sides)
+            if all(name in one.target for one in sides)
+            else None,
+        )
+
     @property
     def off(self) -> Array | None:
         """(n,) just-noticeable differences from the target, NaN at smooth places."""
         return None if self.goal is None else jnds_apart(self.reached, self.goal)
-
-
-def read_places(measured: verification.Places) -> PlaceArrays:
-    """Roughness at all places of a verification."""
-    sides, name = measured.sides, ROUGHNESS.name
-    centres, original, reached = (
-        np.concatenate([np.array(values) for values in each])
-        for each in (
-            [side.centres_mm for side in sides],
-            [side.initial[name] for side in sides],
-            [side.verified[name] for side in sides],
-        )
-    )
-    goals = [np.array(side.target[name]) for side in sides if name in side.target]
-    return PlaceArrays(
-        centres,
-        np.repeat([True, False][: len(sides)], [len(side.centres_mm) for side in sides]),
-        original,
-        reached,
-        np.concatenate(goals) if len(goals) == len(sides) else None,
-    )
 
 
 @dataclass(frozen=True)
@@ -91,22 +91,20 @@ class PlaceFigures:
     """Maps of the feel over a surface, and their words.
 
     Attributes:
-        maps: of the values at the places.
+        maps: of the values at the places, over the shaded relief.
         strip: whether the surface is one.
         repeats: whether it is a tile.
         varied: whether the targets vary over it.
         line: the roughness along a strip; None of other surfaces.
-        relief: the shaded relief below the discs.
         steered, between: number of places of the descent, and between them.
         change, off: change from the original, and distance from the target; None where unknown.
     """
 
-    maps: list[Markup]
+    maps: Markup
     strip: bool
     repeats: bool
     varied: bool
     line: Markup | None
-    relief: Markup
     steered: int
     between: int
     change: Extremes | None
@@ -122,7 +120,7 @@ def place_figures(measured: verification.Places | None, result: Relief) -> Place
     """
     if measured is None or measured.count < 2:
         return None
-    places = read_places(measured)
+    places = PlaceArrays.of(measured)
     board = _Board.of(result, places)
     change, off = jnds_apart(places.reached, places.original), places.off
     maps = []
@@ -138,12 +136,11 @@ def place_figures(measured: verification.Places | None, result: Relief) -> Place
     if off is not None and np.isfinite(off).any():
         maps.append(board.signed("Distance from the target", off, "JND from the target; orange: rougher"))
     return PlaceFigures(
-        maps=maps,
-        strip=board.strip,
+        maps=board.drawn(maps, result),
+        strip=max(board.size) > LONG * min(board.size),
         repeats=len(board.shifts) > 1,
         varied=measured.varied,
         line=_line(places),
-        relief=board.relief(result),
         steered=int(places.steered.sum()),
         between=int((~places.steered).sum()),
         change=_extremes(places, change),
@@ -157,21 +154,19 @@ class _Board:
 
     Attributes:
         places: of the discs.
-        width, height: of the surface, mm.
+        size: height and width of the surface, mm.
         shifts: (s, 2) mm by which a disc is drawn again where the surface repeats.
         radii: of a disc down and to the right, mm; along a strip, discs are stretched across it.
     """
 
     places: PlaceArrays
-    width: float
-    height: float
+    size: svg.Range
     shifts: Array
     radii: svg.Range
 
     @classmethod
     def of(cls, result: Relief, places: PlaceArrays) -> "_Board":
         surface = result.surface
-        height, width = surface.size_mm
         down, right = (
             (-size, 0.0, size) if repeats else (0.0,)
             for repeats, size in zip(surface.repeats, surface.size_mm, strict=True)
@@ -181,30 +176,24 @@ class _Board:
         distances = np.hypot(*around.T)
         radius = 0.46 * float(distances[distances > 1e-9].min())
         line = _along(places)
-        across = max(radius, ACROSS * min(width, height))
+        across = max(radius, ACROSS * min(surface.size_mm))
         radii = (across if line == 1 else radius, across if line == 0 else radius)
-        return cls(places, width, height, shifts, radii)
+        return cls(places, surface.size_mm, shifts, radii)
 
-    @property
-    def strip(self) -> bool:
-        """Whether the surface is much longer than wide."""
-        return max(self.width, self.height) > LONG * min(self.width, self.height)
-
-    def signed(self, name: str, values: Array, legend: str) -> Markup:
+    def signed(self, name: str, values: Array, legend: str) -> Context:
         """A map of JND of either sign."""
         finite = values[np.isfinite(values)]
         limit = max(float(np.abs(finite).max(initial=0.0)), LEAST_LIMIT_JND)
         limit = svg.round_up(limit) if limit > LEAST_LIMIT_JND else limit
-        axis = svg.signed_axis(limit)
         texts = [_signed(value) for value in values]
-        return self._figure(name, values, axis, colour_maps.PURPLE_ORANGE, texts, legend)
+        return self._map(name, values, svg.signed_axis(limit), colour_maps.PURPLE_ORANGE, texts, legend)
 
-    def map(self, name: str, values: Array, ends: svg.Range, legend: str) -> Markup:
+    def map(self, name: str, values: Array, ends: svg.Range, legend: str) -> Context:
         """A map of positive values."""
         axis = svg.nice_axis(*ends, 4, tight=True)
-        return self._figure(name, values, axis, colour_maps.VIRIDIS, [number(v, 2) for v in values], legend)
+        return self._map(name, values, axis, colour_maps.VIRIDIS, [number(v, 2) for v in values], legend)
 
-    def _figure(
+    def _map(
         self,
         name: str,
         values: Array,
@@ -212,65 +201,45 @@ class _Board:
         table: colour_maps.Table,
         texts: list[str],
         legend: str,
-    ) -> Markup:
-        tall, wide = self.radii
-        numbered = 2.0 * min(self.radii) > ROOM * self.width
-        down, right = self.margin
-        discs = []
-        for centre, steered, value, text in zip(
-            self.places.centres, self.places.steered, values, texts, strict=True
-        ):
-            index = np.clip(axis.percent(value) / 100.0, 0.0, 1.0) * 255.0 if np.isfinite(value) else None
-            colour = colour_maps.NO_CONTACT if index is None else tuple(table[round(index)].tolist())
+    ) -> Context:
+        places, discs = self.places, []
+        numbered = 2.0 * min(self.radii) > ROOM * self.size[1]
+        for centre, steered, value, text in zip(places.centres, places.steered, values, texts, strict=True):
+            colour, known = colour_maps.NO_VALUE, bool(np.isfinite(value))
+            if known:
+                colour = tuple(table[round(np.clip(axis.percent(value) / 100.0, 0.0, 1.0) * 255.0)].tolist())
             ink = "#000" if np.dot(colour, (0.299, 0.587, 0.114)) > 140.0 else "#fff"
-            for y, x in centre + self.shifts:
-                if not (-down < y < self.height + down and -right < x < self.width + right):
-                    continue
-                discs.append(
-                    Markup(
-                        '<ellipse class="{}" cx="{:.3f}" cy="{:.3f}" rx="{:.3f}" ry="{:.3f}" fill="rgb{}"/>'
-                    ).format("steered" if steered else "between", x, y, wide, tall, colour)
-                )
-                if numbered and index is not None:
-                    discs.append(
-                        Markup('<text x="{:.3f}" y="{:.3f}" font-size="{:.3f}" fill="{}">{}</text>').format(
-                            x, y, 0.56 * tall, ink, text
-                        )
-                    )
-        period = Markup('<rect width="{:.4f}" height="{:.4f}"/>').format(self.width, self.height)
-        return Markup(
-            '<figure class="places"><figcaption class="name">{0}</figcaption>'
-            '<svg viewBox="{1:.4f} {2:.4f} {3:.4f} {4:.4f}" role="img" aria-label="{0}">{5}{6}</svg>'
-            '<div class="legend">{7}</div></figure>'
-        ).format(
-            name,
-            -right,
-            -down,
-            self.width + 2.0 * right,
-            self.height + 2.0 * down,
-            self._relief() + (period if len(self.shifts) > 1 else ""),
-            Markup("").join(discs),
-            svg.colour_bar(table, axis, legend),
-        )
+            disc = {
+                "steered": steered,
+                "colour": colour,
+                "ink": ink,
+                "text": text if numbered and known else "",
+            }
+            at = centre + self.shifts
+            seen = ((at > -self.margin) & (at < np.array(self.size) + self.margin)).all(axis=1)
+            discs += [disc | {"y": y, "x": x} for y, x in at[seen]]
+        return {"name": name, "discs": discs, "bar": svg.colour_bar(table, axis, legend)}
 
-    def relief(self, result: Relief) -> Markup:
-        """The shaded relief as a definition for the maps."""
-        shade = colour_maps.hillshade(result.heights, self.width)
-        return Markup(
-            '<image id="places-relief" width="{:.4f}" height="{:.4f}" preserveAspectRatio="none" href="{}"/>'
-        ).format(self.width, self.height, colour_maps.picture_uri(shade, 1.4, SHADE_SIDE))
+    def drawn(self, maps: list[Context], result: Relief) -> Markup:
+        """Maps over the shaded relief, with a margin that shows how a surface goes on where it repeats."""
+        down, right = self.margin
+        height, width = self.size
+        return html(
+            "place_maps.html.j2",
+            maps=maps,
+            relief=colour_maps.shade_uri(result.heights, width),
+            height=height,
+            width=width,
+            view=(-right, -down, width + 2.0 * right, height + 2.0 * down),
+            shifts=self.shifts,
+            tall=self.radii[0],
+            wide=self.radii[1],
+        )
 
     @property
-    def margin(self) -> svg.Range:
+    def margin(self) -> Array:
         """Rows and columns of mm beyond the period that show how a surface goes on, 0 where it ends."""
-        reach = np.abs(self.shifts).max(axis=0)
-        return tuple((1.15 * np.array(self.radii) * (reach > 0.0)).tolist())
-
-    def _relief(self) -> Markup:
-        """The shaded relief, which the page defines once, at each shift."""
-        return Markup("").join(
-            Markup('<use href="#places-relief" x="{:.4f}" y="{:.4f}"/>').format(x, y) for y, x in self.shifts
-        )
+        return 1.15 * np.array(self.radii) * (np.abs(self.shifts).max(axis=0) > 0.0)
 
 
 def _along(places: PlaceArrays) -> int | None:

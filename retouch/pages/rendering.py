@@ -5,13 +5,11 @@ import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from relief.ground.formatting import between, duration, number, percent, plain, plus_minus, rounded
 from retouch.pages import meanings
-from retouch.pages.plate_viewer import figure as plate_viewer
-from retouch.pages.viewer.figure import asset
+from retouch.pages.plate_viewer import SCRIPTS
+from retouch.pages.templates import asset, html
 
 Context = dict[str, Any]
 """Values of a template, by the names in it."""
@@ -19,7 +17,7 @@ Context = dict[str, Any]
 
 def render_page(
     template: str,
-    scripts: Sequence[str] = ("pairs.js", "profile.js"),
+    scripts: Sequence[str] = (),
     images: str = "",
     viewer: bool = False,
     plates: bool = False,
@@ -35,37 +33,24 @@ def render_page(
         plates: whether the page has figures of `retouch.pages.plate_viewer`.
         context: what the template shows; text is escaped, and characters that a browser obeys are shown as ?.
     """
-    environment = Environment(
-        loader=PackageLoader("retouch.pages"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"number": number, "percent": percent, "duration": duration, "rounded": rounded}
-    environment.globals |= {
-        "between": between,
-        "plus_minus": plus_minus,
-        "meanings": meanings.MEANINGS,
-        "status": meanings,
-    }
-    code = [environment.get_template(name).render() for name in scripts]
-    style = environment.get_template("page.css").render()
+    code, style = [asset(f"templates/{name}") for name in scripts], asset("templates/page.css")
     if viewer:
-        code, style = [*code, asset("viewer.js")], style + asset("viewer.css")
+        code, style = [*code, asset("viewer/viewer.js")], style + asset("viewer/viewer.css")
     if plates:
-        code += [plate_viewer.component(), plate_viewer.asset("plate_figures.js")]
-        style += plate_viewer.asset("plate_viewer.css")
-    script = "\n".join(code)
-    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
-    page = environment.get_template(template).render(
-        script=Markup(script),
-        script_hash=digest,
+        code += [asset(f"plate_viewer/{name}") for name in (*SCRIPTS, "plate_figures.js")]
+        style += asset("plate_viewer/plate_viewer.css")
+    script = Markup("\n").join(code)
+    page = html(
+        template,
+        script=script,
+        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii"),
         images=images,
-        style=Markup(style),
+        style=style,
+        meanings=meanings.MEANINGS,
+        status=meanings,
         **context,
     )
-    return plain(page).encode()
+    return page.encode()
 
 
 def leaves(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:

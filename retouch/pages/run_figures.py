@@ -6,9 +6,10 @@ from markupsafe import Markup
 
 from retouch.pages import svg
 from retouch.pages.content import Report
-from retouch.pages.figures import ladder, odds
+from retouch.pages.figures import ladder
 from retouch.pages.rendering import Context
 from retouch.pages.sentences import smooth_change
+from tactile.jnd import tries_of_100
 from tactile.quantities import QUANTITIES, ROUGHNESS
 from tactile.touch_limits import model_name
 
@@ -27,8 +28,9 @@ def roughness_figures(report: Report) -> Context:
         )
         band = (target * (1.0 - report.tolerance), target * (1.0 + report.tolerance)) if target else None
         chart = ladder(rows, original, "the original", band)
-    smooth = smooth_change(*touch.ends_of(name)) if touch.jnd_from_original is None else ""
-    return {"ladder": chart, "smooth": smooth, **odds(touch.jnd_from_original)}
+    if (jnd := touch.jnd_from_original) is None:
+        return {"ladder": chart, "smooth": smooth_change(*touch.ends_of(name)), "tries": None}
+    return {"ladder": chart, "smooth": "", "tries": tries_of_100(jnd)}
 
 
 def descent_charts(report: Report) -> list[Markup]:

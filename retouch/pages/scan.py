@@ -13,14 +13,11 @@ from relief.ground.files import write_atomically
 from relief.relief import Relief
 from relief.scans.print_summary import PrintScanned
 from retouch.pages import colour_maps, intervals, svg
-from retouch.pages.figures import PERCENTILE, SHOWN_SIDE
 from retouch.pages.intervals import Mean, Means
 from retouch.pages.rendering import leaves, render_page
 
 PAGE = "scan.html"
 """Name of the page in the folder of a scan."""
-NOT_MEASURED = (0xDD, 0xDA, 0xD4)
-"""Colour of what was not measured: a grey that no deviation has."""
 CURVE = 61
 """Points of a curve."""
 
@@ -42,47 +39,33 @@ def write_scan_page(
         content: of `scan.json`.
     """
     names = [Path(each.registration.scan.name).name for each in prints]
-    limit = svg.round_up(max(1.0, *(_limit_um(each.deviations) for each in prints)))
+    limit = max(svg.signed_limit(1000.0 * each.deviations, 1.0) for each in prints)
     page = render_page(
         "scan.html.j2",
-        scripts=(),
         pair={"title": f"Scan: {names[0]}"},
         content=content,
-        design=_shade(design.heights, design.width_mm),
+        design=colour_maps.shade_uri(design.heights, design.width_mm),
         boards=[
             {
                 "name": name,
                 "numbers": side,
-                "shade": _shade(each.heights, design.width_mm),
+                "shade": colour_maps.shade_uri(each.heights, design.width_mm),
                 "deviation": _deviation_uri(1000.0 * each.deviations, limit),
                 "chart": _chart(each),
             }
             for name, each, side in zip(names, prints, numbers, strict=True)
         ],
-        bar=svg.colour_bar(
-            colour_maps.PURPLE_ORANGE, svg.signed_axis(limit), "deviation from the design as blurred, µm"
-        ),
+        bar=svg.signed_bar(limit, "deviation from the design as blurred, µm"),
         all_numbers=list(leaves({key: value for key, value in content.items() if key != "compared"})),
     )
     write_atomically(folder / PAGE, page)
 
 
-def _limit_um(deviations: Array) -> float:
-    measured = deviations[np.isfinite(deviations)]
-    return 1000.0 * float(np.percentile(np.abs(measured), PERCENTILE)) if measured.size else 1.0
-
-
-def _shade(heights: Array, width_mm: float) -> str:
-    return colour_maps.picture_uri(colour_maps.hillshade(heights, width_mm), 1.4, SHOWN_SIDE)
-
-
 def _deviation_uri(deviations: Array, limit: float) -> str:
-    """A map (rows, cols) of deviations; grey where there are none."""
-    measured = np.isfinite(deviations)
-    table = colour_maps.PURPLE_ORANGE.copy()
-    table[0] = NOT_MEASURED
-    places = 1.0 + (np.where(measured, deviations, 0.0) + limit) / (2.0 * limit) * 254.0
-    return colour_maps.table_uri(np.where(measured, np.clip(places, 1.0, 255.0), 0.0), table, SHOWN_SIDE)
+    """A map (rows, cols) of deviations, not averaged; grey where there are none."""
+    step = -(-max(deviations.shape) // colour_maps.SHOWN_SIDE)
+    some = deviations[step // 2 :: step, step // 2 :: step]
+    return colour_maps.gaps_uri(some, -limit, limit, colour_maps.PURPLE_ORANGE)
 
 
 def _chart(shown: PrintScanned) -> Markup:
@@ -96,8 +79,7 @@ def _chart(shown: PrintScanned) -> Markup:
     blur_mm, height_scale = shown.registration.blur_mm.value, shown.registration.height_scale.value
     places = np.linspace(0.0, float(kept.per_mm.max()), CURVE)
     shares = 100.0 * height_scale * np.exp(-2.0 * (pi * blur_mm * places) ** 2)
-    curve = [Mean(float(x), y, y, y, 0) for x, y in zip(places, shares.tolist(), strict=True)]
-    series = [Means("measured, 95 %", means), Means("fitted blur", curve, marked=False)]
+    series = [Means("measured, 95 %", means), Means.curve("fitted blur", places, shares)]
     return intervals.line_chart(
         "amplitude in the print, % of the design's", series, "periods a mm of the design"
     )

@@ -31,6 +31,13 @@ class TextTable:
     rows: Sequence[Sequence[str]]
     gap: int = 3
 
+    def __str__(self) -> str:
+        lines = [[heading for heading, _ in self.columns], *self.rows]
+        widths = [max(map(len, cells)) for cells in zip(*lines, strict=True)]
+        return "\n".join(
+            (" " * self.gap).join(map(str.ljust, line, widths, strict=True)).rstrip() for line in lines
+        )
+
 
 def jnd_in_words(jnd: float) -> str:
     """A difference such as `2.0 JND smoother`."""

@@ -6,17 +6,23 @@ keeps its size on a narrow screen.
 
 import base64
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
 from relief.ground.arrays import FloatArray
-from retouch.pages.colour_maps import Table, bar_uri
+from retouch.pages.colour_maps import PURPLE_ORANGE, Table, bar_uri
+from retouch.pages.templates import html
 
+PERCENTILE = 99.5
+"""Percentile of a map's values where its colour scale ends, so that single pixels do not set the scale."""
 Range = tuple[float, float]
 """Low and high end."""
+Mark = tuple[str, Sequence[tuple[float, float]]]
+"""CSS class of a line, and its points in percent of the drawing from its upper left corner."""
 
 
 END_PERCENT = 4.0
@@ -86,6 +92,12 @@ def signed_axis(limit: float) -> ChartAxis:
     return ChartAxis(-limit, limit, tuple(limit * k / 2 for k in range(-2, 3)))
 
 
+def signed_limit(values: FloatArray, least: float) -> float:
+    """A round end of the scale of values of either sign, at least `least`; NaN does not count."""
+    finite = np.abs(values[np.isfinite(values)])
+    return round_up(max(float(np.percentile(finite, PERCENTILE)) if finite.size else least, least))
+
+
 def round_up(value: float) -> float:
     """The least 1, 1.5, 2, 3, 5 or 8 times a power of ten that is not below a positive value."""
     power = 10.0 ** math.floor(math.log10(value))
@@ -125,36 +137,29 @@ def line_chart(title: str, series: Sequence[Series], x_name: str, band: Band | N
     extra = [band.low, band.high] if band else [0.0]
     x_axis = nice_axis(min(xs, default=0.0), max(xs, default=1.0), 6, tight=True)
     y_axis = nice_axis(min(ys + extra), max(ys + extra), 4)
-    marks, labels = grid(y_axis)
-    labels += ticks(x_axis.whole())
-    if band:
-        top, middle = y_axis.down(band.high), y_axis.down(band.middle)
-        height = y_axis.percent(band.high) - y_axis.percent(band.low)
-        marks.append(
-            Markup('<rect class="band" x="0" width="100" y="{:.3f}" height="{:.3f}"/>').format(top, height)
-        )
-        marks.append(path("target", [(0, middle), (100, middle)]))
-        labels.append(_label("end target", "bottom", 100 - top, band.name))
+    marks, ends = list[Mark](), []
     for line in series:
         finite = ((x, y) for x, y in zip(line.x, line.y, strict=True) if math.isfinite(y))
         points = [(x_axis.percent(x), y_axis.down(y)) for x, y in finite]
         if not points:
             continue
-        marks.append(path(line.style, points))
+        marks.append((line.style, points))
         marks += [dot(line.style, *point) for point in (points if len(points) <= 40 else points[-1:])]
-        labels.append(_label(f"end {line.style}", "bottom", 100 - points[-1][1], line.name))
-    return chart(title, marks, labels, x_name)
+        ends.append((line.style, points[-1][1], line.name))
+    return chart(title, marks, x_axis.whole(), y_axis, x_name, band=band, ends=ends)
 
 
 def chart(
-    title: str, marks: Iterable[str], labels: Iterable[str], x_name: str, legend: str = "", style: str = ""
+    title: str, marks: Sequence[Mark], x_axis: ChartAxis, y_axis: ChartAxis, x_name: str, **parts: Any
 ) -> Markup:
-    """Marks in percent of the drawing, labels beside it, and the name of the x axis below."""
-    return Markup(
-        '<div class="chart{5}" role="img" aria-label="{0}"><div class="chart-title">{0}</div>{4}'
-        '<div class="plot"><svg viewBox="0 0 100 100" preserveAspectRatio="none" aria-hidden="true">{1}</svg>'
-        '{2}</div><div class="x-name">{3}</div></div>'
-    ).format(title, join(marks), join(labels), x_name, legend, style)
+    """Marks over two axes, with other parts of the template: `band`, `ends` of lines, `legend`."""
+    axes = {"x_axis": x_axis, "y_axis": y_axis, "x_name": x_name}
+    return html("line_chart.html.j2", title=title, marks=marks, **axes, **parts)
+
+
+def dot(style: str, x: float, y: float) -> Mark:
+    """A circle, as a line of length 0 with round ends: it stays one when the drawing is stretched."""
+    return f"{style} dot", [(x, y), (x, y)]
 
 
 @dataclass(frozen=True)
@@ -175,55 +180,18 @@ def dot_chart(dots: Sequence[Dot], axis_name: str, band: Range | None = None) ->
     """
     values = [one.value for one in dots]
     axis = nice_axis(math.floor(min(values) - 0.5), math.ceil(max(values) + 0.5), 8, tight=True)
-    axis = axis.whole()
-    shaded = Markup("")
-    if band:
-        left, right = (axis.percent(edge) for edge in band)
-        shaded = Markup('<i class="band" style="left:{:.2f}%;width:{:.2f}%"></i>').format(left, right - left)
-    rows = [_dot_row(row, one, axis.percent(one.value)) for row, one in enumerate(dots, 1)]
-    return row_grid(axis, rows, axis_name, shaded, "+")
-
-
-def row_grid(
-    axis: ChartAxis, rows: Sequence[str], axis_name: str, shaded: str = "", sign: str = ""
-) -> Markup:
-    """Rows of names and tracks over the lines of a common axis, whose positive ticks have a sign."""
-    lines = join(
-        Markup('<i class="grid{}" style="left:{:.2f}%"></i>').format("" if t else " zero", axis.percent(t))
-        for t in axis.ticks
-    )
-    return Markup(
-        '<div class="dots"><div class="lines" style="grid-row:1/{}">{}{}</div>{}<div class="scale">{}'
-        '<div class="x-name">{}</div></div></div>'
-    ).format(len(rows) + 1, lines, shaded, join(rows), join(ticks(axis, sign)), axis_name)
-
-
-def _dot_row(row: int, one: Dot, left: float) -> Markup:
-    # The text is placed on the side of the dot that has room for it.
-    side = "left-of" if left > 60.0 else "right-of"
-    return Markup(
-        '<div class="name" style="grid-row:{0}">{1}</div><div class="track {2}" style="grid-row:{0}">'
-        '<i class="mark" style="left:{3:.2f}%"></i><span class="{4}" style="left:{3:.2f}%">{5}</span></div>'
-    ).format(row, one.name, one.style, left, side, one.text)
+    return html("dot_chart.html.j2", axis=axis.whole(), dots=dots, axis_name=axis_name, band=band)
 
 
 def colour_bar(table: Table, axis: ChartAxis, name: str) -> Markup:
     """The legend of a map: colours along the axis, ticks, and the name of the quantity with its unit."""
     sign = "+" if axis.low < 0.0 < axis.high else ""
-    return Markup(
-        '<div class="bar"><img src="{}" alt=""><div class="scale">{}</div><div class="x-name">{}</div></div>'
-    ).format(bar_uri(table), join(ticks(axis, sign)), name)
+    return html("colour_bar.html.j2", picture=bar_uri(table), axis=axis, sign=sign, name=name)
 
 
-def tries_chart(percent: int) -> Markup:
-    """A hundred dots, `percent` of them filled."""
-    circles = Markup("").join(
-        Markup('<circle cx="{}" cy="{}" r="3.6"{}/>').format(
-            10 * (k % 10) + 5, 10 * (k // 10) + 5, Markup(' class="filled"') if k < percent else ""
-        )
-        for k in range(100)
-    )
-    return Markup('<svg class="tries" viewBox="0 0 100 100" aria-hidden="true">{}</svg>').format(circles)
+def signed_bar(limit: float, name: str) -> Markup:
+    """The legend of a map of values from -`limit` to `limit`."""
+    return colour_bar(PURPLE_ORANGE, signed_axis(limit), name)
 
 
 @dataclass(frozen=True)
@@ -249,37 +217,3 @@ class Profile:
         """Heights as base64 of little-endian int16 in micrometres, for the script of the page."""
         counts = np.clip(np.rint(np.asarray(self.heights) * 1000.0), -32768, 32767)
         return base64.b64encode(counts.astype("<i2").tobytes()).decode("ascii")
-
-
-def _label(style: str, side: str, percent: float, text: str) -> Markup:
-    return Markup('<span class="{}" style="{}:{:.2f}%">{}</span>').format(style, side, percent, text)
-
-
-def ticks(axis: ChartAxis, sign: str = "") -> list[Markup]:
-    """Labels below a horizontal axis; the sign stands before positive numbers."""
-    return [
-        _label(f"tick x{axis.side(t)}", "left", axis.percent(t), (sign if t > 0 else "") + axis.label(t))
-        for t in axis.ticks
-    ]
-
-
-def grid(y_axis: ChartAxis) -> tuple[list[Markup], list[Markup]]:
-    """Horizontal lines at the ticks of a y axis, and their labels."""
-    lines = [path("grid", [(0, y_axis.down(t)), (100, y_axis.down(t))]) for t in y_axis.ticks]
-    return lines, [_label("tick y", "bottom", y_axis.percent(t), y_axis.label(t)) for t in y_axis.ticks]
-
-
-def dot(style: str, x: float, y: float) -> Markup:
-    """A circle, as a line of length 0 with round ends: it stays one when the drawing is stretched."""
-    return path(f"{style} dot", [(x, y), (x, y)])
-
-
-def path(style: str, points: Sequence[tuple[float, float]]) -> Markup:
-    """A line through points, in percent of the drawing from its upper left corner."""
-    data = "M" + "L".join(f"{x:.3f} {y:.3f}" for x, y in points)
-    return Markup('<path class="{}" d="{}"/>').format(style, data)
-
-
-def join(parts: Iterable[str]) -> Markup:
-    """Parts of a page in a row."""
-    return Markup("").join(parts)

@@ -173,12 +173,25 @@ def compared(
     surface = one.relief.surface
     touch = FeltPlaces(places(surface), touches[0], touches[1])
     seen = _seen(one, other, scene, options)
-    numbers = _numbers(subjects, touches, seen, described_skin(finger, skin_name), scene)
+    first, second = (_side(*each) for each in zip(subjects, touches, strict=True))
+    jnd = jnd_unless_smooth(*(touch.means[ROUGHNESS.name] for touch in reversed(touches)))
+    numbers = Compared(
+        first=first,
+        second=second,
+        jnd_apart=jnd,
+        places=place_spread(*touches),
+        told_apart_probability=None if jnd is None else discrimination_probability(jnd),
+        look=seen.change,
+        no_look=seen.reason or None,
+        scene=None if seen.change is None else str(scene),
+        skin=described_skin(finger, skin_name),
+        model=touches[0].model,
+    )
     more: dict[str, Any] = {"fingers": felt_by_fingers(one.relief, other.relief, finger)}
     if surface == other.relief.surface:
         smooth = touch.mean_jnd is None
         more["measured"] = felt_by_measured(one.relief, other.relief, touch.places, smooth)
-        if numbers.jnd_apart is None:
+        if jnd is None:
             patches = Patches(surface, touch.places, side_mm=finger.patch_mm)
             more["surface_bands"] = skin_bands(touch, finger, patches.size_mm)
     numbers = numbers.model_copy(update=more)
@@ -234,10 +247,7 @@ def _seen(one: Subject, other: Subject, file: Path, options: CompareOptions) -> 
         )
     if before.mean.mean() < BLACK * scene.white:
         raise InputError(f"{file}: its pictures are black; no light reaches the plate from above")
-    plate = scene.plate_weights()
-    change = metrics.look(
-        before, after, scene.white, plate, scene.weights, scene.pixels_per_mm(), options.distance_cm
-    )
+    change = metrics.look(before, after, scene, options.distance_cm)
     in_colour = scene.colour and same_grid
     colours = colour_pictures(scene, *heights, seed) if in_colour else None
     change = change.model_copy(update={"conditions": tuple(scene.conditions)})
@@ -246,31 +256,6 @@ def _seen(one: Subject, other: Subject, file: Path, options: CompareOptions) -> 
 
 def _loaded(subject: Subject, file: Path, film: Mapping[str, str], options: CompareOptions) -> Scene:
     return load_scene(file, {**options.defines, **film}, options.variant, relief=subject.relief)
-
-
-def _numbers(
-    subjects: tuple[Subject, Subject],
-    touches: Sequence[TouchMeasures],
-    seen: Seen,
-    skin: Mapping[str, Any],
-    scene: Path,
-) -> Compared:
-    """The numbers of both reliefs and of what differs between them."""
-    first, second = (_side(*each) for each in zip(subjects, touches, strict=True))
-    one, other = (touch.means[ROUGHNESS.name] for touch in touches)
-    jnd = jnd_unless_smooth(other, one)
-    return Compared(
-        first=first,
-        second=second,
-        jnd_apart=jnd,
-        places=place_spread(*touches),
-        told_apart_probability=None if jnd is None else discrimination_probability(jnd),
-        look=seen.change,
-        no_look=seen.reason or None,
-        scene=None if seen.change is None else str(scene),
-        skin=skin,
-        model=touches[0].model,
-    )
 
 
 def _side(subject: Subject, touch: TouchMeasures) -> ComparedSide:

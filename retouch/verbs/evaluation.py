@@ -197,7 +197,7 @@ class Evaluation:
         if self.as_sliced is not None:
             yield self.as_sliced.line(self.name, self.roughness)
         if isinstance(self.relief, SlicedPart):
-            yield from _beads().part_lines(self.relief, self.touch)
+            yield from _solids().part_lines(self.relief, self.touch)
         elif not isinstance(self.touch, TouchMeasures):
             yield from _solids().solid_lines(self.name, self.touch, self.printed)
         if self.files:
@@ -259,17 +259,10 @@ def _band(band: "SurfaceBand") -> dict[str, float]:
 
 
 def _solids() -> ModuleType:
-    """The module for solids, imported with the first of them: 0.15 s that height maps do not need."""
+    """The module for solids and G-code, imported with the first: 0.15 s that height maps do not need."""
     from retouch.verbs import solid_evaluation
 
     return solid_evaluation
-
-
-def _beads() -> ModuleType:
-    """The module for G-code, imported with the first of it."""
-    from retouch.verbs.filament import bead_evaluation
-
-    return bead_evaluation
 
 
 def _ways(reach: Reach) -> str:
@@ -347,7 +340,7 @@ def evaluate(
     if isinstance(relief, str | os.PathLike) and is_mesh(Path(relief)):
         relief = _solids().read_solid(relief, units=units)
     if isinstance(relief, str | os.PathLike) and is_gcode(Path(relief)):
-        relief = _beads().read_gcode(relief)
+        relief = _solids().read_gcode(relief)
     of_reliefs = {**lengths, "repeats": repeats, "reach": reach, "slicer": slicer, "profile": profile}
     of_reliefs |= {"finger": finger, "readouts": readouts}
     if isinstance(relief, Mesh | SlicedPart) and isinstance(without_texture, str | os.PathLike):
@@ -357,11 +350,11 @@ def evaluate(
         refuse("height maps and print files; G-code is felt as it is", of_reliefs | of_meshes)
         parts = [relief]
         if beside is not None:
-            parts.append(beside if isinstance(beside, SlicedPart) else _beads().read_gcode(beside))
+            parts.append(beside if isinstance(beside, SlicedPart) else _solids().read_gcode(beside))
         with followed(progress, quiet):
             with naming(relief.path), stage(f"feeling {relief.path.name}"):
-                feels = _beads().feel_of_beads(parts, hand, model, without_texture=without_texture)
-            files = () if colours is None else _solids().write_colours(Path(colours), relief, feels[0], name)
+                feels = _solids().feel_of_beads(parts, hand, model, without_texture=without_texture)
+            files = _solids().write_colours(colours, relief, feels[0], name)
             first, *others = (
                 Evaluation(part, feel, model, hand, name) for part, feel in zip(parts, feels, strict=True)
             )
@@ -376,7 +369,7 @@ def evaluate(
                 raise InputError('on_shape: the net is trained for flat objects; use model "layer"')
             made_by = printer_of(printer)
             feel, printed = _solids().press_solid(relief, without_texture, model, hand, made_by, on_shape)
-            files = () if colours is None else _solids().write_colours(Path(colours), relief, feel, name)
+            files = _solids().write_colours(colours, relief, feel, name)
             return Evaluation(relief, feel, model, hand, name, files=files, printer=made_by, printed=printed)
     if not isinstance(relief, str | os.PathLike):
         refuse("files", {"units": units})

@@ -91,13 +91,8 @@ def doctor(*, quiet: bool | None = None, progress: Callable[[Progress], None] | 
 
 
 def _python() -> Finding:
-    oldest = ".".join(map(str, OLDEST_PYTHON))
-    return Finding(
-        "Python",
-        sys.version_info >= OLDEST_PYTHON,
-        platform.python_version(),
-        f"install Python {oldest} or newer",
-    )
+    remedy = f"install Python {'.'.join(map(str, OLDEST_PYTHON))} or newer"
+    return Finding("Python", sys.version_info >= OLDEST_PYTHON, platform.python_version(), remedy)
 
 
 def _packages() -> Finding:
@@ -144,12 +139,8 @@ def _variants() -> Finding:
         return Finding("Mitsuba", False, str(error), INSTALL)
     usable = [name for name in mitsuba.variants() if _runs(name)]
     detail = f"{mitsuba.__version__}: {', '.join(usable)}"
-    return Finding(
-        "Mitsuba",
-        any(is_differentiable(name) for name in usable),
-        detail,
-        f"no gradients of pictures without libLLVM; {llvm.REMEDY}",
-    )
+    remedy = f"no gradients of pictures without libLLVM; {llvm.REMEDY}"
+    return Finding("Mitsuba", any(map(is_differentiable, usable)), detail, remedy)
 
 
 def _runs(variant: str) -> bool:
@@ -186,10 +177,6 @@ def _cache() -> Finding:
 def _machine() -> Finding:
     memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**30
     system = f"{platform.system()} on {platform.machine()}"
-    return Finding(
-        "machine",
-        memory >= MEMORY_GIB,
-        f"{os.cpu_count()} cores, {memory:.1f} GiB of memory, {system}\n{WHERE}",
-        f"the finest finite elements take {MEMORY_GIB:.0f} GiB at their peak, everything else 1 GiB",
-        needed=False,
-    )
+    detail = f"{os.cpu_count()} cores, {memory:.1f} GiB of memory, {system}\n{WHERE}"
+    remedy = f"the finest finite elements take {MEMORY_GIB:.0f} GiB at their peak, everything else 1 GiB"
+    return Finding("machine", memory >= MEMORY_GIB, detail, remedy, needed=False)

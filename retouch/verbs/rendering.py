@@ -58,17 +58,11 @@ class Rendering:
 
     def as_json(self) -> dict[str, Any]:
         """What `retouch render --json` prints."""
+        numbers, black = zip(self.levels.items(), self.errors_percent, self.files, strict=True), self.black
         pictures = [
-            {
-                "condition": condition,
-                "mean_radiance": level,
-                "pixel_error_percent": error,
-                "black": condition in self.black,
-                "files": [f"{file}.exr", f"{file}.png"],
-            }
-            for (condition, level), error, file in zip(
-                self.levels.items(), self.errors_percent, self.files, strict=True
-            )
+            {"condition": condition, "mean_radiance": level, "pixel_error_percent": error}
+            | {"black": condition in black, "files": [f"{file}.exr", f"{file}.png"]}
+            for (condition, level), error, file in numbers
         ]
         return {
             "scene": str(self.scene.file),

@@ -1,10 +1,11 @@
-"""Evaluation of solids: how they are read and pressed, and what is said of them."""
+"""Evaluation of solids and of G-code: how they are read and pressed, and what is said of them."""
 
 import os
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from optimize.verification.solids.bead_feel import BeadFeel
 from optimize.verification.solids.mesh_feel import ESTIMATED, PLATE, TAKEN_OUT, UNDER, MeshFeel, feel_of
 from relief.ground.errors import naming
 from relief.ground.formatting import number
@@ -13,6 +14,7 @@ from relief.ground.progress import say, stage
 from relief.printers import Printer
 from relief.solids.export.printed_parts import PrintedPart, print_part
 from relief.solids.filament.beads import SlicedPart
+from relief.solids.filament.gcode_reader import read_gcode as parsed_gcode
 from relief.solids.files.mesh import Mesh, read_mesh
 from relief.solids.mending.repair import mended
 from relief.solids.meshes.solid import outer_body
@@ -72,9 +74,13 @@ def press_solid(
         return feel_of(mesh, skin, model, MOST_MESH_PLACES, without_texture, body, on_shape), printed
 
 
-def write_colours(folder: Path, mesh: Mesh | SlicedPart, feel: MeshFeel, skin_name: str) -> tuple[Path, ...]:
-    """Write the files that show the roughness of a solid in colours."""
-    return write_coloured(folder, mesh.path.stem, feel, Path(skin_name).stem)
+def write_colours(
+    folder: str | os.PathLike[str] | None, solid: Mesh | SlicedPart, feel: MeshFeel, skin: str
+) -> tuple[Path, ...]:
+    """Write the files that show the roughness of a solid in colours, if a folder is named."""
+    if folder is None:
+        return ()
+    return write_coloured(Path(folder), solid.path.stem, feel, Path(skin).stem)
 
 
 def solid_lines(name: str, felt: MeshFeel, printed: PrintedPart | None) -> Iterator[str]:
@@ -107,3 +113,31 @@ def _pressed_places(felt: MeshFeel) -> str:
     if felt.curvature in (TAKEN_OUT, UNDER):
         return f"{pressed}; {felt.edges} on edges or without texture are left out"
     return f"{pressed}; {felt.edges} on edges and {felt.flat} flat ones are left out"
+
+
+def read_gcode(path: str | os.PathLike[str]) -> SlicedPart:
+    """Read the beads of a file of G-code, and print what a reader of its numbers should know.
+
+    Args:
+        path: .gcode, .gcode.3mf or .bgcode.
+
+    Raises:
+        InputError: the file cannot be read, is cut off, or holds no beads of a part.
+    """
+    part = parsed_gcode(Path(path))
+    for line in part.warnings:
+        say(f"{path}: {line}")
+    return part
+
+
+def part_lines(part: SlicedPart, felt: BeadFeel) -> Iterator[str]:
+    """A sentence for a person about a sliced part and its places."""
+    sides = " x ".join(number(side) for side in felt.sides_mm)
+    slicer = f"{part.slicer}, " if part.slicer else ""
+    count = len(felt.crops)
+    places = "felt at one place" if count == 1 else f"mean over {count} places"
+    if felt.crops[0].on_edge:
+        places += ", on an edge" if count == 1 else ", all on edges, where a finger feels the shape"
+    elif felt.edges:
+        places += f"; {felt.edges} on edges are left out"
+    yield f"{part.path} ({slicer}{sides} mm): {places}. The part's own curvature is {felt.curvature}."

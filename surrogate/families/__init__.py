@@ -6,26 +6,14 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from surrogate.families.bumps import bumps, hammered
-from surrogate.families.cells import cracked, leather
-from surrogate.families.crumpled import crumpled
-from surrogate.families.dots import chequer_plate, dots
-from surrogate.families.fibres import fibres
-from surrogate.families.gaussian import gaussian
-from surrogate.families.gratings import crossed, grating
-from surrogate.families.knit import knit
-from surrogate.families.pores import pores
-from surrogate.families.ripples import ripples
-from surrogate.families.scales import scales
-from surrogate.families.scratches import brushed, scratches
-from surrogate.families.steps import blocks, terraces
-from surrogate.families.stones import gravel, pebbles
-from surrogate.families.terrain import terrain
+from surrogate.families.cells import cracked, crumpled, leather, tiles
+from surrogate.families.cloth import fibres, knit, weave
+from surrogate.families.fields import gaussian, ripples, turing
+from surrogate.families.grain import bark, brushed, scratches, wood
+from surrogate.families.ground import blocks, terraces, terrain
+from surrogate.families.lattices import chequer_plate, crossed, dots, grating, scales
+from surrogate.families.points import bumps, gravel, hammered, pebbles, pores
 from surrogate.families.texture_grid import Grid
-from surrogate.families.tiles import tiles
-from surrogate.families.turing import turing
-from surrogate.families.weave import weave
-from surrogate.families.wood import bark, wood
 
 Family = Callable[[np.random.Generator, Grid], NDArray[np.float64]]
 """A function from a generator and a grid to heights (samples, samples) that fill [0, 1].

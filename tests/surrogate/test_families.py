@@ -16,7 +16,7 @@ from surrogate.families.basics import (
     smooth_noise,
     unit,
 )
-from surrogate.families.terrain import _drained
+from surrogate.families.ground import _drained
 from surrogate.families.texture_grid import Grid
 
 SIZE = 128

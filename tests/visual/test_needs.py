@@ -17,7 +17,7 @@ from relief.ground.errors import InputError
 from tests.visual.scenes import LOW, MATTE, PANEL, PLASTIC, SIDE, Array, hills, sky, sun, write_scene
 from visual import loading
 from visual.backend import rays
-from visual.exact import render
+from visual.exact import pair_radiance, render
 from visual.explain import explain_scene
 from visual.lights.quadrature import kind_of
 from visual.models import obstacles
@@ -214,7 +214,7 @@ def test_no_ray_is_traced_for_shadow_edges_that_are_not_there(
     scene_of: Callable[..., Scene], counted: Count, light: str, heights: Array, looked_for: int, traced: bool
 ) -> None:
     passes, batches = counted(render, "shadow_edges"), counted(rays, "_rays")
-    shaded = counted(render, "face_shading")
+    shaded = counted(pair_radiance, "shade")
     assert np.isfinite(follow(scene_of(light), heights=heights)).all()
     assert len(passes) == looked_for
     assert (len(batches) > 0, len(shaded) > 0) == (traced, traced)
@@ -252,7 +252,7 @@ def test_what_it_would_have_added_is_nothing(scene_of: Callable[..., Scene], cou
     ((light, heights, adjoint, exposure, number),) = interior
     dark = np.zeros_like(adjoint)
     assert not render.interior_gradient(light, heights, dark, exposure, number).any()
-    assert not render.edge_gradient(light, heights, dark, loaded.plate, exposure, number).any()
+    assert not render.edge_gradient(light, heights, dark, exposure, number).any()
 
 
 @pytest.mark.parametrize(

@@ -8,11 +8,6 @@ def plate_shape(scene: Any) -> Any:
     return next(shape for shape in scene.shapes() if type(shape).__name__ == "HeightField")
 
 
-def plate_bsdf(scene: Any) -> Any:
-    """The material of the height field of a Mitsuba scene."""
-    return plate_shape(scene).bsdf()
-
-
 def is_textured(scene: Any) -> bool:
     """Whether the material of the height field varies over the plate or with directions along it."""
     return bool(plate_shape(scene).has_vertex_texcoords())

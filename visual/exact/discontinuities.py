@@ -14,15 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from relief.ground.arrays import Array
-from visual.exact.background import Background
-from visual.exact.face_shading import Shading, unshadowed
-from visual.exact.pair_radiance import Material, at_points, lit_by, places_of
+from visual.exact.pair_radiance import LitPlate
 from visual.exact.shadow_edges import SHADOW_EDGE_SAMPLES, Entries, ShadowEdges, shadow_entries
 from visual.exact.visibility_edges import VISIBILITY_EDGE_SAMPLES, VisibilityEdges
-from visual.geometry.placed_mesh import PlacedMesh
-from visual.geometry.projection import Projection
 from visual.geometry.topology import PlateTopology
-from visual.lights.near import LightSet, NearLights
+from visual.lights.near import LightSet
 
 SHADOW_SHARE, VISIBILITY_SHARE = 0.5, 0.25
 """Shares of the edge samples kept under lights of many directions, each of which adds a small share of the
@@ -85,67 +81,47 @@ def edge_jitter(plate: PlateTopology, generator: np.random.Generator, samples: E
 
 
 def discontinuity_entries(
-    mesh: PlacedMesh,
-    camera: Projection,
-    material: Material,
-    lights: LightSet,
-    shading: Shading | None,
-    background: Background,
-    shadows: ShadowEdges,
-    edges: VisibilityEdges | None,
+    lit: LitPlate, shadows: ShadowEdges, edges: VisibilityEdges | None
 ) -> list[Entries]:
-    """Jacobian entries, d radiance / d mm, of a picture under lights that shine together.
+    """Jacobian entries, d radiance / d mm, of a picture of a plate.
 
     Args:
-        mesh: the plate.
-        camera: takes the picture.
-        material: of the plate.
-        lights: shine together.
-        shading: of the faces under these lights, toward this camera; None if the plate is textured.
-        background: of the picture.
+        lit: the plate before the camera, under its lights.
         shadows: boundaries of the shadows of these lights.
         edges: primary-visibility edges of this camera; None if it looks straight down.
     """
+    mesh, camera = lit.mesh, lit.camera
     seen = shadows.seen(mesh.scene, camera)
-    if shading is None:
-        lost = at_points(material, camera, lights, mesh, seen.light, seen.receiver, seen.point)
+    if lit.shading is None:
+        lost = lit.at_points(seen.light, seen.receiver, seen.point)
     else:
-        lost = shading.radiance[seen.light, seen.receiver]
+        lost = lit.shading.radiance[seen.light, seen.receiver]
     entries = [shadow_entries(mesh.plate, camera, seen, lost)]
     if edges is not None:
-        sides = _radiance_beside(mesh, camera, material, edges, lights, shading, background)
-        entries.append(edges.entries(mesh.plate, sides))
+        entries.append(edges.entries(mesh.plate, _radiance_beside(lit, edges)))
     return entries
 
 
-def _radiance_beside(
-    mesh: PlacedMesh,
-    camera: Projection,
-    material: Material,
-    edges: VisibilityEdges,
-    lights: LightSet,
-    shading: Shading | None,
-    background: Background,
-) -> Array:
+def _radiance_beside(lit: LitPlate, edges: VisibilityEdges) -> Array:
     """(2, samples): radiance on either side of primary-visibility edges."""
-    face = edges.face.ravel()
+    mesh, face = lit.mesh, edges.face.ravel()
     met, missed = np.flatnonzero(face >= 0), np.flatnonzero(face < 0)
     points = mesh.lifted(face[met], edges.x.ravel()[met], edges.y.ravel()[met])
-    places, radiance = places_of(mesh, points), np.zeros(len(face))
+    places, radiance = lit.places(points), np.zeros(len(face))
     directions = edges.direction.reshape(-1, 3)
-    radiance[missed] = background(directions[missed])
-    if camera.perspective or shading is None or isinstance(lights, NearLights):
+    radiance[missed] = lit.light.background(directions[missed])
+    if not len(met):
+        return radiance.reshape(edges.face.shape)
+    if lit.camera.perspective or lit.shading is None or lit.near:
         # Both sides are shaded at one point: at two middles the radiance would differ by the position, too.
-        slope_x, slope_y = (slope[face[met]] for slope in mesh.slopes)
-        unlit = unshadowed(material.bsdf, slope_x, slope_y, lights, -directions[met], places, material.share)
+        unlit = lit.shade(lit.lights, face[met], -directions[met], places).radiance
     else:
-        unlit = shading.radiance[:, face[met]]
-    for number in range(len(lights)):
-        lit = lit_by(mesh, lights, number, face[met], points)
-        radiance[met] += np.where(lit, unlit[number], 0.0)
-    reflections = material.reflections(mesh, face[met], -directions[met], places, derivatives=False)
+        unlit = lit.shading.radiance[:, face[met]]
+    for number in range(len(lit.lights)):
+        radiance[met] += np.where(lit.lit_by(number, face[met], points), unlit[number], 0.0)
+    reflections = lit.reflections(face[met], -directions[met], places)
     if reflections is not None:
         every = reflections.lit(mesh, face[met], points, np.arange(len(met)))
-        for lit, shown in zip(every, reflections.shading.radiance, strict=True):
-            radiance[met] += np.where(lit, shown, 0.0)
+        for seeing, shown in zip(every, reflections.shading.radiance, strict=True):
+            radiance[met] += np.where(seeing, shown, 0.0)
     return radiance.reshape(edges.face.shape)

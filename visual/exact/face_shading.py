@@ -145,21 +145,16 @@ def unshadowed(
     lights: LightSet,
     toward_camera: Array,
     places: ShadingPoints = _ORIGIN,
-    share: FixedShare | None = None,
 ) -> Array:
     """Radiance (lights, faces) without its derivatives; arguments as of `shade`."""
-    if len(slope_x) == 0:
-        return np.zeros((len(lights), 0))
-    return shade(bsdf, slope_x, slope_y, lights, toward_camera, places, share, derivatives=False).radiance
+    return shade(bsdf, slope_x, slope_y, lights, toward_camera, places, derivatives=False).radiance
 
 
 def _radiance(
     bsdf: Any, faces: ShadedFaces, lights: LightSet, share: FixedShare | None
 ) -> Callable[..., Any]:
     """Radiance of faces under each light as a function of `ShadedFaces.variables`."""
-    count = len(lights)
-    colours = np.broadcast_to(lights.strength.reshape(count, -1), (count, 3))
-    strengths = (colours @ LUMINANCE)[:, None] if mi.is_monochromatic else colours
+    strengths = (lights.strength @ LUMINANCE)[:, None] if mi.is_monochromatic else lights.strength
     full = [mi.Float(np.repeat(s, faces.faces).astype(np.float32)) for s in strengths.T]
 
     def radiance(p: Any, q: Any, rise: Any) -> Any:

@@ -9,8 +9,10 @@ import numpy as np
 from relief.ground.arrays import Array
 from visual.backend import buffers, variants
 from visual.backend.mitsuba import dr, mi
+from visual.backend.plate_shape import plate_shape
 from visual.exact.background import Background, black_background
 from visual.geometry.projection import Projection
+from visual.geometry.topology import PlateTopology
 from visual.lights.near import LightSet
 from visual.lights.seen import SeenLight
 
@@ -54,11 +56,27 @@ class LitScene:
 
 
 @dataclass(frozen=True)
+class Illumination:
+    """Lights that shine together.
+
+    Attributes:
+        lights: parallel or near ones.
+        background: of pictures under these lights.
+        seen: the one light that these stand for, as rays see it; None if rays cannot meet the light.
+    """
+
+    lights: LightSet
+    background: Background = black_background
+    seen: SeenLight | None = None
+
+
+@dataclass(frozen=True)
 class LightScene:
     """One light (or all that shine together) over the plate in a Mitsuba scene, which others may share.
 
     Attributes:
         lit: the Mitsuba scene.
+        plate: triangles of its plate.
         shining: numbers of the lights in it that shine.
         sensors, cameras: numbers of the scene's sensors that take pictures, and their projections.
         integrator: renders the scene.
@@ -72,6 +90,7 @@ class LightScene:
     """
 
     lit: LitScene
+    plate: PlateTopology
     shining: frozenset[int]
     sensors: tuple[int, ...]
     cameras: tuple[Projection, ...]
@@ -92,6 +111,11 @@ class LightScene:
     def params(self) -> Any:
         """The `mi.traverse` of `scene`."""
         return self.lit.params
+
+    @property
+    def bsdf(self) -> Any:
+        """The plate's material."""
+        return plate_shape(self.scene).bsdf()
 
     def set_heights(self, heights: Array) -> None:
         """Put (rows, cols) mm into the scene; from here on the scene's own variant is set.

@@ -21,17 +21,16 @@ from relief.ground.arrays import Array
 from relief.ground.progress import stage, this_stage
 from visual.backend import buffers, variants
 from visual.backend.mitsuba import dr, mi
-from visual.backend.plate_shape import plate_bsdf
 from visual.backend.user_settings import user_settings_kept
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
-from visual.exact.light_scene import LightScene
-from visual.exact.lobes import lobes_of
-from visual.exact.pair_radiance import Material, face_shading
+from visual.exact.fixed_samples import FixedSamples
+from visual.exact.light_scene import Illumination, LightScene
+from visual.exact.lobes import Lobes, lobes_of
+from visual.exact.pair_radiance import LitPlate
 from visual.exact.shadow_edges import shadow_edges
-from visual.exact.view import Illumination, View
+from visual.exact.view import View
 from visual.exact.visibility_edges import visibility_edges
 from visual.geometry.placed_mesh import PlacedMesh
-from visual.geometry.topology import PlateTopology
 from visual.lights.parallel import LUMINANCE, ParallelLights
 
 LARGEST_PASS = 2**26
@@ -71,7 +70,6 @@ def pictures(
     lights: tuple[LightScene, ...],
     ambient: LightScene | None,
     heights: Tensor,
-    plate: PlateTopology,
     settings: RenderSettings,
 ) -> Tensor:
     """Render all conditions of a scene, differentiably by the heights.
@@ -80,13 +78,12 @@ def pictures(
         lights: one condition of each camera each; with none, ambient light alone is the one condition.
         ambient: added to every condition; None if there is none.
         heights: (rows, cols) mm.
-        plate: its triangles.
         settings: of every picture.
 
     Returns:
         (conditions, rows, cols) radiance, those of the first camera first.
     """
-    rendered: Tensor = _Pictures.apply(heights, lights, ambient, plate, settings)
+    rendered: Tensor = _Pictures.apply(heights, lights, ambient, settings)
     return rendered
 
 
@@ -99,19 +96,15 @@ class _Pictures(torch.autograd.Function):
         heights: Tensor,
         lights: tuple[LightScene, ...],
         ambient: LightScene | None,
-        plate: PlateTopology,
         settings: RenderSettings,
     ) -> Tensor:
         values = _to_numpy(heights)
-        alone = [light_pictures(light, values, settings, number) for number, light in enumerate(lights)]
-        around = None if ambient is None else light_pictures(ambient, values, settings, len(lights))
-        ctx.heights, ctx.lights, ctx.ambient = values, lights, ambient
-        ctx.plate, ctx.settings = plate, settings
-        return torch.as_tensor(condition_pictures(alone, around)).to(heights.dtype)
+        ctx.heights, ctx.lights, ctx.ambient, ctx.settings = values, lights, ambient, settings
+        return torch.as_tensor(scene_pictures(lights, ambient, values, settings)).to(heights.dtype)
 
     @staticmethod
     @user_settings_kept
-    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None, None, None, None]:
+    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None, None, None]:
         adjoints = _to_numpy(gradients[0])
         lights, ambient = ctx.lights, ctx.ambient
         total = np.zeros_like(ctx.heights)
@@ -125,10 +118,10 @@ class _Pictures(torch.autograd.Function):
                 index = PictureIndex(camera, number)
                 total += interior_gradient(light, ctx.heights, adjoint, ctx.settings, index)
                 if light.direct:
-                    total += mirror_gradient(light, ctx.heights, adjoint, ctx.plate, ctx.settings, index)
+                    total += mirror_gradient(light, ctx.heights, adjoint, ctx.settings, index)
                 if ctx.settings.shadow_edges:
-                    total += edge_gradient(light, ctx.heights, adjoint, ctx.plate, ctx.settings, index)
-        return torch.as_tensor(total).to(gradients[0].dtype), None, None, None, None
+                    total += edge_gradient(light, ctx.heights, adjoint, ctx.settings, index)
+        return torch.as_tensor(total).to(gradients[0].dtype), None, None, None
 
 
 def _camera_count(lights: tuple[LightScene, ...], ambient: LightScene | None) -> int:
@@ -160,6 +153,15 @@ def light_pictures(light: LightScene, heights: Array, settings: RenderSettings, 
     cameras = range(len(light.cameras))
     each = [_render(light, heights, settings, PictureIndex(camera, number)) for camera in cameras]
     return np.stack(each, axis=-3)
+
+
+def scene_pictures(
+    lights: Sequence[LightScene], ambient: LightScene | None, heights: Array, settings: RenderSettings
+) -> Array:
+    """`pictures` of heights (rows, cols) without derivatives; in colour (3, conditions, rows, cols)."""
+    alone = [light_pictures(light, heights, settings, number) for number, light in enumerate(lights)]
+    around = None if ambient is None else light_pictures(ambient, heights, settings, len(lights))
+    return condition_pictures(alone, around)
 
 
 def condition_pictures(alone: Sequence[Array], ambient: Array | None) -> Array:
@@ -266,31 +268,26 @@ def interior_gradient(
 
 
 def mirror_gradient(
-    light: LightScene,
-    heights: Array,
-    adjoint: Array,
-    plate: PlateTopology,
-    settings: RenderSettings,
-    index: PictureIndex,
+    light: LightScene, heights: Array, adjoint: Array, settings: RenderSettings, index: PictureIndex
 ) -> Array:
     """Gradient of a loss through what mirrors show, which `interior_gradient` lacks; the rest is as there."""
-    seed, bsdf = _seed(settings, index, 1), plate_bsdf(light.scene)
-    lobes = lobes_of(bsdf, len(plate.faces), seed, narrow=False)
+    seed = _seed(settings, index, 1)
+    lobes = _mirrors(light, seed)
     if lobes is None or light.seen is None:
         return np.zeros_like(heights)
     camera, shining = light.cameras[index.camera], Illumination(DARK, seen=light.seen)
-    view = View(light.scene, bsdf, light.set_heights, plate, camera, (shining,), None, seed, lobes=lobes)
+    view = View(light, camera, (shining,), None, FixedSamples(seed=seed), lobes)
     (jacobian,) = view.evaluate(heights, edges=False).jacobians
     return np.asarray(jacobian.T @ adjoint.ravel()).reshape(heights.shape)
 
 
+def _mirrors(light: LightScene, seed: int) -> Lobes | None:
+    """Mirror-smooth parts of the plate's material; None if there are none."""
+    return lobes_of(light.bsdf, len(light.plate.faces), seed, narrow=False)
+
+
 def edge_gradient(
-    light: LightScene,
-    heights: Array,
-    adjoint: Array,
-    plate: PlateTopology,
-    settings: RenderSettings,
-    index: PictureIndex,
+    light: LightScene, heights: Array, adjoint: Array, settings: RenderSettings, index: PictureIndex
 ) -> Array:
     """Gradient of a loss through moving shadows and faces of a plate; the rest as of `interior_gradient`."""
     camera = light.cameras[index.camera]
@@ -299,22 +296,19 @@ def edge_gradient(
         camera = camera.finer(FILTER_PARTS)
     if camera.overhead and not light.shadows:
         return np.zeros_like(heights)
-    generator = np.random.default_rng(_seed(settings, index, 1))
+    seed = _seed(settings, index, 1)
+    generator = np.random.default_rng(seed)
     lights = light.lights(generator)
-    mesh = PlacedMesh(light.scene, plate, heights)
+    mesh = PlacedMesh(light.scene, light.plate, heights)
     jitter = edge_jitter(mesh.plate, generator, EdgeSamples())
     shadows = shadow_edges(mesh, lights, jitter.of_shadows(lights), camera.overhead)
     edges = visibility_edges(mesh, camera, jitter.of_visibility(len(lights) > 1))
     if len(shadows.light) == 0 and edges is None:
         return np.zeros_like(heights)
-    bsdf = plate_bsdf(light.scene)
-    lobes = lobes_of(bsdf, len(plate.faces), _seed(settings, index, 1), narrow=False)
-    material = Material(bsdf, lobes, light.seen)
-    shading = None if mesh.textured else face_shading(material, camera, lights, mesh, derivatives=False)
+    shining, lobes = Illumination(lights, light.background, light.seen), _mirrors(light, seed)
+    lit = LitPlate(mesh, camera, light.bsdf, shining, lobes, derivatives=False)
     gradient = np.zeros(heights.size)
-    for pixels, samples, values in discontinuity_entries(
-        mesh, camera, material, lights, shading, light.background, shadows, edges
-    ):
+    for pixels, samples, values in discontinuity_entries(lit, shadows, edges):
         weighted = adjoint.ravel()[pixels] * values
         gradient += np.bincount(samples, weighted, minlength=heights.size)
     return gradient.reshape(heights.shape)

@@ -8,7 +8,7 @@ depends on its three heights), the motion of shadow boundaries
 by noise.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -18,18 +18,16 @@ import scipy.sparse as sp
 from relief.ground.arrays import Array
 from relief.ground.progress import stage
 from visual.backend.user_settings import user_settings_kept
-from visual.exact.background import Background, black_background
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
+from visual.exact.fixed_samples import FixedSamples
+from visual.exact.light_scene import Illumination, LightScene
 from visual.exact.lobes import Lobes
-from visual.exact.pair_radiance import Material, face_shading, of_faces, of_samples
+from visual.exact.pair_radiance import LitPlate
 from visual.exact.shadow_edges import Entries, shadow_edges
 from visual.exact.visibility_edges import VisibilityEdges, visibility_edges
 from visual.geometry.film_samples import PictureSamples, film_points, samples_by_rays, samples_from_above
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
-from visual.geometry.topology import PlateTopology
-from visual.lights.near import LightSet
-from visual.lights.seen import SeenLight
 
 
 @dataclass(frozen=True)
@@ -43,21 +41,6 @@ class Pictures:
 
     pictures: Array
     jacobians: tuple[sp.csr_matrix, ...]
-
-
-@dataclass(frozen=True)
-class Illumination:
-    """Lights that shine together.
-
-    Attributes:
-        lights: parallel or near ones.
-        background: of pictures under these lights.
-        seen: the one light that these stand for, as rays see it; None if rays cannot meet the light.
-    """
-
-    lights: LightSet
-    background: Background = black_background
-    seen: SeenLight | None = None
 
 
 class _ViewSamples(NamedTuple):
@@ -83,41 +66,30 @@ class View:
 
     def __init__(
         self,
-        scene: Any,
-        bsdf: Any,
-        set_heights: Callable[[Array], None],
-        plate: PlateTopology,
+        loaded: LightScene,
         camera: Projection,
         alone: Sequence[Illumination],
         ambient: Illumination | None,
-        seed: int = 0,
-        strata: int = 4,
-        ambient_strata: int = 2,
-        edge_samples: EdgeSamples | None = None,
+        samples: FixedSamples,
         lobes: Lobes | None = None,
     ) -> None:
         """Fix the samples.
 
         Args:
-            scene: Mitsuba scene that holds the plate, for rays only.
-            bsdf: the plate's material.
-            set_heights: puts heights (rows, cols) into `scene`.
-            plate: triangles of the plate in `scene`.
+            loaded: holds the plate, for rays and its material only.
             camera: takes the pictures.
             alone: one condition each; with none, ambient light alone is the one condition.
             ambient: added to every condition; None if there is none.
-            seed: of the samples' positions.
-            strata, ambient_strata: samples along a pixel's side under one light, and under many directions.
-                Where the film's filter is no box, `strata` serve both.
-            edge_samples: along edges that move; fewer are used under many directions.
+            samples: of the pictures. Where the film's filter is no box, its `strata` serve all lights.
             lobes: of the material, for lights that rays can meet.
         """
-        generator = np.random.default_rng(seed)
-        self._scene, self._bsdf, self._lobes, self._set_heights = scene, bsdf, lobes, set_heights
-        self._plate = plate
+        generator, strata = np.random.default_rng(samples.seed), samples.strata
+        self._loaded, self._bsdf, self._lobes = loaded, loaded.bsdf, lobes
+        self._plate = loaded.plate
         self._shape, reconstruction = (camera.rows, camera.cols), camera.filter
         self._alone, self._ambient = alone, ambient
-        self._strata = strata, ambient_strata
+        # Many directions share a pixel's samples: each needs fewer.
+        self._strata = strata, samples.ambient_strata or max(1, strata // 2)
         if reconstruction is not None:
             # A pixel of the finer camera is one sample, whose weights in the picture follow from its place.
             camera, self._strata = camera.finer(strata), (1, 1)
@@ -127,7 +99,7 @@ class View:
         if reconstruction is not None:
             self._film = self._film[:1] * 2
             self._weights = reconstruction.of_points(self._film[0] / strata, *self._shape)
-        self._jitter = edge_jitter(self._plate, generator, edge_samples or EdgeSamples())
+        self._jitter = edge_jitter(self._plate, generator, samples.edge_samples or EdgeSamples())
         self._from_above: list[PictureSamples] = []
         if camera.overhead:
             self._from_above = [
@@ -144,8 +116,8 @@ class View:
             jacobian: whether derivatives are wanted.
             edges: whether the derivatives include the motion of shadow boundaries and of faces.
         """
-        self._set_heights(heights)
-        mesh = PlacedMesh(self._scene, self._plate, heights)
+        self._loaded.set_heights(heights)
+        mesh = PlacedMesh(self._loaded.scene, self._plate, heights)
         shining = (*self._alone, *(() if self._ambient is None else (self._ambient,)))
         many = [len(light.lights) > 1 for light in shining]
         samples = {which: self._samples(mesh, which, jacobian and edges) for which in set(many)}
@@ -175,33 +147,28 @@ class View:
         self, light: Illumination, of_view: _ViewSamples, mesh: PlacedMesh, jacobian: bool, edges: bool
     ) -> tuple[Array, Any]:
         """Picture (pixels,) and Jacobian (pixels, heights) under a set of lights that shine together."""
-        plate, camera, lights, (samples, points, visible) = self._plate, self._camera, light.lights, of_view
-        material = Material(self._bsdf, self._lobes, light.seen)
-        if mesh.textured:
-            shading, pairs = None, of_samples(material, camera, lights, samples, points, mesh, jacobian)
-        else:
-            shading = face_shading(material, camera, lights, mesh, jacobian)
-            pairs = of_faces(material, camera, shading, lights, samples, points, mesh, jacobian)
+        plate, camera, (samples, points, visible) = self._plate, self._camera, of_view
+        lit = LitPlate(mesh, camera, self._bsdf, light, self._lobes, jacobian)
+        radiance, by_slope_x, by_slope_y, *by_height = lit.pairs(samples, points)
         behind = light.background(samples.missed_direction) / samples.per_pixel
         picture: Array = np.zeros(camera.pixels)
-        picture += np.bincount(samples.pair_pixel, pairs.radiance, minlength=camera.pixels)
+        picture += np.bincount(samples.pair_pixel, radiance, minlength=camera.pixels)
         picture += np.bincount(samples.missed_pixel, behind, minlength=camera.pixels)
         if self._weights is not None:
             picture = self._weights @ picture
         if not jacobian:
             return picture, None
         face = samples.pair_face
-        values = pairs.by_slope_x[:, None] * plate.slope_x[face]
-        values += pairs.by_slope_y[:, None] * plate.slope_y[face]
-        if pairs.by_height is not None:
-            values[:, 0] += pairs.by_height
+        values = by_slope_x[:, None] * plate.slope_x[face]
+        values += by_slope_y[:, None] * plate.slope_y[face]
+        for change in by_height:
+            values[:, 0] += change
         columns = plate.sample[plate.faces[face]].ravel()
         parts: list[Entries] = [(np.repeat(samples.pair_pixel, 3), columns, values.ravel())]
         if edges:
-            shadows = shadow_edges(mesh, lights, self._jitter.of_shadows(lights), camera.overhead)
-            parts += discontinuity_entries(
-                mesh, camera, material, lights, shading, light.background, shadows, visible
-            )
+            positions = self._jitter.of_shadows(light.lights)
+            shadows = shadow_edges(mesh, light.lights, positions, camera.overhead)
+            parts += discontinuity_entries(lit, shadows, visible)
         r, c, v = (np.concatenate(p) for p in zip(*parts, strict=True))
         by_heights = sp.csr_matrix((v, (r, c)), shape=(camera.pixels, plate.rows * plate.cols))
         return picture, by_heights if self._weights is None else self._weights @ by_heights

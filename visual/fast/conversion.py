@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from relief.ground.arrays import Array
-from relief.plate_grid import NO_HALO, Halo
+from relief.plate_grid import NO_HALO
 from relief.surface import Surface
 from visual.exact.background import Background
-from visual.exact.view import Illumination
+from visual.exact.light_scene import Illumination, LightScene
 from visual.fast.ambient_net import AmbientLight, UnoccludedLight, trained_ambient_light
 from visual.fast.bsdf_table import AMBIENT_ENTRIES, ENTRIES, ambient_table, light_table
 from visual.fast.camera_view import CameraView, FastCamera, LightGroup
@@ -76,11 +76,9 @@ def fast_renderer(
 
 
 def camera_view(
+    loaded: LightScene,
     surface: Surface,
     rise_mm: float,
-    halo: Halo,
-    bsdf: Any,
-    cameras: Sequence[Projection],
     groups: Sequence[Illumination],
     ambient: bool,
     shadows: bool = True,
@@ -89,11 +87,9 @@ def camera_view(
     """Fast pictures of a plate by cameras on any side.
 
     Args:
+        loaded: holds the plate, with its material in Mitsuba's current variant, and the cameras.
         surface: of the plate.
         rise_mm: expected from the lowest to the highest point of its reliefs.
-        halo: samples of the neighbours beyond each side that cameras see.
-        bsdf: the plate's material in Mitsuba's current variant.
-        cameras: take the pictures.
         groups: parallel lights that shine together, one condition of each camera each.
         ambient: whether the last group adds to every condition instead.
         shadows: whether the plate casts shadows on itself.
@@ -105,8 +101,8 @@ def camera_view(
         for lights in seen
     ]
     converted = [
-        _camera(surface, halo, bsdf, camera, seen, [group.background for group in groups], lines)
-        for camera in cameras
+        _camera(surface, loaded, camera, seen, [group.background for group in groups], lines)
+        for camera in loaded.cameras
     ]
     return CameraView(surface, rise_mm, converted, lit, ambient)
 
@@ -122,8 +118,7 @@ def _shining(lights: LightSet, surface: Surface) -> ParallelLights:
 
 def _camera(
     surface: Surface,
-    halo: Halo,
-    bsdf: Any,
+    loaded: LightScene,
     camera: Projection,
     groups: Sequence[ParallelLights],
     backgrounds: Sequence[Background],
@@ -135,9 +130,9 @@ def _camera(
     row, col = np.divmod(np.arange(finer.pixels), finer.cols)
     directions = finer.rays(np.stack((col, row), axis=1) + 0.5)[1]
     places, nearness = _places(surface, PLACES if camera.perspective else 1)
-    views = camera.toward(places)
+    views, bsdf = camera.toward(places), loaded.bsdf
     return FastCamera(
-        view_lines(surface, NO_HALO if camera.overhead else halo, finer, lines),
+        view_lines(surface, NO_HALO if camera.overhead else loaded.plate.halo, finer, lines),
         tuple(
             tuple(
                 light_table(bsdf, lights, view, ENTRIES if len(lights) == 1 else AMBIENT_ENTRIES)

@@ -82,7 +82,7 @@ def flat_irradiance(lights: LightSet, points: Array) -> Array:
     where = mi.Vector3f(*(mi.Float(c) for c in np.tile(points, (len(lights), 1)).T.astype(np.float32)))
     toward, share = lights.arriving(where, len(points))
     upright = np.asarray(dr.maximum(toward.z, 0.0) * share, dtype=np.float64).reshape(len(lights), -1)
-    return np.asarray(upright.T @ np.broadcast_to(lights.strength.reshape(len(lights), -1), (len(lights), 3)))
+    return np.asarray(upright.T @ lights.strength)
 
 
 def too_near(distance_mm: float, size_mm: float) -> str | None:

@@ -48,8 +48,8 @@ class ParallelLights:
 
     @property
     def strength(self) -> Array:
-        """Irradiance of each light, whose shares `arriving` gives."""
-        return self.irradiance
+        """(lights, 3) irradiance, whose shares `arriving` gives."""
+        return np.broadcast_to(self.irradiance.reshape(len(self), -1), (len(self), 3))
 
     def toward_from(self, number: int | Index, points: Array) -> Array:
         """Unit vectors toward a light (3,), or toward its own from each of some points (points, 3)."""

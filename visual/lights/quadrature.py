@@ -48,9 +48,9 @@ class Quadrature:
             if isinstance(near, NearLights):
                 return near
         drawn = [lights for lights in every if isinstance(lights, ParallelLights)]
-        toward = [np.zeros((0, 3)), *(lights.toward for lights in drawn)]
-        colours = (np.broadcast_to(k.irradiance.reshape(len(k), -1), (len(k), 3)) for k in drawn)
-        return ParallelLights(np.concatenate(toward), np.concatenate([np.zeros((0, 3)), *colours]))
+        none = np.zeros((0, 3))
+        toward = np.concatenate([none, *(lights.toward for lights in drawn)])
+        return ParallelLights(toward, np.concatenate([none, *(lights.strength for lights in drawn)]))
 
 
 def prepare(lights: Sequence[Light], size_mm: float, count: int) -> Quadrature:

@@ -57,9 +57,8 @@ class SeenLight:
 
 def lights_per_flux(lights: LightSet) -> float:
     """Number of fixed lights for each unit of luminous irradiance at the origin, on planes that face them."""
-    strength = np.broadcast_to(np.reshape(lights.strength, (len(lights), -1)), (len(lights), 3)) @ LUMINANCE
     share = np.asarray(lights.arriving(dr.zeros(mi.Point3f, len(lights)), 1)[1], dtype=np.float64)
-    flux = float((strength * share).sum())
+    flux = float((lights.strength @ LUMINANCE * share).sum())
     return len(lights) / flux if flux > 0.0 else 0.0
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.ground.arrays import Array
-from visual.backend.plate_shape import is_textured, plate_bsdf
+from visual.backend.plate_shape import is_textured
 from visual.backend.user_settings import keeping_user_settings
 from visual.exact.face_shading import unshadowed
 from visual.geometry.film_samples import film_points, samples_from_above
@@ -58,7 +58,7 @@ class ReferenceRenderer:
             raise ValueError("the plate must be square and end at its sides")
         if is_textured(loaded.scene):
             raise ValueError("the material must be the same all over the plate")
-        self._bsdf = plate_bsdf(loaded.scene)
+        self._bsdf = loaded.bsdf
         self._plate = scene.plate
         generator = np.random.default_rng(seed)
         film = film_points(self._camera, strata, generator)

@@ -14,7 +14,7 @@ from visual.backend.mitsuba import mi
 from visual.backend.variants import SPECTRA
 from visual.lights.kind import RGB, EmitterShape, Light
 from visual.lights.quadrature import KINDS, kind_of
-from visual.scene_file.parsed_scene import WEIGHT, Camera, CheckedScene, Description, ParsedPlate, children
+from visual.scene_file.parsed_scene import WEIGHT, Camera, CheckedScene, Description, ParsedNodes, ParsedPlate
 
 _COLOURED = {*SPECTRA, *(name for name, kind in KINDS.items() if kind.strength is None)}
 """Plugins that count as coloured whatever their values: spectra, and lights whose strength is a picture."""
@@ -82,20 +82,8 @@ def _triple(values: Any) -> RGB:
     return red, green, blue
 
 
-class _SceneReader:
-    """The nodes of a parsed scene, whose references are resolved."""
-
-    def __init__(self, nodes: Any) -> None:
-        self.nodes = nodes
-
-    def kind(self, index: int) -> str:
-        return str(self.nodes[index].props.plugin_name())
-
-    def of_type(self, name: str) -> list[int]:
-        return [index for index, node in enumerate(self.nodes) if node.type.name == name]
-
-    def children_of_type(self, index: int, name: str) -> list[int]:
-        return [child for child in children(self.nodes, index) if self.nodes[child].type.name == name]
+class _SceneReader(ParsedNodes):
+    """What the nodes of a parsed scene say."""
 
     def to_world(self, index: int) -> NDArray[np.float64]:
         props = self.nodes[index].props
@@ -109,7 +97,7 @@ class _SceneReader:
         value = props[key]
         if isinstance(value, mi.Properties.ResolvedReference):
             texture = value.index()
-            return self.rgb(texture, "color", default) if self.kind(texture) == "srgb" else None
+            return self.rgb(texture, "color", default) if self.plugin(texture) == "srgb" else None
         if isinstance(value, int | float):
             return float(value), float(value), float(value)
         if props.type(key).name == "Spectrum":
@@ -117,9 +105,9 @@ class _SceneReader:
         return _triple(value)
 
     def light(self, index: int) -> Light:
-        kind, props = KINDS[self.kind(index)], self.nodes[index].props
+        kind, props = KINDS[self.plugin(index)], self.nodes[index].props
         return Light(
-            kind=self.kind(index),
+            kind=self.plugin(index),
             id=str(props.id()),
             node=index,
             direction=self.toward(index) if kind.directed else None,
@@ -147,14 +135,14 @@ class _SceneReader:
     def emitter_shape(self, emitter: int) -> EmitterShape | None:
         """The shape that an emitter is on; None for an emitter on its own."""
         for index in self.of_type("Shape"):
-            if emitter in children(self.nodes, index):
+            if emitter in self.children(index):
                 props = self.nodes[index].props
                 placed = np.eye(4)
-                if self.kind(index) == "sphere":
+                if self.plugin(index) == "sphere":
                     placed[:3, :3] *= float(props.get("radius", 1.0))
                     placed[:3, 3] = np.array(props.get("center", (0.0, 0.0, 0.0)), dtype=np.float64)
                 return EmitterShape(
-                    kind=self.kind(index),
+                    kind=self.plugin(index),
                     node=index,
                     to_world=self.to_world(index) @ placed,
                     flipped=bool(props.get("flip_normals", False)),
@@ -169,17 +157,17 @@ class _SceneReader:
 
     def nested(self, index: int, name: str) -> Any:
         """Properties of the first object of a kind in a node; empty if there is none."""
-        return next((self.nodes[child].props for child in self.children_of_type(index, name)), {})
+        return next((self.nodes[child].props for child in self.children(index, name)), {})
 
     def camera(self, index: int) -> Camera:
         props, film = self.nodes[index].props, self.nested(index, "Film")
         name, radius = _DEFAULT_FILTER
-        for child in self.children_of_type(index, "Film"):
+        for child in self.children(index, "Film"):
             if reconstruction := self.nested(child, "ReconstructionFilter"):
                 name = str(reconstruction.plugin_name())
                 radius = _FILTER_RADII[name](reconstruction)
         return Camera(
-            kind=self.kind(index),
+            kind=self.plugin(index),
             id=str(props.id()),
             to_world=self.to_world(index),
             rows=int(film.get("height", _DEFAULT_FILM[0])),
@@ -196,16 +184,16 @@ class _SceneReader:
         props = self.nodes[index].props
         material = self.material(index)
         below = self.below(index)
-        textures = [node for node in below if self.kind(node) in _TEXTURES]
+        textures = [node for node in below if self.plugin(node) in _TEXTURES]
         return ParsedPlate(
             filename=Path(props["filename"]) if "filename" in props else None,
             size_mm=float(props.get("size_mm", PATCH_SIDE_MM)),
             relief_mm=float(props["relief_mm"]) if "relief_mm" in props else None,
-            material=tuple(self.kind(part) for part in material) or ("diffuse",),
-            textures=tuple(sorted({self.kind(texture) for texture in textures})),
+            material=tuple(self.plugin(part) for part in material) or ("diffuse",),
+            textures=tuple(sorted({self.plugin(texture) for texture in textures})),
             hard_edged=any(self.is_hard_edged(texture) for texture in textures),
-            blended=any(self.kind(node) == "blendbsdf" for node in below),
-            mirror=any(self.kind(node) in _MIRRORS for node in below),
+            blended=any(self.plugin(node) == "blendbsdf" for node in below),
+            mirror=any(self.plugin(node) in _MIRRORS for node in below),
         )
 
     def below(self, index: int) -> set[int]:
@@ -214,18 +202,18 @@ class _SceneReader:
         while waiting:
             if (node := waiting.pop()) not in below:
                 below.add(node)
-                waiting += children(self.nodes, node)
+                waiting += self.children(node)
         return below
 
     def is_hard_edged(self, texture: int) -> bool:
         """Whether a texture jumps from place to place."""
         interpolation = self.nodes[texture].props.get("filter_type", "bilinear")
-        return self.kind(texture) == "checkerboard" or interpolation == "nearest"
+        return self.plugin(texture) == "checkerboard" or interpolation == "nearest"
 
     def material(self, index: int) -> list[int]:
         """Numbers of the nested materials, the first of each, from the outside in."""
         chain: list[int] = []
-        while nested := self.children_of_type(index, "BSDF"):
+        while nested := self.children(index, "BSDF"):
             index = nested[0]
             chain.append(index)
         return chain
@@ -234,7 +222,7 @@ class _SceneReader:
         integrators = self.of_type("Integrator")
         if not integrators:
             return None, None
-        kind = self.kind(integrators[0])
+        kind = self.plugin(integrators[0])
         if kind == "direct":
             return kind, _DEFAULT_DEPTH[kind]
         depth = int(self.nodes[integrators[0]].props.get("max_depth", _DEFAULT_DEPTH.get(kind, -1)))
@@ -242,13 +230,13 @@ class _SceneReader:
 
     def has_spectrum(self, index: int) -> bool:
         """Whether a node is, or has as a parameter, a spectrum that takes wavelengths."""
-        textures = self.children_of_type(index, "Texture")
+        textures = self.children(index, "Texture")
         # The scene itself has textures that others refer to, or nobody.
-        return self.nodes[index].type.name != "Scene" and any(self.kind(each) in SPECTRA for each in textures)
+        return self.type_of(index) != "Scene" and any(self.plugin(each) in SPECTRA for each in textures)
 
     def is_grey(self, index: int) -> bool:
         """Whether a node on its own, without the nodes it refers to, has no colour."""
-        kind, props = self.kind(index), self.nodes[index].props
+        kind, props = self.plugin(index), self.nodes[index].props
         if kind in _COLOURED:
             return False
         if kind == "bitmap":

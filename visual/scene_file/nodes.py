@@ -14,7 +14,7 @@ from visual.backend.mitsuba import mi
 from visual.backend.ply_check import check_ply
 from visual.lights.quadrature import KINDS
 from visual.scene_file import bounds
-from visual.scene_file.parsed_scene import children
+from visual.scene_file.parsed_scene import ParsedNodes
 from visual.scene_file.text import file_of_scene, file_of_user, nearest
 
 MOST_OBJECTS = {"Emitter": 64, "Sensor": 64, "Shape": 256, "BSDF": 256, "Texture": 256}
@@ -36,7 +36,7 @@ NESTED = {
 _DEFAULT_FILM = {"width": 768, "height": 576}
 
 
-class NodeCheck:
+class NodeCheck(ParsedNodes):
     """Check of all nodes of a parsed scene.
 
     Attributes:
@@ -46,7 +46,8 @@ class NodeCheck:
     """
 
     def __init__(self, path: Path, nodes: Any, users_own: Collection[str]) -> None:
-        self.path, self.nodes, self.users_own = path, nodes, users_own
+        super().__init__(nodes)
+        self.path, self.users_own = path, users_own
         self._seen: set[tuple[Path, str, bounds.Range | None]] = set()
         self._files: dict[int, Path] = {}
         self._shining = set[int]()
@@ -57,14 +58,14 @@ class NodeCheck:
         Raises:
             InputError: the first fault, in one line that names file, object and parameter.
         """
-        count = Counter(self._kind(index) for index in range(len(self.nodes)))
+        count = Counter(self.type_of(index) for index in range(len(self.nodes)))
         for kind, most in MOST_OBJECTS.items():
             if count[kind] > most:
                 raise InputError(
                     f"{self.path}: {count[kind]} objects of kind {kind.lower()}; the most is {most}"
                 )
         for index in range(len(self.nodes)):
-            kind, plugin = self._kind(index), self._plugin(index)
+            kind, plugin = self.type_of(index), self.plugin(index)
             allowed = bounds.plugins(kind)
             if plugin not in allowed:
                 self._refuse(
@@ -74,20 +75,14 @@ class NodeCheck:
                 self._count_parts(index)
         for index in range(len(self.nodes)):
             # A texture is checked where it is used: its range is that of the parameter.
-            if self._kind(index) != "Texture":
+            if self.type_of(index) != "Texture":
                 self._check_node(index, None)
         self._count_pixels()
-
-    def _kind(self, index: int) -> str:
-        return str(self.nodes[index].type.name)
-
-    def _plugin(self, index: int) -> str:
-        return str(self.nodes[index].props.plugin_name())
 
     def _where(self, index: int) -> str:
         name = self.nodes[index].props.id()
         named = f" {name}" if name and not name.startswith("_") else ""
-        return f"{self.path}: {self._plugin(index)}{named}"
+        return f"{self.path}: {self.plugin(index)}{named}"
 
     def _refuse(self, index: int, reason: str) -> NoReturn:
         raise InputError(f"{self._where(index)}: {reason}")
@@ -99,11 +94,8 @@ class NodeCheck:
             parts += times
             if parts > MOST_PARTS:
                 self._refuse(index, f"more than {MOST_PARTS} nested materials and textures")
-            sides = 2 if self._plugin(part) == "twosided" else 1
-            nested = (
-                child for child in children(self.nodes, part) if self._kind(child) in ("BSDF", "Texture")
-            )
-            reached += [(child, times * sides) for child in nested]
+            sides = 2 if self.plugin(part) == "twosided" else 1
+            reached += [(child, times * sides) for child in self.children(part, "BSDF", "Texture")]
 
     def _check_node(self, index: int, of_value: bounds.Range | None) -> None:
         """Check one node, and the textures in it.
@@ -112,13 +104,13 @@ class NodeCheck:
             index: of the node.
             of_value: of a texture, the range of the parameter whose value it is.
         """
-        plugin, props = self._plugin(index), self.nodes[index].props
-        parameters = bounds.plugins(self._kind(index))[plugin]
+        plugin, props = self.plugin(index), self.nodes[index].props
+        parameters = bounds.plugins(self.type_of(index))[plugin]
         if "filename" in parameters and "filename" not in props:
             self._refuse(index, "filename: missing")
         for key, value in props.items():
             is_object = isinstance(value, mi.Properties.ResolvedReference)
-            if is_object and (plugin == "scene" or self._kind(value.index()) != "Texture"):
+            if is_object and (plugin == "scene" or self.type_of(value.index()) != "Texture"):
                 self._check_nesting(index, value.index())
                 continue
             if key not in parameters:
@@ -136,12 +128,12 @@ class NodeCheck:
                 props[key] = str(self._file(index, value, of_value))
 
     def _check_nesting(self, index: int, child: int) -> None:
-        outer, inner = self._kind(index), self._kind(child)
-        on_shape = inner == "Emitter" and KINDS[self._plugin(child)].on_shape
+        outer, inner = self.type_of(index), self.type_of(child)
+        on_shape = inner == "Emitter" and KINDS[self.plugin(child)].on_shape
         # A light on a shape may stand in the scene, where shapes refer to it.
         if inner not in NESTED.get(outer, ()) or (inner, outer, on_shape) == ("Emitter", "Shape", False):
             where = "the scene" if outer == "Scene" else f"a {outer.lower()}"
-            self._refuse(child, f"{inner.lower()} {self._plugin(child)} does not belong in {where}")
+            self._refuse(child, f"{inner.lower()} {self.plugin(child)} does not belong in {where}")
         if child in self._shining:
             self._refuse(child, "more than one shape refers to it; each takes an emitter of its own")
         if on_shape and outer == "Shape":
@@ -151,7 +143,7 @@ class NodeCheck:
 
     def _file(self, index: int, name: str, of_value: bounds.Range | None) -> Path:
         """The file that a node names, after a look into a picture or mesh."""
-        plugin, where, folder = self._plugin(index), self._where(index), self.path.resolve().parent
+        plugin, where, folder = self.plugin(index), self._where(index), self.path.resolve().parent
         if index not in self._files:
             # Once for each node: where it is used a second time, its path is absolute already.
             find = file_of_user if name in self.users_own else file_of_scene
@@ -174,13 +166,11 @@ class NodeCheck:
 
     def _count_pixels(self) -> None:
         """Refuse more pixels than memory holds; each light that is not ambient has a picture of its own."""
-        of_lights = [node.props.plugin_name() for node in self.nodes if node.type.name == "Emitter"]
-        lights = sum(not KINDS[name].ambient for name in of_lights)
-        sensors = [index for index in range(len(self.nodes)) if self._kind(index) == "Sensor"]
-        objects = (child for sensor in sensors for child in children(self.nodes, sensor))
-        films = [self.nodes[child].props for child in objects if self._kind(child) == "Film"]
+        lights = sum(not KINDS[self.plugin(index)].ambient for index in self.of_type("Emitter"))
+        films = [child for sensor in self.of_type("Sensor") for child in self.children(sensor, "Film")]
         pixels = max(1, lights) * sum(
-            math.prod(int(film.get(key, default)) for key, default in _DEFAULT_FILM.items()) for film in films
+            math.prod(int(self.nodes[film].props.get(*side)) for side in _DEFAULT_FILM.items())
+            for film in films
         )
         if pixels > MOST_PIXELS:
             raise InputError(f"{self.path}: film: {pixels} pixels in all pictures; the most is {MOST_PIXELS}")

@@ -1,6 +1,6 @@
 """Parsed scenes: Mitsuba's nodes of a checked file, and the description that is read from them."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -120,10 +120,26 @@ class Description:
         return self.shapes == 1 + len(shining)
 
 
-def children(nodes: Any, index: int) -> Iterator[int]:
-    """Numbers of the nodes that a node of a parsed scene refers to, in the file's order."""
-    props = nodes[index].props
-    for key in props:
-        value = props[key]
-        if isinstance(value, mi.Properties.ResolvedReference):
-            yield value.index()
+class ParsedNodes:
+    """The nodes of a parsed scene, whose references are resolved, by their numbers."""
+
+    def __init__(self, nodes: Any) -> None:
+        self.nodes = nodes
+
+    def type_of(self, index: int) -> str:
+        """Mitsuba's kind of object, such as "Shape"."""
+        return str(self.nodes[index].type.name)
+
+    def plugin(self, index: int) -> str:
+        """Name of the plugin, such as "sphere"."""
+        return str(self.nodes[index].props.plugin_name())
+
+    def of_type(self, name: str) -> list[int]:
+        """Numbers of the nodes of a kind of object."""
+        return [index for index in range(len(self.nodes)) if self.type_of(index) == name]
+
+    def children(self, index: int, *types: str) -> list[int]:
+        """Numbers of the nodes that a node refers to, in the file's order; those of some kinds, or all."""
+        values = (self.nodes[index].props[key] for key in self.nodes[index].props)
+        references = (one.index() for one in values if isinstance(one, mi.Properties.ResolvedReference))
+        return [child for child in references if not types or self.type_of(child) in types]

@@ -7,7 +7,6 @@ pictures   a picture, and its heights
 touch      how heights feel
 drafts     what the feel that is chosen would make of them, and how far it can change
 results    what a run has made: maps, files for printers, objects
-process    the worker process itself
-worker     its other end
+worker     the worker process, and its other end
 warnings_kept   what the models warn of meanwhile
 """

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import retouch
-from mitsuba_scenes import DEFAULT_SCENE
+from mitsuba_scenes import DEFAULT_SCENE, find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.estimates.change_curves import Reach
 from relief.relief import Relief
@@ -15,7 +15,6 @@ from retouch.app.computing.results import change_map
 from retouch.app.computing.touch import touch
 from retouch.app.values.document import FEEL_OF, JND, Wish
 from retouch.app.values.findings import Draft
-from retouch.app.values.folders import picture_file
 from tactile.jnd import ROUGHNESS_JND, SMOOTH_BELOW
 from tactile.quantities import ROUGHNESS, GoalKey, Quantity, goal_keys, means
 
@@ -47,7 +46,7 @@ def warm(relief: Relief, skin: str) -> None:
 @lru_cache(maxsize=1)
 def _load() -> None:
     """Load and compile the models, by a step on a bundled texture."""
-    step(Relief.read(picture_file("gravel")), Wish(DEFAULT_SKIN, JND, 1.0), None, False)
+    step(Relief.read(find_texture("gravel")), Wish(DEFAULT_SKIN, JND, 1.0), None, False)
 
 
 def step(relief: Relief, wish: Wish, start: Draft | None, going_on: bool) -> Draft:
@@ -93,7 +92,7 @@ def _goal(wish: Wish) -> tuple[Quantity, GoalKey, float]:
     """Quantity, key and number of the goal of a wish."""
     if wish.goal != FEEL_OF:
         return *goal_keys()[wish.goal], float(wish.value)
-    file = picture_file(str(wish.value))
+    file = find_texture(str(wish.value))
     return ROUGHNESS, ROUGHNESS.goals[0], _roughness(str(file), file.stat().st_mtime_ns, wish.skin)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 import retouch
+from mitsuba_scenes import find_texture
 from relief.ground.errors import InputError, naming
 from relief.ground.files import write_atomically
 from relief.ground.lengths import within
@@ -15,7 +16,6 @@ from relief.ground.limits import LARGEST_SIDE, PATCH_SIDE_MM
 from retouch.app.computing.warnings_kept import kept_warnings, warning_lines
 from retouch.app.values.document import USUAL_RELIEF_MM, PictureChoice
 from retouch.app.values.findings import Lines, PreparedPicture, Source
-from retouch.app.values.folders import picture_file
 
 MASK_MODES = ("1", "L", "LA", "P", "RGB", "RGBA")
 """Kinds of pictures that a mask may have: those of 8 bits."""
@@ -38,10 +38,10 @@ def source(file: str) -> Source:
     """Open a picture, or a bundled texture by its name. Raises InputError."""
     # Here, as only pictures need them.
     from relief.preparing.preview import small_picture
-    from relief.preparing.source_pictures import grey_values
+    from relief.preparing.resampling import grey_values
     from relief.reading.readers import read_samples
 
-    picture = read_samples(picture_file(file))
+    picture = read_samples(find_texture(file))
     longest = min(THUMBNAIL, max(picture.width, picture.height))
     thumbnail = io.BytesIO()
     small_picture(picture, longest).save(thumbnail, "png")
@@ -63,7 +63,7 @@ def source(file: str) -> Source:
 @lru_cache(maxsize=8)
 def _prepared(picture: PictureChoice) -> tuple[Any, Lines]:
     with kept_warnings() as warnings:
-        prepared = retouch.prepare(picture_file(picture.file), **picture.arguments())
+        prepared = retouch.prepare(find_texture(picture.file), **picture.arguments())
     return prepared, warning_lines(warnings)
 
 
@@ -81,7 +81,7 @@ def prepare(picture: PictureChoice) -> PreparedPicture:
 
 def save(picture: PictureChoice, out: str) -> None:
     """Write the height map of a picture, as `retouch prepare` would. Raises InputError or OSError."""
-    retouch.prepare(picture_file(picture.file), **picture.arguments()).save(out)
+    retouch.prepare(find_texture(picture.file), **picture.arguments()).save(out)
 
 
 def save_mask(content: bytes, out: str) -> bool:

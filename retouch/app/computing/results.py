@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from markupsafe import Markup
 
 import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN
@@ -15,7 +14,7 @@ from relief.ground.arrays import Array
 from relief.relief import Relief
 from retouch.app.computing.touch import MODEL, middle, touch
 from retouch.app.computing.warnings_kept import kept_warnings, warning_lines
-from retouch.app.values.document import ObjectChoice
+from retouch.app.values.document import ObjectChoice, PrintChoice
 from retouch.app.values.findings import Map, Sides, Written
 from retouch.app.values.folders import RUNS_FOLDER
 from retouch.pages.colour_maps import PURPLE_ORANGE, VIRIDIS, Table, bar_uri, map_uri
@@ -24,8 +23,6 @@ from retouch.pages.place_figures import place_figures
 if TYPE_CHECKING:
     from relief.solids.wrapping.wrapped_body import Wrapped
 
-DEFINED = '<svg width="0" height="0" class="defined" aria-hidden="true"><defs>{}</defs></svg>'
-"""What the maps of places refer to: the relief below their discs."""
 MOST_PLACES = 1000
 """Most places of the finger whose discs are drawn: more would be too small to distinguish."""
 MAP_SIDE = 512
@@ -75,19 +72,17 @@ def _places(felt: Places | None, result: Relief) -> str:
     except (ValueError, AssertionError, ArithmeticError, LookupError):
         # Of a file that somebody has changed: the heights are worth showing without it.
         return ""
-    if figures is None:
-        return ""
-    return str(Markup(DEFINED).format(figures.relief) + Markup().join(figures.maps))
+    return "" if figures is None else str(figures.maps)
 
 
 def _map(values: Array, low: float, high: float, table: Table, unit: str) -> Map:
     return Map(map_uri(values, low, high, table, MAP_SIDE), bar_uri(table), low, high, unit)
 
 
-def export(run: str, out: str, base_mm: float | None, repeat: int, printer: str | None) -> Written:
+def export(run: str, choice: PrintChoice) -> Written:
     """Write the result of a run for a printer, as `retouch export`. Raises InputError or OSError."""
     with kept_warnings() as warnings:
-        exported = retouch.export(run, out, base_mm=base_mm, repeat=(repeat, repeat), printer=printer)
+        exported = retouch.export(run, choice.file(run), **choice.arguments())
     lines = [("file", str(exported.file)), ("size", f"{exported.width_mm:.4g} × {exported.height_mm:.4g} mm")]
     if exported.thickness_mm is not None:
         lines.append(("highest point", f"{exported.thickness_mm:.3g} mm"))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import retouch
-from mitsuba_scenes import DEFAULT_SCENE
+from mitsuba_scenes import DEFAULT_SCENE, find_texture
 from optimize.settings.fast_models import FAST_MODELS
 from relief.ground.arrays import Index
 from relief.ground.errors import InputError
@@ -15,7 +15,6 @@ from relief.relief import Relief
 from retouch.app.computing.warnings_kept import kept_warnings, warning_lines
 from retouch.app.values.document import FeelChoice
 from retouch.app.values.findings import CONTACT, Lines
-from retouch.app.values.folders import picture_file
 from tactile.quantities import QUANTITIES, Quantity, Values
 
 if TYPE_CHECKING:
@@ -46,7 +45,7 @@ def felt(relief: Relief, skin: str, at: Index) -> Values:
 
 def texture_roughness(name: str, skin: str) -> float:
     """Roughness of a texture that comes with Retouch, at one place."""
-    relief = Relief.read(picture_file(name))
+    relief = Relief.read(find_texture(name))
     return float(touch(relief, retouch.load_skin(skin), middle(relief)).means["roughness"])
 
 

@@ -107,10 +107,8 @@ class CompareStage(PageStage):
         """Bring its elements to the state of the session."""
         session = self.session
         names = {str(folder): folder.name for folder in earlier_runs()}
-        if dict(self._run.options) != names:
-            self._run.set_options(names)
         run = session.document.run
-        self._run.set_value(run if run in names else None)
+        controls.offer(self._run, names, run if run in names else None)
         sides = session.outcomes.sides.answer
         self._none.set_visibility(sides is None and "sides" not in session.activity.under_way)
         self._fault.set_text(session.activity.faults.get("sides", ""))

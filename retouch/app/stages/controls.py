@@ -68,6 +68,13 @@ def select(label: str, options: Any, chosen: Callable[[Any], Any], value: Any = 
     return field.props("outlined dense options-dense")
 
 
+def offer(field: ui.select, options: dict[str, str], value: str | None) -> None:
+    """Give a list its options, the name of each by its value, and a value."""
+    if dict(field.options) != options:
+        field.set_options(options)
+    field.set_value(value)
+
+
 def finger_select(chosen: Callable[[str], Any]) -> ui.select:
     """The choice of a finger."""
     return select("Finger", list(bundled_skins()), chosen)

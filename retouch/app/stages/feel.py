@@ -153,10 +153,6 @@ class FeelStage(PageStage):
                 controls.button("Clear", self._clear)
         self._where = ui.label().classes("hint")
 
-    def commands(self) -> list[list[str]]:
-        """The commands that prepare the picture and run, without `retouch`."""
-        return self.session.running.commands()
-
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
         session, feel = self.session, self.session.document.feel
@@ -203,9 +199,7 @@ class FeelStage(PageStage):
             factor.show(feel.numbers[goal], None if numbers.felt is None else fmean(numbers.felt[name]))
         self._textures.show(feel.feel_of)
         runs = {NO_RUN: "none", **{str(folder): folder.name for folder in finished_runs()}}
-        if dict(self._runs.options) != runs:
-            self._runs.set_options(runs)
-        self._runs.set_value(feel.feel_of if feel.feel_of in runs else NO_RUN)
+        controls.offer(self._runs, runs, feel.feel_of if feel.feel_of in runs else NO_RUN)
 
     def _show_jnd(self) -> None:
         felt = self.session.numbers.felt

@@ -78,9 +78,7 @@ class ObjectStage(PageStage):
     def _show_choices(self) -> None:
         part = self.session.document.part
         meshes = {name: name for name in OBJECTS} | {part.mesh: Path(part.mesh).name}
-        if dict(self._mesh.options) != meshes:
-            self._mesh.set_options(meshes)
-        self._mesh.set_value(part.mesh)
+        controls.offer(self._mesh, meshes, part.mesh)
         for name, one in object_options().items():
             self._fields[name].show(part.options.get(name, one.value))
 

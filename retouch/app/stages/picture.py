@@ -89,7 +89,7 @@ class PictureStage(PageStage):
 
     def commands(self) -> list[list[str]]:
         """The command that prepares the picture, without `retouch`."""
-        return self.session.running.commands()[:1]
+        return super().commands()[:1]
 
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""

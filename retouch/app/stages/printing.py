@@ -1,12 +1,16 @@
 """Print: the file for a printer, of the result of a run."""
 
-from nicegui import events, ui
+from dataclasses import replace
+from typing import Any
+
+from nicegui import ui
 
 from relief.ground.formats import FORMATS
 from relief.ground.limits import BASE_MM
 from relief.printers import PRINTERS
 from retouch.app.stages import controls
 from retouch.app.stages.window import AppWindow, PageStage
+from retouch.app.values.document import PrintChoice
 
 BASE_ENDS_MM = (0.2, 50.0)
 MOST_REPEATS = 20
@@ -19,9 +23,7 @@ class PrintStage(PageStage):
 
     def __init__(self, window: AppWindow) -> None:
         super().__init__(window)
-        self._suffix, self._repeat = ".3mf", 1
-        self._printer: str | None = None
-        self._own_base_mm: float | None = None
+        self._choice = PrintChoice()
 
     def build_work(self) -> None:
         """Put the relief into the present slot."""
@@ -32,13 +34,15 @@ class PrintStage(PageStage):
         with controls.section("File"):
             self._what = ui.label().classes("hint")
             suffixes = {suffix: suffix[1:].upper() for suffix in FORMATS}
-            controls.choice(suffixes, value=self._suffix, on_change=self._format_chosen).props("spread")
-            controls.printer_select(self._printer_chosen)
+            formats = controls.choice(suffixes, value=self._choice.suffix).props("spread")
+            formats.on_value_change(lambda event: self._change(suffix=str(event.value)))
+            controls.printer_select(lambda name: self._change(printer=name))
             with ui.element("div").classes("pair"):
-                self._base = controls.NumberField("Base, mm", BASE_ENDS_MM, self._base_chosen)
-                controls.NumberField("Tiles a side", (1, MOST_REPEATS), self._repeat_chosen).show(
-                    self._repeat
-                )
+                base = "Base, mm", BASE_ENDS_MM
+                self._base = controls.NumberField(*base, lambda mm: self._change(base_mm=mm))
+                tiles = "Tiles a side", (1, MOST_REPEATS)
+                repeated = controls.NumberField(*tiles, lambda times: self._change(repeat=round(times)))
+                repeated.show(self._choice.repeat)
             self._planned = controls.LineTable()
             self._button = controls.button("Write the file", self._write, "primary wide")
             self._fault = controls.fault_label()
@@ -60,18 +64,19 @@ class PrintStage(PageStage):
     @property
     def _base_mm(self) -> float:
         """Thickness under height 0: the chosen one, or what the printer makes of the usual one."""
-        usual = BASE_MM if self._printer is None else PRINTERS[self._printer].base_mm
-        return usual if self._own_base_mm is None else self._own_base_mm
+        choice = self._choice
+        usual = BASE_MM if choice.printer is None else PRINTERS[choice.printer].base_mm
+        return usual if choice.base_mm is None else choice.base_mm
 
     def _plan(self) -> list[tuple[str, str]]:
         sides = self.session.outcomes.sides.answer
         if sides is None:
             return []
-        side_mm = sides.after.width_mm * self._repeat
+        side_mm = sides.after.width_mm * self._choice.repeat
         top_mm = self._base_mm + float(sides.after.heights.max())
         lines = [("size", f"{side_mm:g} × {side_mm:g} mm"), ("highest point", f"{top_mm:.2f} mm")]
-        if self._printer is not None:
-            printer = PRINTERS[self._printer]
+        if self._choice.printer is not None:
+            printer = PRINTERS[self._choice.printer]
             layers = round(top_mm / printer.layer_mm)
             made_of = f"{printer.layer_um:g} µm, pixels of {printer.pixel_um:g} µm"
             lines.append(("layers", f"about {layers} of {made_of}"))
@@ -80,29 +85,11 @@ class PrintStage(PageStage):
     def commands(self) -> list[list[str]]:
         """The command that writes the file, without `retouch`."""
         run = self.session.document.run
-        if run is None:
-            return []
-        words = ["export", run, "-o", f"{run}-print{self._suffix}"]
-        words += [] if self._own_base_mm is None else ["--base-mm", f"{self._own_base_mm:g}"]
-        words += ["--repeat", f"{self._repeat}x{self._repeat}"] if self._repeat > 1 else []
-        return [words + ([] if self._printer is None else ["--printer", self._printer])]
+        return [] if run is None else [self._choice.command(run)]
 
-    def _format_chosen(self, event: events.ValueChangeEventArguments) -> None:
-        self._suffix = str(event.value)
-        self.refresh()
-
-    def _printer_chosen(self, name: str | None) -> None:
-        self._printer = name
-        self.refresh()
-
-    def _base_chosen(self, value: float) -> None:
-        self._own_base_mm = value
-        self.refresh()
-
-    def _repeat_chosen(self, value: float) -> None:
-        self._repeat = round(value)
+    def _change(self, **fields: Any) -> None:
+        self._choice = replace(self._choice, **fields)
         self.refresh()
 
     async def _write(self) -> None:
-        choices = self._suffix, self._own_base_mm, self._repeat, self._printer
-        await self.session.outcomes.write_print(*choices)
+        await self.session.outcomes.write_print(self._choice)

@@ -50,10 +50,6 @@ class RunStage(PageStage):
             self._queue = ui.element("ul").classes("queue")
             self._empty = ui.label("No run yet.").classes("hint")
 
-    def commands(self) -> list[list[str]]:
-        """The commands that prepare the picture and run, without `retouch`."""
-        return self.session.running.commands()
-
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
         session = self.session

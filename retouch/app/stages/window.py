@@ -85,9 +85,9 @@ class PageStage(ABC):
     def build_side(self) -> None:
         """Put choices and numbers into the present slot."""
 
-    @abstractmethod
     def commands(self) -> list[list[str]]:
-        """The commands that do the same in a terminal, without `retouch`."""
+        """The commands that do the same in a terminal, without `retouch`: prepare the picture, and run."""
+        return self.session.running.commands()
 
     @abstractmethod
     def refresh(self) -> None:

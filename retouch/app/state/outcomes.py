@@ -13,7 +13,7 @@ from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity
 from retouch.app.state.history import UndoHistory
 from retouch.app.state.latest import Latest
-from retouch.app.values.document import AppDocument, ObjectChoice
+from retouch.app.values.document import AppDocument, ObjectChoice, PrintChoice
 from retouch.app.values.findings import Sides, Written
 
 
@@ -62,17 +62,14 @@ class Outcomes:
             raise InputError("no run with a result is looked at")
         return run
 
-    def write_print(
-        self, suffix: str, base_mm: float | None, repeat: int, printer: str | None
-    ) -> Coroutine[Any, Any, None]:
+    def write_print(self, choice: PrintChoice) -> Coroutine[Any, Any, None]:
         """Write the result of the run that is looked at for a printer."""
-        work = self._write_print(suffix, base_mm, repeat, printer)
-        return self._activity.step("print", "writing the file", work)
+        return self._activity.step("print", "writing the file", self._write_print(choice))
 
-    async def _write_print(self, suffix: str, *choices: Any) -> None:
+    async def _write_print(self, choice: PrintChoice) -> None:
         run = self._looked_at()
         self.written = None
-        written = await self._slow(results.export, run, f"{run}-print{suffix}", *choices)
+        written = await self._slow(results.export, run, choice)
         if self._history.document.run == run:
             self.written = written
 

@@ -225,6 +225,36 @@ class ObjectChoice:
         return {"mesh": self.mesh} | {name: self.options.get(name) for name in object_options()}
 
 
+@dataclass(frozen=True)
+class PrintChoice:
+    """How the result of a run is written for a printer; fields are as of `retouch.export`.
+
+    Attributes:
+        suffix: of the file, which is its format.
+        repeat: how often a tile is repeated along either side.
+    """
+
+    suffix: str = ".3mf"
+    base_mm: float | None = None
+    repeat: int = 1
+    printer: str | None = None
+
+    def file(self, run: str) -> str:
+        """The file of a run."""
+        return f"{run}-print{self.suffix}"
+
+    def arguments(self) -> dict[str, Any]:
+        """Keywords of `retouch.export`."""
+        return {"base_mm": self.base_mm, "repeat": (self.repeat, self.repeat), "printer": self.printer}
+
+    def command(self, run: str) -> list[str]:
+        """The arguments of the command that writes the file, after `retouch`."""
+        words = ["export", run, "-o", self.file(run)]
+        words += [] if self.base_mm is None else ["--base-mm", f"{self.base_mm:g}"]
+        words += ["--repeat", f"{self.repeat}x{self.repeat}"] if self.repeat > 1 else []
+        return words + ([] if self.printer is None else ["--printer", self.printer])
+
+
 def _object_of(content: Any) -> Any:
     """The fields of a file, with the options in one; what an option cannot be raises ValueError."""
     if not isinstance(content, dict):

@@ -122,8 +122,3 @@ def next_run(picture: str, known: Container[str | None] = ()) -> Path:
         if str(folder) not in known and not any(map(os.path.lexists, files)):
             return folder
     raise AssertionError("count ends never")
-
-
-def picture_file(picture: str) -> Path:
-    """The file of a picture, or of a bundled texture by its name. Raises InputError if there is none."""
-    return find_texture(picture)

@@ -6,7 +6,6 @@ import numpy as np
 from markupsafe import Markup
 from scipy.special import ndtr
 
-from relief.ground.arrays import Array
 from retouch.laboratory.people.analysis import BEHIND, AnswersResults
 from retouch.laboratory.people.comparisons import QUANTITIES, PairResults
 from retouch.laboratory.people.reading import COLDER, ROUGHER
@@ -32,7 +31,6 @@ def page(results: AnswersResults) -> bytes:
     """The page."""
     return render_page(
         "answers.html.j2",
-        scripts=(),
         pair={"title": f"Answers: {', '.join(results.textures)}"},
         content=results.as_json(),
         asked=[
@@ -62,16 +60,13 @@ def _charts(question: str, found: PairResults) -> list[Markup]:
         noise, equal = math.log1p(middle.weber), math.log(middle.pse)
         second = ndtr((jnds * math.log(ratio) - equal) / noise)
         lapses = middle.lapse_rate or 0.0
-        series.append(_curve("fitted to the answers", jnds, 0.5 * lapses + (1.0 - lapses) * second))
-    series.append(_curve("predicted", jnds, ndtr(jnds)))
+        series.append(
+            Means.curve("fitted to the answers", jnds, 100.0 * (0.5 * lapses + (1.0 - lapses) * second))
+        )
+    series.append(Means.curve("predicted", jnds, 100.0 * ndtr(jnds)))
     x_name = f"the second plate is {word} by, predicted JND"
     function = intervals.line_chart(f"told “the second is {word}”, %", series, x_name)
     return [function, _people(found, 100.0 * (ratio - 1.0))]
-
-
-def _curve(name: str, jnds: Array, shares: Array) -> Means:
-    means = [Mean(float(x), y, y, y, 0) for x, y in zip(jnds, (100.0 * shares).tolist(), strict=True)]
-    return Means(name, means, marked=False)
 
 
 def _people(found: PairResults, predicted: float) -> Markup:

@@ -16,7 +16,7 @@ def scoreboard_page(board: Scoreboard) -> bytes:
     charts = [_chart(board, group) for group in GROUPS]
     shown: dict[str, Any] = {"refused": REFUSED, "numbers": NUMBERS, "right": RIGHT, "labels": LABELS}
     shown |= {"pair": board, "board": board, "samples": FORMS[board.quick][0]}
-    return render_page("published.html.j2", (), keys=keys, charts=charts, **shown)
+    return render_page("published.html.j2", keys=keys, charts=charts, **shown)
 
 
 def _chart(board: Scoreboard, group: str) -> Markup:

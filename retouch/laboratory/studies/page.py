@@ -15,8 +15,9 @@ from retouch.laboratory.studies.records import Cell
 from retouch.laboratory.studies.row_key import SHORT
 from retouch.laboratory.studies.row_plates import NAMES, row_plates
 from retouch.laboratory.studies.study_file import label_text
-from retouch.pages.plate_viewer.figure import as_json, figure_template
+from retouch.pages.plate_viewer.appearance import STUDIO
 from retouch.pages.rendering import render_page
+from retouch.pages.templates import as_json
 
 RENDERS, BEFORE = "renders", "-before.png"
 """Folder of the pictures of a run, and the end of the names of those of the original."""
@@ -47,7 +48,8 @@ def page(content: StudyDocument, out: Path) -> bytes:
         summary=_summary(cells, len(keys), len(content.failures)),
         tables=[_table(content, table, out) for table in content.tables],
         data=as_json({key: _details(key, numbers, out) for key, numbers in cells.items()}),
-        plate_figure=figure_template(*NAMES),
+        names=NAMES,
+        lamps=STUDIO.lamps,
         plates_of_rows=as_json(row_plates({key: out / ROWS / key[:SHORT] for key in cells})),
         missing=sum(key not in content.records and key not in content.failures for key in keys),
         meanings_of=filled(list(cells.values())).items(),

@@ -1,24 +1,13 @@
 """Training curves as one HTML page: training loss and validation error by epoch."""
 
 from collections.abc import Sequence
-from importlib.resources import files
 
-from markupsafe import Markup
-
+from retouch.pages.rendering import render_page
 from retouch.pages.svg import Series, line_chart
 from surrogate.nets.training import Epoch
 
-_PAGE = Markup("""<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
-<meta name="viewport" content="width=device-width, initial-scale=1"><style>{style}</style></head>
-<body><main><h1>{title}</h1>
-{chart}
-<p>{caption}</p>
-</main></body></html>
-""")
 
-
-def curves_page(kind: str, epochs: Sequence[Epoch]) -> str:
+def curves_page(kind: str, epochs: Sequence[Epoch]) -> bytes:
     """Return the page, which needs no other file.
 
     Args:
@@ -39,5 +28,6 @@ def curves_page(kind: str, epochs: Sequence[Epoch]) -> str:
         f"{last.number} epochs of {last.steps // last.number} steps in {last.seconds:.0f} s; "
         f"best validation {best.error:.4g} after epoch {best.number}."
     )
-    style = Markup(files("retouch.pages").joinpath("templates/page.css").read_text(encoding="utf-8"))
-    return str(_PAGE.format(title=f"Training of the {kind} net", style=style, chart=chart, caption=caption))
+    return render_page(
+        "curves.html.j2", pair={"title": f"Training of the {kind} net"}, chart=chart, caption=caption
+    )

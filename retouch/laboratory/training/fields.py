@@ -11,7 +11,6 @@ import mitsuba_scenes
 import tactile
 from relief.ground.arrays import AnyArray
 from relief.relief import Relief
-from visual.backend.plate_shape import plate_bsdf
 from visual.reference.reference_renderer import ReferenceRenderer
 from visual.scene import Scene
 from visual.scene_file.check import check_scene
@@ -125,7 +124,7 @@ def studio_material() -> Any:
 
     A caller decorated by `user_settings_kept` has that variant until its own end.
     """
-    return plate_bsdf(_studio_scene(16).light_scenes()[0].scene)
+    return _studio_scene(16).light_scenes()[0].bsdf
 
 
 def _studio_scene(samples: int) -> Scene:

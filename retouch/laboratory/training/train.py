@@ -92,7 +92,7 @@ def train_net(
 
     def after_epoch(training: Training) -> None:
         save_training(request.out, key, training)
-        write_atomically(request.out / CURVES_PAGE, curves_page(kind, training.epochs).encode())
+        write_atomically(request.out / CURVES_PAGE, curves_page(kind, training.epochs))
         observer(training.epochs[-1])
 
     loss = setup.loss.to(torch.device(request.device))

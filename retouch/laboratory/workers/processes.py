@@ -3,12 +3,14 @@
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
+from types import ModuleType
 from typing import Any
 
 from relief.ground.errors import InputError
@@ -107,7 +109,7 @@ def _start_worker(work: Work) -> _WorkerProcess:
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=_serve, args=(theirs, work), daemon=True)
-    with _environment(SINGLE_THREADED), _ignore_interrupts():
+    with _environment(SINGLE_THREADED), _ignore_interrupts(), _without_the_script():
         process.start()
     # While this end is open here, the connection would outlive the process.
     theirs.close()
@@ -186,6 +188,17 @@ def _environment(values: Mapping[str, str]) -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
+
+
+@contextmanager
+def _without_the_script() -> Iterator[None]:
+    """Start processes that do not import the caller's script, which would run again without a guard."""
+    script = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = script
 
 
 @contextmanager

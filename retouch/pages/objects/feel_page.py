@@ -6,12 +6,12 @@ from markupsafe import Markup
 
 from optimize.verification.solids.mesh_feel import MeshFeel
 from relief.ground.arrays import Array
-from relief.ground.formatting import number
-from retouch.pages.colour_maps import NO_CONTACT, VIRIDIS
-from retouch.pages.objects.object_page import Card, write_object_page
+from relief.ground.files import write_atomically
+from retouch.pages.colour_maps import NO_VALUE, VIRIDIS
+from retouch.pages.rendering import render_page
 from retouch.pages.svg import colour_bar, nice_axis
 from retouch.pages.viewer.figure import key, viewer_figure
-from retouch.pages.viewer.lighter import MOST_FACES, lighter
+from retouch.pages.viewer.lighter import lighter
 from retouch.pages.viewer.models import ColourLayer, ViewerModel
 from tactile.jnd import jnd_unless_smooth, smooth_clause
 from tactile.quantities import CONTACT_AREA, ROUGHNESS
@@ -36,44 +36,29 @@ def write_feel_page(
     Returns:
         The path of the page.
     """
-    grey = "#" + "".join(f"{channel:02x}" for channel in NO_CONTACT)
+    grey = "#" + "".join(f"{channel:02x}" for channel in NO_VALUE)
     bar = colour_bar(VIRIDIS, nice_axis(*ends, tight=True), "Roughness, no unit")
     legend = Markup("{}<span>{}</span>").format(bar, key((grey, "beyond the reach of the places")))
     model = lighter(ViewerModel(stem, feel.body, [ColourLayer(LAYER, colours, legend)]))
     figure = viewer_figure(f"{stem} in the colours of its roughness", model, start=LAYER)
-    deck = "How rough the surface feels where a finger has room to press."
-    return write_object_page(
-        path, "feel", stem, deck, figure, _cards(feel, skin), _notes(feel, model, len(feel.body.faces))
-    )
-
-
-def _cards(feel: MeshFeel, skin: str) -> list[Card]:
-    roughness, count = feel.values[ROUGHNESS.name], len(feel.crops)
+    roughness = feel.values[ROUGHNESS.name]
     least, most = float(roughness.min()), float(roughness.max())
-    mean = feel.means[ROUGHNESS.name]
-    spread = "at the only place"
-    if count > 1:
-        spread = f"mean; {number(least)} to {number(most)} over {count} places"
-    cards = [Card("Roughness", number(mean), "", f"{spread}; skin {skin}")]
-    if (apart := jnd_unless_smooth(most, least)) is None:
-        cards.append(Card("Spread", "smooth", "", smooth_clause(least)))
-    elif count > 1:
-        cards.append(Card("Spread", number(apart, 2), "JND", "just-noticeable differences between the ends"))
-    area = feel.means[CONTACT_AREA.name]
-    cards.append(Card("Contact", number(area), "mm²", "mean area that the finger touches"))
-    return cards
-
-
-def _notes(feel: MeshFeel, model: ViewerModel, faces: int) -> list[str]:
-    details = feel.details()
-    notes = [
-        f"The object's own curvature is {details['curvature']}.",
-        "A vertex has the roughness of the places around it, the nearer the more. Between places, which lie "
-        "2.5 mm apart or farther, nothing is measured.",
-        "The colours reach at least one just-noticeable difference below and above the mean, so that what "
-        "nobody feels is one colour.",
-    ]
-    if faces > MOST_FACES:
-        shown = round(len(model.body.faces), -3)
-        notes.append(f"The page shows {shown:,} triangles of the file's {faces:,}; all of them were pressed.")
-    return notes
+    page = render_page(
+        "feel.html.j2",
+        viewer=True,
+        kind="feel",
+        pair={"title": stem},
+        figure=figure,
+        feel=feel,
+        skin=skin,
+        mean=feel.means[ROUGHNESS.name],
+        least=least,
+        most=most,
+        apart=jnd_unless_smooth(most, least),
+        smooth=smooth_clause(least),
+        area=feel.means[CONTACT_AREA.name],
+        faces=len(feel.body.faces),
+        shown=len(model.body.faces),
+    )
+    write_atomically(path, page)
+    return path

@@ -12,7 +12,7 @@ from relief.ground.progress import stage
 from relief.solids.body import Part
 from relief.solids.export.parts import write_parts
 from relief.solids.meshes.mesh_places import vertex_normals
-from retouch.pages.colour_maps import NO_CONTACT, VIRIDIS
+from retouch.pages.colour_maps import NO_VALUE, VIRIDIS
 from retouch.pages.objects.feel_page import LAYER, write_feel_page
 from retouch.pages.viewer.models import ColourLayer, ViewerModel
 from retouch.pages.viewer.still import still_png
@@ -51,7 +51,7 @@ def vertex_colours(feel: MeshFeel) -> tuple[Array, tuple[float, float]]:
     felt = (weights * roughness[near]).sum(axis=1) / total
     share = (felt - ends[0]) / max(ends[1] - ends[0], 1e-12)
     colours = VIRIDIS[np.clip(255.0 * share, 0, 255).astype(np.int64)] / 255.0
-    colours[~reached] = np.array(NO_CONTACT) / 255.0
+    colours[~reached] = np.array(NO_VALUE) / 255.0
     return colours, ends
 
 

@@ -1,21 +1,16 @@
-"""Plates with a lamp that moves, as part of a page: HTML with packed heights, style and script."""
+"""Plates with a lamp that moves, as part of a page: HTML with packed heights."""
 
-import json
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
 from relief.ground.arrays import FloatArray
-from relief.ground.formatting import plain
 from relief.relief import Relief
 from relief.relief_shading import averaged
-from retouch.pages.plate_viewer import SCRIPTS
 from retouch.pages.plate_viewer.appearance import STUDIO, Appearance
+from retouch.pages.templates import as_json, html
 from retouch.pages.viewer.packing import STEPS, packed
 
 MOST_SAMPLES = 256
@@ -25,55 +20,14 @@ SPOT_SAMPLES = 128
 STEPS_A_PITCH = 400
 """Steps of a height over the distance between samples: one changes a slope by 0.0025."""
 
-FIGURE = Markup("""\
-<figure class="plate-figure" hidden>
-<figcaption class="name">{title}</figcaption>
-<div class="plate-stage"><div class="plate-view" role="group" aria-label="{label}"></div>{tags}</div>
-<div class="plate-tools">
-{groups}
-<label><span>Lamp, around</span>
-<input type="range" class="azimuth" min="0" max="359"><output></output></label>
-<label><span>Lamp, above the plate</span>
-<input type="range" class="elevation" min="5" max="90"><output></output></label>
-<div><span></span><button type="button" class="reset">Reset</button></div>
-<p class="aside">Drag to move the lamp: it stands under the pointer, straight above in the middle,
-at the horizon on the rim. With shift, dragging tilts the plate. Keys: arrows for the lamp,
-shift and arrows to tilt, {swap}0 to start anew.</p>
-<p class="aside note">{note}</p></div>
-<script type="application/json">{data}</script>
-</figure>""")
-SPOT = Markup("""\
-<div class="plate-spot"><img src="{picture}" alt="{label}">
-<div class="plate-view" role="group" aria-label="{label}" hidden></div>
-<button type="button" class="plate-open" aria-pressed="false" hidden>Move the lamp</button>
-<script type="application/json">{data}</script></div>""")
-TAGS = Markup('<span class="tag">{}</span><span class="tag">{}</span>')
-GROUP = Markup('<div><span>{0}</span><span class="group" role="group" aria-label="{0}">{1}</span></div>\n')
-BUTTON = Markup('<button type="button"{}>{}</button>')
 
-
-@dataclass(frozen=True)
-class NamedRelief:
-    """A relief as a figure shows it.
-
-    Attributes:
-        name: in a word or two, such as "before".
-        relief: on its plate.
-    """
-
-    name: str
-    relief: Relief
-
-
-def plate_figure(
-    title: str, first: NamedRelief, second: NamedRelief | None = None, appearance: Appearance = STUDIO
-) -> Markup:
+def plate_figure(title: str, reliefs: Mapping[str, Relief], appearance: Appearance = STUDIO) -> Markup:
     """A figure that shows one plate, or two plates under one lamp with an edge between them.
 
     Args:
         title: heading of the figure; text of any kind.
-        first: left of the edge.
-        second: right of the edge, on a plate of the same size.
+        reliefs: one, or the one left of the edge and the one right of it, on plates of one size; by a name of
+            a word or two, such as "before".
         appearance: of the matte surface and its light.
 
     Returns:
@@ -83,24 +37,15 @@ def plate_figure(
     Raises:
         ValueError: the plates differ in size.
     """
-    shown = [first] if second is None else [first, second]
-    names = [each.name for each in shown]
-    data = packed_plates([each.relief for each in shown])
-    note = f"{samples_note(first.relief, data)} {appearance.note}"
-    return _figure(title, names, appearance, note, as_json(data | appearance.options() | {"names": names}))
-
-
-def _figure(title: str, names: Sequence[str], appearance: Appearance, note: str, data: Markup) -> Markup:
-    two = len(names) == 2
-    groups = [_lamps(appearance), _modes(), *([_swaps(*names)] if two else [])]
-    return FIGURE.format(
-        title=plain(title),
-        label=plain(" and ".join(names)) + ", a plate under a lamp",
-        tags=TAGS.format(*names) if two else Markup(),
-        groups=Markup().join(groups),
-        swap="B for the other plate, " if two else "",
-        note=note,
-        data=data,
+    shown, names = list(reliefs.values()), list(reliefs)
+    data = packed_plates(shown)
+    return html(
+        "plate_figure.html.j2",
+        title=title,
+        names=names,
+        lamps=appearance.lamps,
+        note=f"{samples_note(shown[0], data)} {appearance.note}",
+        data=as_json(data | appearance.options() | {"names": names}),
     )
 
 
@@ -113,7 +58,7 @@ def plate_spot(picture: str, label: str, relief: Relief) -> Markup:
         relief: of the plate.
     """
     data = packed_plates([relief], SPOT_SAMPLES) | STUDIO.options()
-    return SPOT.format(picture=picture, label=plain(label), data=as_json(data))
+    return html("plate_spot.html.j2", picture=picture, label=label, data=as_json(data))
 
 
 def packed_plates(reliefs: Sequence[Relief], most: int = MOST_SAMPLES) -> dict[str, Any]:
@@ -134,29 +79,6 @@ def packed_plates(reliefs: Sequence[Relief], most: int = MOST_SAMPLES) -> dict[s
     }
 
 
-def figure_template(first: str, second: str) -> Markup:
-    """A figure of two plates without their heights, for scripts that fill it: `PlateFigures.start`."""
-    return Markup('<template id="plate-figure">{}</template>').format(
-        _figure("Under a lamp that moves", [first, second], STUDIO, "", Markup("null"))
-    )
-
-
-def as_json(data: Any) -> Markup:
-    """JSON for a script element, which no text in it can end."""
-    return Markup(json.dumps(data, separators=(",", ":")).replace("<", r"\u003c"))
-
-
-@cache
-def asset(name: str) -> str:
-    """The text of a script or of `plate_viewer.css`."""
-    return files("retouch.pages.plate_viewer").joinpath(name).read_text(encoding="utf-8")
-
-
-def component() -> str:
-    """The script that defines `PlateView`, for other pages than those of `render_page`."""
-    return "\n".join(asset(name) for name in SCRIPTS)
-
-
 def _packed(field: FloatArray, pitch_mm: float) -> dict[str, Any]:
     """Heights (rows, cols), mm, as whole steps above the lowest, and the size of a step, mm.
 
@@ -175,33 +97,3 @@ def samples_note(relief: Relief, data: dict[str, Any]) -> str:
     rows, cols = relief.heights.shape
     shown = f"{data['cols']} × {data['rows']}"
     return f"Heights at {shown} samples{'' if rows == data['rows'] else f', averaged from {cols} × {rows}'}."
-
-
-def _lamps(appearance: Appearance) -> Markup:
-    return GROUP.format(
-        "Lamp, as in the pictures",
-        Markup().join(
-            BUTTON.format(Markup(' data-lamp="{}"').format(place), lamp.name)
-            for place, lamp in enumerate(appearance.lamps)
-        ),
-    )
-
-
-def _modes() -> Markup:
-    modes = [("the lamp", "lamp", "true"), ("the plate", "tilt", "false")]
-    buttons = [
-        BUTTON.format(Markup(' data-mode="{}" aria-pressed="{}"').format(mode, pressed), name)
-        for name, mode, pressed in modes
-    ]
-    return GROUP.format("Dragging moves", Markup().join(buttons))
-
-
-def _swaps(first: str, second: str) -> Markup:
-    ways = [(first, 100), ("both", 50), (second, 0)]
-    buttons = [
-        BUTTON.format(
-            Markup(' data-swipe="{}" aria-pressed="{}"').format(percent, str(percent == 50).lower()), name
-        )
-        for name, percent in ways
-    ]
-    return GROUP.format("Shown", Markup().join(buttons))

@@ -52,7 +52,7 @@ ERROR = (
     "A check without gradients: on spheres of 8 to 15 mm, 4 mm thick, with a force over modulus of 20 mm² "
     "(1 N on 0.05 MPa, or the default skin) on gravel, brick and knit, V is 4 % below to 7 % above the round "
     "finger's (layered skin: 8 to 20 % above), contact area 1 to 9 % below, JND within 0.3; halved facets "
-    "change V by up to 4 %. Stiffer skin touches fewer facets, and errs more."
+    "change V by up to 4 %. Stiffer skins were not measured."
 )
 """What `benchmarks.touch.own_finger` measured, for a person."""
 

@@ -5,7 +5,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -28,6 +28,7 @@ from optimize.verification.felt_places import FeltPlaces
 from optimize.verification.measuring import Outcome
 from optimize.verification.summarising import summarise
 from optimize.verification.verification import Verification
+from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.relief import Relief
 from retouch.pages import run_report
@@ -312,10 +313,18 @@ def test_what_is_seen_beside_the_plate_dilutes_no_number_of_the_plate() -> None:
     mask = np.zeros((2, 32, 32))
     mask[:, 8:24, 8:24] = 4.0
     cameras = np.array([0.25, 0.75])
+
+    def pictured(weights: Array) -> Any:
+        """What `metrics.look` asks of a scene."""
+        return SimpleNamespace(
+            white=0.5,
+            weights=cameras,
+            plate_weights=lambda: weights,
+            pixels_per_mm=lambda: np.full(2, 12.8),
+        )
+
     alone, among = (
-        metrics.look(
-            Batches(before, 64), Batches(after, 64), 0.5, weights, cameras, np.full(2, 12.8)
-        ).as_json()
+        metrics.look(Batches(before, 64), Batches(after, 64), pictured(weights)).as_json()
         for (before, after), weights in ((plate, np.ones((2, 16, 16))), (wide, mask))
     )
     assert among["plate_share"] == [0.25, 0.25]

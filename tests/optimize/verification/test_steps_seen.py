@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,13 +32,19 @@ def seen(run: Callable[..., Run], scene: Scene) -> StepsSeen:
     return of_run
 
 
+PICTURED: Any = SimpleNamespace(
+    white=1.0,
+    weights=np.ones(1),
+    plate_weights=lambda: np.ones((1, 16, 16)),
+    pixels_per_mm=lambda: np.ones(1),
+)
+"""What `look` asks of a scene."""
+
+
 def verified(percent: float, certainty: Certainty = Certainty.KNOWN) -> PictureChange:
     """A verified change of so many percent."""
     before = np.full((4, 1, 16, 16), 0.5)
-    of_pictures = look(
-        Batches(before, 64), Batches((1.0 + 0.01 * percent) * before, 64), 1.0, np.ones((1, 16, 16)),
-        np.ones(1), np.ones(1),
-    )  # fmt: skip
+    of_pictures = look(Batches(before, 64), Batches((1.0 + 0.01 * percent) * before, 64), PICTURED)
     noise = of_pictures.noise.model_copy(update={"certainty": certainty.name.lower()})
     return of_pictures.model_copy(update={"noise": noise})
 
@@ -101,11 +109,11 @@ def test_the_likely_reason_is_the_bias_or_else_the_bounces(seen: StepsSeen, scen
 
 def test_black_pictures_divide_nothing() -> None:
     black = Batches(np.zeros((4, 1, 16, 16)), 64)
-    of_pictures = look(black, black, 1.0, np.ones((1, 16, 16)), np.ones(1), np.ones(1))
+    of_pictures = look(black, black, PICTURED)
     assert of_pictures.change_percent == of_pictures.mean_change_percent_of_mean == 0.0
     assert of_pictures.noise.certainty == "same"
     lit = Batches(black.pictures + 0.1, 64)
-    assert look(black, lit, 1.0, np.ones((1, 16, 16)), np.ones(1), np.ones(1)).change_percent_of_white > 5.0
+    assert look(black, lit, PICTURED).change_percent_of_white > 5.0
 
 
 def test_black_pictures_of_steps_are_refused(run: Callable[..., Run], tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from PIL import Image
 
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
-from relief.preparing.source_pictures import grey_values
+from relief.preparing.resampling import grey_values
 from relief.reading.readers import read_samples
 from relief.reading.samples import Samples
 

@@ -9,7 +9,7 @@ from relief.ground.errors import InputError
 from relief.ground.limits import LARGEST_SIDE
 from relief.heightmap import load_height_map, save_heights_exr
 from relief.preparing.picture_preparation import prepare
-from relief.preparing.repeated_tiles import repeated
+from relief.preparing.tiling import repeated
 
 SIDE = 40
 ANGLE = 2 * np.pi * np.arange(SIDE) / SIDE

@@ -16,7 +16,7 @@ from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.heightmap import load_height_map, save_heights_exr, save_heights_png
 from relief.preparing.picture_preparation import prepare
-from relief.preparing.source_pictures import grey_values
+from relief.preparing.resampling import grey_values
 from relief.reading.samples import TILE_MARKS, Samples
 from relief.relief import Relief
 

@@ -22,7 +22,7 @@ from retouch.app.state import kept, numbers, running, session
 from retouch.app.state.kept import KEPT
 from retouch.app.state.runs import State
 from retouch.app.state.session import Session
-from retouch.app.values.document import AppDocument, FeelChoice, PictureChoice, usual_numbers
+from retouch.app.values.document import AppDocument, FeelChoice, PictureChoice, PrintChoice, usual_numbers
 from retouch.app.values.findings import Map, Sides, Written
 
 
@@ -417,7 +417,7 @@ def test_a_file_is_told_of_the_run_that_it_was_made_of(monkeypatch: pytest.Monke
         one.history.look_at("runs/a-1")
         while one.outcomes.sides.answer is None:
             await asyncio.sleep(0)
-        await one.outcomes.write_print(".3mf", None, 1, None)
+        await one.outcomes.write_print(PrintChoice())
 
     settled(printed, one)
     assert one.document.run == "runs/b-1"

@@ -12,8 +12,8 @@ import retouch
 from relief.ground.errors import InputError
 from relief.heightmap import save_heights_exr
 from relief.places import places
+from retouch.commands.evaluate import table
 from retouch.commands.main import BAD_INPUT, main
-from retouch.commands.touch_entries import table
 from tactile import measures
 from tactile.readouts import READ_OUTS
 

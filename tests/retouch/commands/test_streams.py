@@ -14,7 +14,7 @@ from rich.text import Text
 
 import retouch
 from relief.ground.formatting import OBEYED
-from retouch.commands import touch_entries
+from retouch.commands import evaluate
 from retouch.commands.main import main
 from retouch.commands.options import console
 from retouch.commands.streams import HANDLER, standard_streams
@@ -99,7 +99,7 @@ def test_a_table_on_an_ascii_terminal_has_its_units() -> None:
     waves = 0.3 + 0.3 * np.sin(2.0 * np.pi * np.arange(32) / 8.0)[:, None] * np.ones(32)
     evaluation = retouch.evaluate(waves, model="quick")
     with contextlib.redirect_stdout(terminal), standard_streams():
-        console().print(touch_entries.table([evaluation]))
+        console().print(evaluate.table([evaluation]))
     assert re.search(rb" [0-9.]+ mm2 ", written.getvalue())
 
 

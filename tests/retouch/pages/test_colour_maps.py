@@ -59,10 +59,11 @@ def test_a_signed_map_is_neutral_at_zero_and_darkens_both_ways() -> None:
     assert right[0] > right[2]
 
 
-def test_pixels_without_pressure_are_grey_and_the_faintest_pressure_is_not() -> None:
-    apart, faint = pixels(colour_maps.contact_uri(np.array([[0.0, 1e-9]]), 1.0, 8))[0]
-    assert tuple(apart) == colour_maps.NO_CONTACT
-    assert tuple(faint) != colour_maps.NO_CONTACT
+def test_pixels_without_a_value_are_grey_and_the_least_value_is_not() -> None:
+    uri = colour_maps.gaps_uri(np.array([[np.nan, 1e-9]]), 0.0, 1.0, colour_maps.YELLOW_BLUE)
+    apart, faint = pixels(uri)[0]
+    assert tuple(apart) == colour_maps.NO_VALUE
+    assert tuple(faint) != colour_maps.NO_VALUE
 
 
 def test_a_flat_relief_is_evenly_lit() -> None:

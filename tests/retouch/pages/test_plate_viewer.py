@@ -14,16 +14,10 @@ from numpy.typing import NDArray
 
 from relief.relief import Relief
 from relief.relief_shading import averaged
+from retouch.pages.plate_viewer import SCRIPTS
 from retouch.pages.plate_viewer.appearance import STUDIO, Appearance
-from retouch.pages.plate_viewer.figure import (
-    MOST_SAMPLES,
-    NamedRelief,
-    asset,
-    component,
-    packed_plates,
-    plate_figure,
-    plate_spot,
-)
+from retouch.pages.plate_viewer.figure import MOST_SAMPLES, packed_plates, plate_figure, plate_spot
+from retouch.pages.templates import asset
 from tests.retouch.pages.outline import Outline
 from visual.matte import Lamp, MatteScene
 
@@ -67,7 +61,7 @@ def test_a_flat_plate_comes_back_flat() -> None:
 
 def test_finer_heights_are_averaged_and_the_figure_says_so() -> None:
     heights = rough(300, 600)
-    html = plate_figure("t", NamedRelief("before", Relief(heights, 10.0)))
+    html = plate_figure("t", {"before": Relief(heights, 10.0)})
     data = data_of(html)
     assert (data["rows"], data["cols"]) == (128, MOST_SAMPLES)
     np.testing.assert_allclose(
@@ -82,22 +76,22 @@ def test_two_plates_are_shown_in_the_samples_of_the_coarser() -> None:
 
 
 def test_plates_of_different_sizes_share_no_figure() -> None:
-    one, other = NamedRelief("A", Relief(rough(8, 8), 10.0)), NamedRelief("B", Relief(rough(8, 8), 16.0))
     with pytest.raises(ValueError, match="different sizes"):
-        plate_figure("t", one, other)
+        plate_figure("t", {"A": Relief(rough(8, 8), 10.0), "B": Relief(rough(8, 8), 16.0)})
 
 
 def test_the_worst_figure_and_its_program_take_less_than_a_megabyte() -> None:
-    one, other = (NamedRelief(name, Relief(rough(512, 512, seed), 10.0)) for seed, name in enumerate("AB"))
-    program = component() + asset("plate_figures.js") + asset("plate_viewer.css")
-    assert len(plate_figure("t", one, other)) + len(program) < 1e6
+    plates = {name: Relief(rough(512, 512, seed), 10.0) for seed, name in enumerate("AB")}
+    files = (*SCRIPTS, "plate_figures.js", "plate_viewer.css")
+    program = sum(len(asset(f"plate_viewer/{name}")) for name in files)
+    assert len(plate_figure("t", plates)) + program < 1e6
 
 
 def test_words_stay_words() -> None:
     lamps = (replace(STUDIO.lamps[0], name=HOSTILE), STUDIO.lamps[1])
     hostile = replace(STUDIO, lamps=lamps, note=HOSTILE)
     relief = Relief(rough(8, 8), 10.0, name=HOSTILE)
-    figure = plate_figure(HOSTILE, NamedRelief(HOSTILE, relief), NamedRelief("b", relief), hostile)
+    figure = plate_figure(HOSTILE, {HOSTILE: relief, "b": relief}, hostile)
     for html, fetched in ((figure, []), (plate_spot("data:,", HOSTILE, relief), ["data:,"])):
         outline = Outline(str(html))
         assert outline.tags.count("script") == 1 and outline.handlers == [] and outline.fetched == fetched

@@ -15,7 +15,8 @@ from benchmarks.shared.browser import Browser, chromium
 from relief.ground.srgb import linear_rgb
 from relief.relief import Relief
 from retouch.pages.page import write_report
-from retouch.pages.plate_viewer.figure import asset, component
+from retouch.pages.plate_viewer import SCRIPTS
+from retouch.pages.templates import asset
 from tests.retouch.pages.plausible import SIZE_MM, plausible, relief, with_sides
 from tests.visual.scenes import ALBEDO, RADIANCE, sky, sun, write_scene
 from visual.matte import Lamp, MatteScene
@@ -236,7 +237,9 @@ def bare(
     """A page of the component alone, in colours some of which are full, beside room on both sides."""
     heights, after = (np.round(each, 6).ravel().tolist() for each in reliefs)
     page = tmp_path_factory.mktemp("bare") / "page.html"
-    parts = {"style": asset("plate_viewer.css"), "script": component(), "heights": heights, "after": after}
+    script = "\n".join(asset(f"plate_viewer/{name}") for name in SCRIPTS)
+    style = asset("plate_viewer/plate_viewer.css")
+    parts = {"style": style, "script": script, "heights": heights, "after": after}
     page.write_text(BARE.format(**parts, stage=STAGE, side=SIDE, size_mm=SIZE_MM))
     return page
 

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from relief.solids.body import Body
-from retouch.pages.objects.object_page import Card, write_object_page
+from retouch.pages.rendering import render_page
+from retouch.pages.templates import asset
 from retouch.pages.viewer import lighter
-from retouch.pages.viewer.figure import asset, key, viewer_figure
+from retouch.pages.viewer.figure import key, viewer_figure
 from retouch.pages.viewer.models import ColourLayer, ViewerModel
 from retouch.pages.viewer.packing import STEPS, packed, packed_places
 from tests.retouch.pages.outline import Outline
@@ -48,10 +49,10 @@ def meshes_of(figure: Markup) -> list[dict[str, Any]]:
     return list(json.loads(text))
 
 
-def page(tmp_path: Path, figure: Markup, title: str = "ball") -> str:
-    cards = [Card("Triangles", "1", "million", title)]
-    path = write_object_page(tmp_path / "page.html", "preview", title, title, figure, cards, [title])
-    return path.read_text(encoding="utf-8")
+def page(figure: Markup, title: str = "ball") -> str:
+    return render_page(
+        "object.html.j2", viewer=True, kind=title, pair={"title": title}, figure=figure
+    ).decode()
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.uint32])
@@ -115,24 +116,26 @@ def test_large_models_become_lighter(monkeypatch: pytest.MonkeyPatch) -> None:
     assert lighter.lighter(light) is light
 
 
-def test_no_name_is_obeyed(tmp_path: Path) -> None:
+def test_no_name_is_obeyed() -> None:
     model = ball(HOSTILE, layers=(HOSTILE,))
-    text = page(tmp_path, viewer_figure(HOSTILE, model, ball("after")), HOSTILE)
+    text = page(viewer_figure(HOSTILE, model, ball("after")), HOSTILE)
     outline = Outline(text)
     assert outline.open == []
     assert not re.search(r"<img src=x|<script>alert", text)
     assert [mesh["name"] for mesh in meshes_of(Markup(text))] == [HOSTILE, "after"]
 
 
-def test_the_page_asks_nothing_of_a_network_and_one_script_may_run(tmp_path: Path) -> None:
-    text = page(tmp_path, viewer_figure("a ball", ball()))
+def test_the_page_asks_nothing_of_a_network_and_one_script_may_run() -> None:
+    text = page(viewer_figure("a ball", ball()))
     assert not re.search(r"https?://", text)
     assert not re.search(r"url\(|@import|<link|<iframe|<object", text)
     assert all(link.startswith("data:image/png;base64,") for link in Outline(text).fetched)
     (script,) = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     assert f"script-src 'sha256-{digest}'" in text
-    assert not re.search(r"\beval\(|new Function\(|fetch\(|XMLHttpRequest\b.{0,9}\.open", asset("viewer.js"))
+    assert not re.search(
+        r"\beval\(|new Function\(|fetch\(|XMLHttpRequest\b.{0,9}\.open", asset("viewer/viewer.js")
+    )
 
 
 def test_the_script_is_built_of_its_sources() -> None:
@@ -144,5 +147,5 @@ def test_the_script_is_built_of_its_sources() -> None:
         *sorted((SOURCES / "source").iterdir()),
     ]:
         digest.update(path.read_bytes())
-    assert digest.hexdigest() in asset("viewer.js")[:200]
+    assert digest.hexdigest() in asset("viewer/viewer.js")[:200]
     assert "MIT" in (SOURCES / "LICENSE-three.txt").read_text(encoding="utf-8")

@@ -10,7 +10,7 @@ from PIL import Image
 from benchmarks.docs.pages import LAYOUT
 from benchmarks.shared.browser import Browser, chromium
 from relief.solids.body import Body
-from retouch.pages.objects.object_page import Card, write_object_page
+from retouch.pages.rendering import render_page
 from retouch.pages.viewer.figure import viewer_figure
 from retouch.pages.viewer.models import ColourLayer, ViewerModel
 from tests.retouch.pages.test_viewer import ball
@@ -39,9 +39,11 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for name, scale, colour in (("before", 1.0, [1, 1, 1]), ("after", 1.05, [1, 0, 0]))
     ]
     figure = viewer_figure("two balls", *models, start="Feel")
-    cards = [Card("Size", "10", "mm", "more or less")] * 4
     path = tmp_path_factory.mktemp("pages") / "page.html"
-    return write_object_page(path, "preview", "a ball", "Two balls.", figure, cards, ["One."])
+    path.write_bytes(
+        render_page("object.html.j2", viewer=True, kind="preview", pair={"title": "a ball"}, figure=figure)
+    )
+    return path
 
 
 @pytest.fixture(scope="module")

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from benchmarks.bundled import textures
 from relief.ground.limits import PATCH_SIDE_MM
 from relief.heightmap import load_height_map
 from relief.preparing.tiling import OVERLAP
 from relief.seam import seams
-from surrogate.corpus import bundled_textures as textures
 from surrogate.corpus.recipes import SAMPLES
 
 ALL = {**textures.TEXTURES, **textures.TILES}

@@ -5,7 +5,7 @@ import io
 import numpy as np
 from PIL import Image
 
-from surrogate.corpus.contact_sheet import (
+from benchmarks.bundled.contact_sheet import (
     AMBIENT,
     ELEVATION_DEG,
     contact_sheet,

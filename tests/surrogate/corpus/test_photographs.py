@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
+from benchmarks.bundled.textures import FOLDER as EXAMPLES
 from relief.ground.errors import InputError
-from surrogate.corpus.bundled_textures import FOLDER as EXAMPLES
 from surrogate.corpus.photographs import bundled, by_name, crop, folder, source_of_file
 from surrogate.corpus.recipes import Recipe, heights
 from surrogate.corpus.splits import ASSIGNED, split_of

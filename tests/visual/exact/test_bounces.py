@@ -30,7 +30,7 @@ def followed(scene: Scene, heights: Array, *, edges: bool) -> Callable[[Array, i
         settings, index = RenderSettings(SAMPLES, seed, edges), PictureIndex(0, 0)
         total = interior_gradient(light, heights, adjoint, settings, index)
         if edges:
-            total = total + edge_gradient(light, heights, adjoint, scene.plate, settings, index)
+            total = total + edge_gradient(light, heights, adjoint, settings, index)
         return total
 
     return gradient

@@ -13,7 +13,6 @@ from PIL import Image
 from relief.ground.errors import InputError
 from tests.visual.differences import DIRECTIONS
 from tests.visual.scenes import SIDE, Array, hills, sky, sun, waves
-from visual.backend.plate_shape import plate_bsdf
 from visual.exact.face_shading import Shading, ShadingPoints, shade
 from visual.exact.lobes import lobes_of
 from visual.looks import FixedSamples
@@ -183,7 +182,7 @@ def test_derivatives_of_both_parts_of_the_radiance_are_exact(
 ) -> None:
     scene, draw = lit(material, "window", smooth=True), np.random.default_rng(0)
     (group,), first = scene.illuminations(None, 8)
-    bsdf, seen = plate_bsdf(first.scene), group.seen
+    bsdf, seen = first.bsdf, group.seen
     lobes = lobes_of(bsdf, 40, seed=1, blur=0.1)
     assert seen is not None
     slopes, faces = draw.normal(size=(2, 40)) * 0.2, np.arange(40)

@@ -14,7 +14,6 @@ from surrogate.nets.unet import NetShape, UNet
 from surrogate.nets.weights import ModelCard, save_net, weights_bytes
 from tests.tactile.reliefs import waves
 from tests.visual.scenes import sun
-from visual.backend.plate_shape import plate_bsdf
 from visual.backend.user_settings import user_settings_kept
 from visual.fast import conversion
 from visual.fast.ambient_net import CHANNELS, trained_ambient_light, validity
@@ -47,7 +46,7 @@ def mi_module() -> ModuleType:
 def ambient(scene: Scene) -> BsdfTable:
     """The studio's material under a sky of radiance 1."""
     with user_settings_kept:
-        return ambient_table(plate_bsdf(scene.light_scenes()[0].scene), np.ones(3))
+        return ambient_table(scene.light_scenes()[0].bsdf, np.ones(3))
 
 
 @pytest.fixture(scope="module")

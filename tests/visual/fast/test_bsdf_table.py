@@ -6,7 +6,6 @@ from types import ModuleType
 import numpy as np
 import torch
 
-from visual.backend.plate_shape import plate_bsdf
 from visual.backend.user_settings import user_settings_kept
 from visual.exact.face_shading import unshadowed
 from visual.fast.bsdf_table import ABOVE, light_table
@@ -16,7 +15,7 @@ from visual.scene import Scene
 
 @user_settings_kept
 def test_radiance_of_a_table_is_that_of_the_material(scene: Scene) -> None:
-    bsdf = plate_bsdf(scene.light_scenes()[0].scene)
+    bsdf = scene.light_scenes()[0].bsdf
     light = ParallelLights(np.array([[0.6, 0.3, math.sqrt(0.55)]]), np.array([np.pi]))
     random = np.random.default_rng(0)
     slope = np.tan(random.uniform(0.0, 1.4, 3000)) * np.exp(2j * np.pi * random.uniform(size=3000))

@@ -29,9 +29,9 @@ from tests.visual.scenes import (
     sky,
     sun,
 )
-from visual.backend import buffers
-from visual.backend.plate_shape import plate_bsdf
-from visual.exact.view import Illumination, View
+from visual.exact.fixed_samples import FixedSamples
+from visual.exact.light_scene import Illumination, LightScene, LitScene
+from visual.exact.view import View
 from visual.geometry.film_samples import film_points, samples_from_above
 from visual.geometry.projection import from_above
 from visual.geometry.top_view import face_at
@@ -42,20 +42,11 @@ from visual.scene import Scene
 
 def ambient_view(heights: Array, seed: int, floor: bool = False) -> View:
     """A view under 16 directions of ambient light that the seed draws."""
-    import mitsuba as mi
-
-    scene = plate_scene(heights, floor)
-    params = mi.traverse(scene)
-    return View(
-        scene,
-        plate_bsdf(scene),
-        lambda field: buffers.set_heights(params, field.astype(np.float32).ravel()),
-        plate_topology(SIDE, SIDE, SIZE_MM),
-        from_above(SIZE_MM, SIDE, SIDE),
-        (),
-        Illumination(ambient_lights(RADIANCE, 16, np.random.default_rng(seed))),
-        seed=seed,
-    )
+    lights = ambient_lights(RADIANCE, 16, np.random.default_rng(seed))
+    plate, camera = plate_topology(SIDE, SIDE, SIZE_MM), from_above(SIZE_MM, SIDE, SIDE)
+    lit = LitScene(plate_scene(heights, floor))
+    loaded = LightScene(lit, plate, frozenset(), (0,), (camera,), None, lambda generator: lights)
+    return View(loaded, camera, (), Illumination(lights), FixedSamples(seed=seed))
 
 
 @pytest.mark.parametrize(("rows", "cols"), [(16, 16), (5, 9)])

@@ -20,7 +20,7 @@ from relief.solids.meshes.solid import outer_body
 from relief.solids.meshes.unrolling import Unroller
 from relief.solids.remeshing.smooth_surface import EDGE_MM
 from retouch.pages.objects.mesh_colouring import (
-    NO_CONTACT,
+    NO_VALUE,
     vertex_colours,
     write_coloured,
 )
@@ -76,7 +76,7 @@ def test_a_mesh_of_edges_alone_is_felt_all_the_same() -> None:
 
 def test_colours_are_grey_where_no_finger_was(feel: MeshFeel) -> None:
     colours, (low, high) = vertex_colours(feel)
-    grey = np.abs(colours - np.array(NO_CONTACT) / 255.0).max(axis=1) < 1e-9
+    grey = np.abs(colours - np.array(NO_VALUE) / 255.0).max(axis=1) < 1e-9
     vertices = feel.body.vertices
     assert grey[vertices[:, 2] < -1.0].all()
     assert not grey[(np.abs(vertices[:, :2]) < 2.0).all(axis=1) & (vertices[:, 2] > 0.2)].all()

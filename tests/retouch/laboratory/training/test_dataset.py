@@ -183,6 +183,21 @@ def test_pictures_are_the_same_in_every_process(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.slow
+def test_a_script_without_a_guard_is_run_once(tmp_path: Path) -> None:
+    """Workers do not import the script of their caller, as a notebook saved as a script has no guard."""
+    script = tmp_path / "mine.py"
+    script.write_text(
+        "print('run')\nimport retouch\n"
+        "made = retouch.dataset('data', 7, touch='layer', lights='none', samples=36, workers=2)\n"
+    )
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    command = (sys.executable, script.name)
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert (done.returncode, done.stdout.count("run")) == (0, 1), done.stderr
+
+
+@pytest.mark.slow
 def test_a_shard_that_always_takes_its_worker_down_is_given_up_and_the_others_are_not(
     whole: Path, tmp_path: Path
 ) -> None:

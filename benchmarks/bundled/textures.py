@@ -2,7 +2,7 @@
 
 Each comes also as a tile, which repeats.
 
-``python -m surrogate.corpus.bundled_textures`` writes them to ``mitsuba_scenes/textures``; ``--out`` names
+``python -m benchmarks.bundled.textures`` writes them to ``mitsuba_scenes/textures``; ``--out`` names
 another folder.
 """
 
@@ -147,9 +147,9 @@ def write_all(folder: Path = FOLDER) -> list[Path]:
 
 
 def main() -> None:
-    """Run the command ``python -m surrogate.corpus.bundled_textures``."""
+    """Run the command ``python -m benchmarks.bundled.textures``."""
     parser = argparse.ArgumentParser(
-        prog="python -m surrogate.corpus.bundled_textures", description="Make the example textures."
+        prog="python -m benchmarks.bundled.textures", description="Make the example textures."
     )
     parser.add_argument("--out", type=Path, default=FOLDER, help="folder to write to (default: %(default)s)")
     for path in write_all(parser.parse_args().out):

@@ -1,4 +1,4 @@
-"""Sky of the scene `evening`, made by code: python -m mitsuba_scenes.sky writes it again, bit for bit."""
+"""Sky of the scene `evening`, made by code: python -m benchmarks.bundled.sky writes it again, bit for bit."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ import numpy as np
 import OpenEXR
 from numpy.typing import NDArray
 
-FILE = Path(__file__).resolve().parent / "skies" / "evening.exr"
+FILE = Path(__file__).resolve().parents[2] / "mitsuba_scenes" / "skies" / "evening.exr"
 ROWS, COLS = 32, 64
 """Size, pixels: each is 5.6 degrees wide, fine enough for the glow of a sun behind haze."""
 SUN_AZIMUTH, SUN_ELEVATION, SUN_WIDTH = 205.0, 24.0, 9.0

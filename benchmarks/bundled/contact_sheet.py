@@ -1,6 +1,6 @@
 """Contact sheets: shaded examples of every family and of the photographs, and the example textures.
 
-``python -m surrogate.corpus.contact_sheet`` writes ``corpus.png`` and ``textures.png`` to ``docs/images``;
+``python -m benchmarks.bundled.contact_sheet`` writes ``corpus.png`` and ``textures.png`` to ``docs/images``;
 ``--out`` names another folder.
 """
 
@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+from benchmarks.bundled.textures import TEXTURES
 from relief.ground.files import write_atomically
 from relief.ground.limits import PATCH_SIDE_MM
 from relief.relief_shading import facing
-from surrogate.corpus.bundled_textures import TEXTURES
 from surrogate.corpus.photographs import FILES
 from surrogate.corpus.recipes import Recipe
 from surrogate.corpus.recipes import heights as recipe_heights
@@ -113,9 +113,9 @@ def _draws(place: int) -> range:
 
 
 def main() -> None:
-    """Run the command ``python -m surrogate.corpus.contact_sheet``."""
+    """Run the command ``python -m benchmarks.bundled.contact_sheet``."""
     parser = argparse.ArgumentParser(
-        prog="python -m surrogate.corpus.contact_sheet", description="Draw the corpus and the textures."
+        prog="python -m benchmarks.bundled.contact_sheet", description="Draw the corpus and the textures."
     )
     parser.add_argument("--out", type=Path, default=FOLDER, help="folder to write to (default: %(default)s)")
     out = parser.parse_args().out
