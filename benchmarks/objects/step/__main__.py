@@ -63,10 +63,10 @@ def apart(file: Path, points: Array) -> Array:
     if file.stem in SURFACES:
         return distance(file.stem, points)
     body = triangles(file, FINEST_MM, 0.05)
-    none = np.zeros(len(body.faces), np.int64)
-    nearest = NearestPoints(body, np.zeros(body.faces.shape, bool), none, 0.5)
+    nearest = NearestPoints(body, np.zeros(body.faces.shape, bool), 0.5)
+    nearest.region[:] = 0
     start = np.zeros(len(points), np.int64)
-    return np.asarray(np.linalg.norm(nearest.places(*nearest.at(points, start, start)) - points, axis=1))
+    return np.asarray(np.linalg.norm(nearest.places(*nearest.at(points, start)) - points, axis=1))
 
 
 def outcome(file: Path, step: Path) -> dict[str, Any]:

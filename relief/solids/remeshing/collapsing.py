@@ -74,7 +74,7 @@ class Collapses:
         short = np.flatnonzero(length < SHORT)
         one, other, length = one[short], other[short], length[short]
         lines, around = triangles.held_count(), np.bincount(triangles.faces.ravel(), minlength=count)
-        held = triangles.is_held((one << BITS) | other)
+        held = among((one << BITS) | other, triangles.held)
         free = ~triangles.corner & (around <= MOST_AROUND)
         ways = []
         for gone, stays in ((one, other), (other, one)):

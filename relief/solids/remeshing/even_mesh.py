@@ -19,7 +19,7 @@ from relief.solids.remeshing.collapsing import Collapses
 from relief.solids.remeshing.facet_noise import FACETS_NOISE, smoothed, turns_by_chance
 from relief.solids.remeshing.flipping import Flips
 from relief.solids.remeshing.nearest import NearestPoints
-from relief.solids.remeshing.patch import Patch, held_lines, regions
+from relief.solids.remeshing.patch import Patch, held_lines
 from relief.solids.remeshing.smooth_surface import corner_angles
 from relief.solids.remeshing.triangles import Triangles, repeated
 
@@ -104,8 +104,7 @@ class _Remesher:
         body = patch.body
         held, corner = held_lines(patch)
         corner[: patch.border] = True
-        self.region = regions(body, held)
-        self.nearest = NearestPoints(body, held, self.region, edge_mm)
+        self.nearest = NearestPoints(body, held, edge_mm)
         self.size = _sizes(patch, edge_mm, arc)
         size = np.full(len(body.vertices), edge_mm)
         np.minimum.at(size, body.faces, self.size[:, None])
@@ -142,9 +141,9 @@ class _Remesher:
             corner, start = triangles.faces.ravel(), np.repeat(triangles.origin, 3)
             own = np.flatnonzero(corner >= first)
             vertex, start = corner[own], start[own]
-            rows = np.unique(np.stack([vertex, self.region[start]]), axis=1, return_index=True)[1]
+            rows = np.unique(np.stack([vertex, self.nearest.region[start]]), axis=1, return_index=True)[1]
             vertex, start = vertex[rows], start[rows]
-            face, share = self.nearest.at(triangles.vertices[vertex], self.region[start], start)
+            face, share = self.nearest.at(triangles.vertices[vertex], start)
             triangles.size[first:] = self.edge_mm
             np.minimum.at(triangles.size, vertex, self.size[face])
             moved = triangles.vertices.copy()
@@ -207,7 +206,7 @@ class _Remesher:
         """Nearest faces of the input and coordinates there, for points at vertices."""
         start = np.zeros(len(self.triangles.vertices), np.int64)
         start[self.triangles.faces] = self.triangles.origin[:, None]
-        return self.nearest.at(points, self.region[start[rows]], start[rows])
+        return self.nearest.at(points, start[rows])
 
     def result(self) -> EvenMesh:
         """The mesh with the normals of the surface, its vertices on the smooth surface."""
@@ -227,7 +226,7 @@ class _Remesher:
         place = triangles.vertices[faces[number, corner]]
         inner = place + INWARD * (triangles.vertices[faces[number]].mean(axis=1) - place)
         start = triangles.origin[number]
-        side, _ = self.nearest.at(inner, self.region[start], start)
+        side, _ = self.nearest.at(inner, start)
         at[held], shares[held] = self.nearest.walk_from(place, side)
         facet, flat_share = patch.located(at.ravel(), shares.reshape(-1, 3))
         normals = patch.surface.normals_at(facet, flat_share).reshape(-1, 3, 3)
@@ -253,8 +252,7 @@ class _Remesher:
         half = pairs[:, 0]
         pairs, half = (each[~(stayed[start] | stayed[end])[half]] for each in (pairs, half))
         middle = 0.5 * (body.vertices[start[half]] + body.vertices[end[half]])
-        origin = self.triangles.origin[half // 3]
-        face, share = self.nearest.at(middle, self.region[origin], origin)
+        face, share = self.nearest.at(middle, self.triangles.origin[half // 3])
         lift = self.patch.lift(face, share)
         flat[pairs] = 4.0 * (self.nearest.places(face, share) + lift - middle)[:, None]
         return flat.reshape(-1, 3, 3), float(self.patch.missed(face, share, lift).max(initial=0.0))

@@ -73,7 +73,7 @@ class Flips:
         faces = triangles.faces[some]
         pairs = edge_pairs(faces)
         keys = edge_keys(*edge_ends(faces))
-        kept = ~triangles.is_held(keys[pairs[:, 0]])
+        kept = ~among(keys[pairs[:, 0]], triangles.held)
         pairs = 3 * some[pairs[kept] // 3] + pairs[kept] % 3
         return pairs[turned[pairs[:, 0] // 3] | turned[pairs[:, 1] // 3]], np.sort(keys)
 

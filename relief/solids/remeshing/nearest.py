@@ -5,7 +5,7 @@ from scipy.spatial import cKDTree
 
 from relief.ground.arrays import Array, Flags, Index, runs
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import edge_pairs, nearest_in, twins
+from relief.solids.meshes.neighbourhood import connected, edge_pairs, nearest_in, twins
 
 GUESSES = 6
 """Samples near a point whose faces are tried first; slivers side by side have their samples side by side."""
@@ -18,20 +18,25 @@ AT_ONCE = 1 << 16
 
 
 class NearestPoints:
-    """Nearest points of a body, each within its region."""
+    """Nearest points of a body, each within its region.
 
-    def __init__(self, body: Body, held: Flags, region: Index, spacing_mm: float) -> None:
+    Attributes:
+        corners: (faces, 3, 3) mm.
+        region: (faces,) numbers of the parts of the surface between held edges.
+    """
+
+    def __init__(self, body: Body, held: Flags, spacing_mm: float) -> None:
         """Take samples of the faces.
 
         Args:
             body: The surface.
             held: (faces, 3) edges that no point crosses.
-            region: (faces,) numbers; nearest points are sought on faces of the same number.
             spacing_mm: Distance of the samples along thin triangles, mm.
         """
-        self.corners, self.region = body.vertices[body.faces], region
+        self.corners = body.vertices[body.faces]
         pairs = edge_pairs(body.faces)
         pairs = pairs[~held.ravel()[pairs[:, 0]]]
+        self.region = connected(pairs // 3, len(body.faces))
         self._twin = twins(pairs, 3 * len(body.faces)).reshape(-1, 3)
         self._vertices = body.faces
         self._around = np.argsort(body.faces.ravel(), kind="stable") // 3
@@ -39,26 +44,25 @@ class NearestPoints:
         self._sampled, points = _samples(self.corners, spacing_mm)
         self._tree = cKDTree(points)
 
-    def at(self, points: Array, region: Index, face: Index) -> tuple[Index, Array]:
+    def at(self, points: Array, face: Index) -> tuple[Index, Array]:
         """Faces (n,) of the nearest points and their barycentric coordinates (n, 3).
 
         Args:
             points: (n, 3) mm.
-            region: (n,) numbers of their regions.
-            face: (n,) a face of the region not far from each point.
+            face: (n,) a face of the region of each point, not far from it.
         """
         found, shares = face.copy(), np.empty((len(points), 3))
         for start in range(0, len(points), AT_ONCE):
             rows = slice(start, start + AT_ONCE)
-            found[rows], shares[rows] = self._some(points[rows], region[rows], face[rows])
+            found[rows], shares[rows] = self._some(points[rows], face[rows])
         return found, shares
 
     def places(self, face: Index, share: Array) -> Array:
         """Points (n, 3) at barycentric coordinates (n, 3) in faces (n,), mm."""
         return np.einsum("nc,ncd->nd", share, self.corners[face])
 
-    def _some(self, points: Array, region: Index, face: Index) -> tuple[Index, Array]:
-        _, samples = self._tree.query(points, GUESSES)
+    def _some(self, points: Array, face: Index) -> tuple[Index, Array]:
+        samples, region = self._tree.query(points, GUESSES)[1], self.region[face]
         best, share = face.copy(), np.empty((len(points), 3))
         share[:], square = nearest_in(points, self.corners[face])
         for guess in self._sampled[samples].T:

@@ -9,7 +9,7 @@ import numpy as np
 
 from relief.ground.arrays import Array, Flags, Index, flagged
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import connected, edge_pairs
+from relief.solids.meshes.neighbourhood import edge_pairs
 from relief.solids.remeshing.smooth_surface import SmoothSurface, corner_groups, raised
 
 
@@ -92,9 +92,3 @@ def held_lines(patch: Patch) -> tuple[Flags, Flags]:
     half = np.flatnonzero(single)
     corner[faces.ravel()[half]] = corner[np.roll(faces, -1, axis=1).ravel()[half]] = True
     return held.reshape(-1, 3), corner
-
-
-def regions(body: Body, held: Flags) -> Index:
-    """(faces,) numbers of the parts of the surface between held edges."""
-    pairs = edge_pairs(body.faces)
-    return connected(pairs[~held.ravel()[pairs[:, 0]]] // 3, len(body.faces))

@@ -62,10 +62,6 @@ class Triangles:
             square += (column[one] - column[other]) ** 2
         return np.sqrt(square)
 
-    def is_held(self, keys: Index) -> Flags:
-        """Whether edges are held, by their keys."""
-        return among(keys, self.held)
-
     def split(self, size: Array) -> int:
         """Divide the edges that are longer than wanted at their middles; returns how many.
 
@@ -91,7 +87,7 @@ class Triangles:
         self.moved = np.concatenate([self.moved, self.moved[ends].max(axis=0)])
         self.size = np.concatenate([self.size, self.size[ends].max(axis=0)])
         number = first + np.arange(len(chosen))
-        parts = self.is_held(chosen)
+        parts = among(chosen, self.held)
         halves = [edge_keys(end[parts], number[parts]) for end in ends]
         self.held = np.unique(np.concatenate([self.held[~among(self.held, chosen)], *halves]))
         nothing = np.empty((len(self.faces), 3, 0))

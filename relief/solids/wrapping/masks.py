@@ -37,8 +37,6 @@ CONDITION = re.compile(
     rf"\s*(x|y|z|turn|{ANGLE}(?::[-+]?[xyz])?)\s*([<>])\s*({NUMBER})(?:\s*\.\.\s*({NUMBER}))?\s*"
 )
 """A comparison in a mask; two numbers are both ends of a ramp."""
-PICTURES = HEIGHT_MAPS
-"""Suffixes of pictures that may be masks."""
 LARGEST = 1e6
 """Largest number of a comparison: beyond the largest mesh, mm, and any angle."""
 COLOUR = re.compile(r"colou?rs?(?::\s*(\w+|#[0-9a-fA-F]{6}))?")
@@ -155,7 +153,7 @@ def check_mask(text: str, regions: Regions, with_uv: bool, with_colours: bool) -
 
 
 def _is_picture(text: str) -> bool:
-    return Path(text.strip()).suffix.lower() in PICTURES
+    return Path(text.strip()).suffix.lower() in HEIGHT_MAPS
 
 
 def _at(mask: Mask, points: Points, falloff_mm: float) -> Array:
@@ -270,23 +268,18 @@ class _MaskParser:
         self._text, self._at, self._depth = text, 0, 0
 
     def whole(self) -> Mask:
-        mask = self._any(inverted=False)
+        mask = self._joined("|", inverted=False)
         if self._peek() != "":
             raise self._refusal(f"{self._peek()} has no beginning")
         return mask
 
-    def _any(self, inverted: bool) -> Mask:
-        parts = [self._all(inverted)]
-        while self._taken("|"):
-            parts.append(self._all(inverted))
+    def _joined(self, sign: str, inverted: bool) -> Mask:
+        """Masks joined by |, each of masks joined by &, each of parts."""
+        parts: list[Mask] = []
+        while not parts or self._taken(sign):
+            parts.append(self._joined("&", inverted) if sign == "|" else self._one(inverted))
         # By De Morgan's laws not (a | b) is not a & not b.
-        return parts[0] if len(parts) == 1 else Joined(tuple(parts), any=not inverted)
-
-    def _all(self, inverted: bool) -> Mask:
-        parts = [self._one(inverted)]
-        while self._taken("&"):
-            parts.append(self._one(inverted))
-        return parts[0] if len(parts) == 1 else Joined(tuple(parts), any=inverted)
+        return parts[0] if len(parts) == 1 else Joined(tuple(parts), any=(sign == "|") != inverted)
 
     def _one(self, inverted: bool) -> Mask:
         match = TOKEN.match(self._text, self._at)
@@ -302,7 +295,7 @@ class _MaskParser:
         self._depth += 1
         if self._depth > DEEPEST:
             raise self._refusal(f"has more than {DEEPEST} parentheses within one another")
-        mask = self._any(inverted)
+        mask = self._joined("|", inverted)
         if not self._taken(")"):
             raise self._refusal("a parenthesis is open")
         self._depth -= 1
