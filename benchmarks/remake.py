@@ -12,7 +12,6 @@ that fails is named, and the others are made all the same.
 
 from __future__ import annotations
 
-import resource
 import shlex
 import shutil
 import subprocess
@@ -22,9 +21,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import IO, Any
 
-from benchmarks.shared.common import ROOT, load, machine, parser_of, save, table
+from benchmarks.shared.common import ROOT, cpu_s, load, machine, parser_of, save, table
 from benchmarks.shared.finished_studies import FILE, STUDIES
-from benchmarks.whole_run import CASES
 from relief.ground.formatting import duration
 from relief.ground.progress import say
 from tactile.skin import Skin
@@ -84,14 +82,13 @@ PARTS: Mapping[str, Part] = {
     ),
     "contact": Part(
         "models of touch beside the finest",
-        ("-m benchmarks.touch.contact --again", "-m benchmarks.touch.sampling"),
+        ("-m benchmarks.touch.contact --again", "-m benchmarks.touch.sampling --again"),
     ),
     "demo": study("demo", "the demo runs and their picture", "-m benchmarks.runs.demo_figure {runs}/demo"),
     "tiles": study("tiles", "ten tiles all over"),
     "plates": study(
         "plates",
         "plates of 25 mm",
-        "-m benchmarks.surfaces.plates_figure {runs}/plates",
         file="benchmarks/surfaces/plates.toml",
         before=("-m benchmarks.surfaces.plates",),
     ),
@@ -153,20 +150,20 @@ PARTS: Mapping[str, Part] = {
     "objects": Part(
         "objects: their feel, the paper's, the pictures",
         (
-            "-m benchmarks.objects.bundled",
+            "-m benchmarks.objects.bundled --again",
             "retouch study benchmarks/objects/tiles.toml -o runs/paper-objects",
-            "-m benchmarks.objects.paper_objects",
-            "-m benchmarks.objects.curved",
+            "-m benchmarks.objects.paper_objects --again",
+            "-m benchmarks.objects.curved --again",
             "-m benchmarks.objects.pairs_figure",
-            "-m benchmarks.touch.mesh_feel",
-            "-m benchmarks.objects.plates",
+            "-m benchmarks.touch.mesh_feel --again",
+            "-m benchmarks.objects.plates --again",
         ),
     ),
     "prints": study(
         "prints",
         "prints of runs with and without a printer",
         "-m benchmarks.prints.pairs {runs}/prints",
-        "-m benchmarks.prints.as_printed",
+        "-m benchmarks.prints.as_printed --again",
         file="benchmarks/prints/pairs.toml",
         kept=False,
     ),
@@ -178,7 +175,7 @@ PARTS: Mapping[str, Part] = {
     ),
     "first-mile": Part("pictures from outside, by the README alone", ("-m benchmarks.runs.first_mile",)),
     "stability": Part("where the models hold", ("-m benchmarks.stability.sweep --again",)),
-    "whole_run": Part("seconds and memory of whole runs", (f"-m benchmarks.whole_run {' '.join(CASES)}",)),
+    "whole_run": Part("seconds and memory of whole runs", ("-m benchmarks.whole_run --again",)),
     "tutorials": Part(
         "the commands of start page and tutorials, and their figures",
         ("-m benchmarks.docs.tutorials", "-m benchmarks.docs.figures"),
@@ -226,7 +223,7 @@ def make(name: str) -> bool:
     part, log = PARTS[name], ROOT / RUNS / f"{name}.log"
     say(f"{name}: {part.makes}")
     log.parent.mkdir(parents=True, exist_ok=True)
-    began = _children_cpu_s()
+    began = cpu_s()
     with log.open("wb") as out:
         for command in part.commands:
             if (status := _run(shlex.split(command.format(runs=RUNS)), out)) not in _ALLOWED:
@@ -235,10 +232,10 @@ def make(name: str) -> bool:
             # The documents of studies are committed, and modules that come next read them.
             if part.study is not None and command.startswith(STUDY):
                 shutil.copy(ROOT / RUNS / name / FILE, STUDIES / f"{part.study}.json")
-    cpu_s = round(_children_cpu_s() - began)
-    done = load("remake").get("parts", {}) | {name: {"finger": asdict(Skin()), "cpu_s": cpu_s}}
+    seconds = round(cpu_s() - began)
+    done = load("remake").get("parts", {}) | {name: {"finger": asdict(Skin()), "cpu_s": seconds}}
     save("remake", {"parts": done, "machine": machine()})
-    say(f"{name}: made, {duration(cpu_s)} of CPU time")
+    say(f"{name}: made, {duration(seconds)} of CPU time")
     return True
 
 
@@ -253,11 +250,6 @@ def _run(words: Sequence[str], log: IO[bytes]) -> int:
         return 0
     python = [sys.executable, *(("-m",) if words[0] == "retouch" else ()), *words]
     return subprocess.run(python, cwd=ROOT, stdout=log, stderr=subprocess.STDOUT).returncode
-
-
-def _children_cpu_s() -> float:
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
 
 
 if __name__ == "__main__":

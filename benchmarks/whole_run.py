@@ -1,6 +1,6 @@
 """Whole runs: seconds, CPU seconds and peak memory, each a process of its own, as a user starts it.
 
-python -m benchmarks.whole_run [CASE ...]      # cases that results/whole_run.json lacks, or these anew
+python -m benchmarks.whole_run [CASE ...] [--again]    # cases that results/whole_run.json lacks, or all
 
 Cases: the six demo runs, exact and fast, the tile demo, gravel of 256 x 256 samples, and plates of 25, 40 and
 80 mm (two just-noticeable differences rougher all over, by the fast look). A short run of the same case comes
@@ -21,14 +21,18 @@ from typing import Any
 import numpy as np
 from skimage.transform import resize
 
-from benchmarks.shared.checkouts import DEMO_RUNS, MODELS, process
-from benchmarks.shared.common import DOCS, ROOT, kept, load, parser_of, publish, table
+from benchmarks.shared.common import publish, rows_of, table
+from benchmarks.shared.processes import process
 from mitsuba_scenes import find_texture
 from optimize.settings.run_file import load_run
 from relief.heightmap import load_heights, save_heights_exr
 from relief.preparing.picture_preparation import prepare
 
-RESULT, COMMAND, PAGE = "whole_run", "benchmarks.whole_run", DOCS / "evidence" / "speed.md"
+RESULT = "whole_run"
+DEMO_RUNS = [(texture, jnd) for texture in ("gravel", "brick", "grass") for jnd in (-2, 2)]
+"""Bundled run and target, JND, of the demo runs."""
+MODELS: Mapping[str, Sequence[str]] = {"exact": (), "fast": ("--fast",)}
+"""Options of `optimize` by the models that steer."""
 PLATES = ((25, 320), (25, 500), (40, 512), (80, 1024))
 """Sides of the plates, mm, and samples along them; 500 are one each 50 µm, as resin printers have pixels."""
 ON_PLATES = (
@@ -96,11 +100,13 @@ def run(case: Case) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as name:
         out = Path(name) / "run"
         options = [*case.options, *texture_of(case, Path(name)), "-o", str(out), "--force", "-q"]
-        process(ROOT, ["-m", "retouch", "optimize", *options, *_set(*SHORT)], DONE)
-        found = process(ROOT, ["-m", "retouch", "optimize", *options], DONE)
+        process(["-m", "retouch", "optimize", *options, *_set(*SHORT)], DONE)
+        spent = process(["-m", "retouch", "optimize", *options], DONE)
         result = json.loads((out / "result.json").read_text())
     return {
-        **found,
+        "wall_s": spent.wall_s,
+        "cpu_s": spent.cpu_s,
+        "peak_mb": 1000.0 * spent.peak_gb,
         "places": ((result["touch"]["places"] or {}).get("steered") or {"count": 1})["count"],
         "off_target_percent": result["verification"]["miss_percent"],
         "change_percent": result["look"]["change_percent"],
@@ -120,12 +126,9 @@ def as_table(runs: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("names", nargs="*", metavar="CASE", help=", ".join(CASES))
-    names = parser.parse_args().names
-    for name in names or CASES:
-        kept(RESULT, "runs", name, partial(run, CASES[name]), name in names)
-    publish(PAGE, "seconds", COMMAND, as_table(load(RESULT)["runs"]))
+    measures = {name: partial(run, case) for name, case in CASES.items()}
+    rows = rows_of(__doc__, RESULT, "runs", measures)
+    publish("speed", "seconds", as_table(rows))
 
 
 if __name__ == "__main__":

@@ -193,7 +193,7 @@ def _tell(result: dict[str, Any]) -> None:
     frames, width = result["frames"]
     rows.append([f"frames a second while the lamp is dragged, {width} × {width} pixels", f"{frames:.0f}"])
     text = table(("what is waited for", "seconds: median (least to most)"), rows)
-    publish(DOCS / "evidence" / "speed.md", "app", "benchmarks.docs.app", text)
+    publish("speed", "app", text)
 
 
 def pictures(window: Window, folder: Path, images: Path) -> None:

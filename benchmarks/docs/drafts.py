@@ -24,7 +24,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.shared.common import DOCS, ROOT, again_given, kept, load, publish, table
+from benchmarks.shared.common import ROOT, again_given, kept, load, publish
 from retouch.app.computing import pictures
 from retouch.app.state.session import Session
 from retouch.app.values.document import JND, FeelChoice, usual_numbers
@@ -45,8 +45,7 @@ def main() -> None:
         kept(NAME, "runs", key(name, jnd), partial(run, name, jnd))
     with in_folder():
         asyncio.run(drafted(rows, again))
-    print(as_table())
-    publish(DOCS / "evidence" / "speed.md", "drafts", "benchmarks.docs.drafts", summary())
+    publish("speed", "drafts", summary())
 
 
 def key(name: str, jnd: float) -> str:
@@ -146,28 +145,6 @@ def agreement() -> dict[str, Any]:
 def _ratio(one: dict[str, Any], other: dict[str, Any]) -> float:
     """Ratio of the picture changes of two results."""
     return float(one["change_percent_of_white"] / other["change_percent_of_white"])
-
-
-def as_table() -> str:
-    """Drafts beside runs."""
-    content, rows = load(NAME), []
-    for row, steps in content["drafts"].items():
-        settled, other = steps[-1], content["runs"][row]
-        first = next((one for one in steps if one["met"]), None)
-        rows.append(
-            [
-                row,
-                len(steps),
-                "-" if first is None else f"{_ratio(first, other):.2f}",
-                f"{settled['jnd']:+.2f}" + ("" if settled["met"] else " (nearest so far)"),
-                f"{other['jnd']:+.2f}",
-                f"{settled['change_percent_of_white']:.3f}",
-                f"{other['change_percent_of_white']:.3f}",
-                f"{_ratio(settled, other):.2f}",
-            ]
-        )
-    head = ("", "shown", "first draft : run", "draft, JND", "run", "draft, % of white", "run", "draft : run")
-    return table(head, rows)
 
 
 def summary() -> str:

@@ -9,12 +9,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from benchmarks.shared.common import ROOT, load, machine, publish, save, study_given, table
+from benchmarks.shared.common import ROOT, load, machine, put, save, study_given, table
 from benchmarks.shared.finished_studies import Row, folder_of, rows_in
 from optimize.run_directory.finished_run import read_verification
 
-COMMAND = "benchmarks.docs.headline"
-README = ROOT / "README.md"
 ROUGHER, SMOOTHER = "rougher", "smoother"
 
 
@@ -27,7 +25,7 @@ def main() -> None:
             way, texture = _case(row)
             content[way][texture] = measured(study, row) | {"scaled_percent": scaled[way, texture]}
         save("headline", content)
-    publish(README, "results", COMMAND, as_table(load("headline")[ROUGHER]))
+    put(ROOT / "README.md", "results", as_table(load("headline")[ROUGHER]))
 
 
 def _case(row: Row) -> tuple[str, str]:
@@ -51,13 +49,8 @@ def measured(study: Path, row: Row) -> dict[str, Any]:
 
 def as_table(rows: dict[str, Any]) -> str:
     """Five columns: tile, changes of the pictures, and what is felt."""
-    head = (
-        "tile",
-        "change by scaling, %",
-        "change by Retouch, %",
-        "JND reached (range)",
-        "JND of other fingers (range)",
-    )
+    head = ["tile", "change by scaling, %", "change by Retouch, %"]
+    head += ["JND reached (range)", "JND of other fingers (range)"]
     lines = [
         [
             name,

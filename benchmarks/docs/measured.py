@@ -8,23 +8,18 @@ from __future__ import annotations
 import textwrap
 
 from benchmarks.runs import demo
-from benchmarks.shared.common import DOCS, ROOT, put, table
+from benchmarks.shared.common import ROOT, publish, put, table
 from benchmarks.surfaces import tile_tables
 from retouch.pages.meanings import NOT_VERIFIED, OTHER_FINGERS, VERIFIED
 
-COMMAND = "benchmarks.docs.measured"
 LINE = 128
 """Most characters of a line of the README."""
 
 
 def main() -> None:
-    evidence = DOCS / "evidence"
-    for page, name, text in (
-        (ROOT / "README.md", "status", status_table()),
-        (evidence / "optimiser.md", "demo", demo.as_text() + "\n"),
-        (evidence / "optimiser.md", "all over", tile_tables.as_text() + "\n"),
-    ):
-        print(f"{page.name}, {name}: {'written' if put(page, name, COMMAND, text) else 'has no place'}")
+    put(ROOT / "README.md", "status", status_table())
+    publish("optimiser", "demo", demo.as_text())
+    publish("optimiser", "all over", tile_tables.as_text())
 
 
 def status_table() -> str:
@@ -35,7 +30,7 @@ def status_table() -> str:
         break_long_words=False,
         break_on_hyphens=False,
     )
-    return f"{table(['what', 'verified by'], list(VERIFIED.items()))}\n\n{closing}\n"
+    return f"{table(['what', 'verified by'], list(VERIFIED.items()))}\n\n{closing}"
 
 
 if __name__ == "__main__":

@@ -17,7 +17,6 @@ import json
 import math
 import os
 import re
-import resource
 import shlex
 import shutil
 import subprocess
@@ -29,7 +28,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, save
+from benchmarks.shared.common import DOCS, ROOT, cpu_s, load, machine, parser_of, save
 from relief.ground.files import write_atomically
 from retouch.laboratory.people.plan import write_plan
 from retouch.laboratory.people.plates import read_plates
@@ -73,7 +72,7 @@ def run(page: Path, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
         shutil.copy(page.parent / link, folder)
     for words in commands(page):
         named = words[words.index("-o") + 1] if "-o" in words else words[-1]
-        began = _children_cpu_s()
+        began = cpu_s()
         done = subprocess.run(
             [sys.executable, "-m", *words, "--json"],
             cwd=folder,
@@ -81,10 +80,10 @@ def run(page: Path, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
             stdout=subprocess.PIPE,
             text=True,
         )
-        cpu_s = round(_children_cpu_s() - began, 1)
+        seconds = round(cpu_s() - began, 1)
         numbers = numbers_of(json.loads(done.stdout or "{}"))
-        print(shlex.join(words), done.returncode, f"{cpu_s} CPU s", flush=True)
-        row = {"cpu_s": cpu_s, "status": done.returncode, "numbers": numbers}
+        print(shlex.join(words), done.returncode, f"{seconds} CPU s", flush=True)
+        row = {"cpu_s": seconds, "status": done.returncode, "numbers": numbers}
         yield f"{words[1]} {Path(named).name}", row
 
 
@@ -117,11 +116,6 @@ def simulate(folder: Path) -> None:
     text = io.StringIO()
     csv.writer(text).writerows([headings, *rows])
     write_atomically(ANSWERS, text.getvalue().encode())
-
-
-def _children_cpu_s() -> float:
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
 
 
 if __name__ == "__main__":

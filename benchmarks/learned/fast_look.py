@@ -24,7 +24,7 @@ import torch
 from torch import Tensor
 
 from benchmarks.learned.unseen_textures import Reliefs, arguments, kept, milliseconds, sets, spread, unseen
-from benchmarks.shared.common import DOCS, load, machine, publish, save, table
+from benchmarks.shared.common import load, machine, publish, save, table
 from relief.ground.arrays import Array
 from retouch.laboratory.training.fields import STUDIO
 from visual.exact.discontinuities import EdgeSamples
@@ -62,12 +62,7 @@ def main() -> None:
         pictures, loss = model.pictures, partial(_squared, model)
         times = {str(threads): milliseconds(pictures, loss, timed, threads) for threads in (1, 2)}
         save("fast_look", {**load("fast_look"), name: times, "machine": machine()})
-    publish(
-        DOCS / "evidence" / "speed.md",
-        "fast look",
-        "benchmarks.learned.fast_look",
-        as_table(load("fast_look")),
-    )
+    publish("speed", "fast look", as_table(load("fast_look")))
 
 
 def _squared(look: FastRenderer, heights: Tensor) -> Tensor:

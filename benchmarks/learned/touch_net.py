@@ -23,7 +23,7 @@ from torch import Tensor
 
 import tactile
 from benchmarks.learned.unseen_textures import Reliefs, arguments, kept, milliseconds, sets, spread, unseen
-from benchmarks.shared.common import DOCS, load, machine, publish, save, table
+from benchmarks.shared.common import load, machine, publish, save, table
 from retouch.laboratory.training.touch_accuracy import (
     LEAST_ROUGHNESS,
     Press,
@@ -62,12 +62,7 @@ def main() -> None:
     for name, press in models.items():
         ms = {str(threads): milliseconds(press, partial(_felt, press), timed, threads) for threads in (1, 2)}
         save_row(name, "milliseconds", ms)
-    publish(
-        DOCS / "evidence" / "speed.md",
-        "touch net",
-        "benchmarks.learned.touch_net",
-        as_table(load("touch_net")),
-    )
+    publish("speed", "touch net", as_table(load("touch_net")))
 
 
 def _felt(press: Press, heights: Tensor) -> Tensor:

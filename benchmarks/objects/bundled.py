@@ -1,19 +1,20 @@
 """Objects with textures: solids, sizes, and the feel on them.
 
-python -m benchmarks.objects.bundled [NAME ...]
+python -m benchmarks.objects.bundled [NAME ...] [--again]
 
 Roughness on an object is that of `retouch evaluate part.3mf --object NAME` at 40 contact locations: heights
 over the unrolled object, pressed as plates of 10 mm. The tile's roughness is that of 40 contact locations and
-directions on a plate. `ball:250000` takes about as many triangles.
+directions on a plate.
 """
 
 import time
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
+from benchmarks.shared.common import publish, rows_of, table_of
 from mitsuba_scenes import find_texture
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.mesh_feel import feel_of, pressed
@@ -55,9 +56,10 @@ def lattice() -> Array:
     return np.stack(np.meshgrid(at, at[::-1]), axis=-1).reshape(-1, 2)
 
 
-def on_plate(tile: Tile) -> Array:
-    """Roughness (places,) of the tile on a plate, at places and in directions by chance."""
-    random = np.random.default_rng(0)
+@cache
+def on_plate() -> Array:
+    """Roughness (places,) of the tile of the table on a plate, at places and in directions by chance."""
+    tile, random = tile_of(TEXTURE), np.random.default_rng(0)
     patches = []
     for _ in range(PLACES):
         turn = random.uniform(0.0, 2.0 * np.pi)
@@ -67,23 +69,17 @@ def on_plate(tile: Tile) -> Array:
     return roughness(np.stack(patches))
 
 
-def apart(roughnesses: Array, plate: Array) -> float:
-    """Just-noticeable differences of mean roughnesses from the tile's."""
-    return jnd_apart(roughnesses.mean(), plate.mean())
+def from_tile(roughnesses: Array) -> float:
+    """Just-noticeable differences of mean roughnesses from the tile's on a plate."""
+    return jnd_apart(roughnesses.mean(), on_plate().mean())
 
 
-def measured(name: str, plate: Array) -> dict[str, Any]:
-    """Everything about one object: its name, perhaps with a colon and the number of triangles."""
-    name, _, faces = name.partition(":")
+def measured(name: str) -> dict[str, Any]:
+    """Everything about one object."""
     thing = OBJECTS[name]
     bare: Body = thing.make()
     began = time.process_time()
-    wrapped = wrap(
-        bare,
-        [Covering(tile_of(TEXTURE))],
-        Settings(faces=int(faces) if faces else None),
-        regions=thing.regions,
-    )
+    wrapped = wrap(bare, [Covering(tile_of(TEXTURE))], Settings(), regions=thing.regions)
     seconds = time.process_time() - began
     with_texture, without = (Mesh(body, None, Path(name)) for body in (wrapped.body, bare))
     felt = feel_of(with_texture, load_skin("paper"), "layer", PLACES, without)
@@ -104,40 +100,25 @@ def measured(name: str, plate: Array) -> dict[str, Any]:
         "edge_mm": wrapped.edge_mm,
         "places": len(found),
         "roughness": float(found.mean()),
-        "jnd_from_tile": apart(found, plate),
+        "jnd_from_tile": from_tile(found),
         "standard_error_jnd": float(found.std() / found.mean() / np.sqrt(len(found)) / np.log(ROUGHNESS_JND)),
         "cpu_s": seconds,
     }
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME[:FACES]")
-    names = parser.parse_args().names or list(OBJECTS)
-    plate = on_plate(tile_of(TEXTURE))
-    content = load("objects")
-    rows = dict(content.get("objects", {}))
-    for name in names:
-        rows[name] = measured(name, plate)
-        tile = {"texture": TEXTURE, "roughness": float(plate.mean()), "spread": float(plate.std())}
-        save("objects", {"machine": machine(), "tile": tile, "objects": rows})
-    publish(DOCS / "evidence" / "objects.md", "bundled", "benchmarks.objects.bundled", as_table(rows))
+    measures = {name: partial(measured, name) for name in OBJECTS}
+    rows = rows_of(__doc__, "objects", "objects", measures)
+    publish("objects", "bundled", table_of("object", rows, COLUMNS))
 
 
-def as_table(rows: dict[str, Any]) -> str:
-    """Triangles, lowered share, roughness and CPU seconds of each object."""
-    lines = [
-        (
-            name,
-            f"{row['faces']:,}",
-            *(f"{row[key]:{how}}" for key, how in (("lowered_percent", ".1f"), ("roughness", ".4f"))),
-            f"{row['jnd_from_tile']:+.2f} ± {row['standard_error_jnd']:.2f}",
-            f"{row['cpu_s']:.0f}",
-        )
-        for name, row in rows.items()
-    ]
-    head = ("object", "triangles", "lowered, % of the area", "V", "from the tile, JND", "CPU s")
-    return table(head, lines)
+COLUMNS = {
+    "triangles": "{faces:,}",
+    "lowered, % of the area": "{lowered_percent:.1f}",
+    "V": "{roughness:.4f}",
+    "from the tile, JND": "{jnd_from_tile:+.2f} ± {standard_error_jnd:.2f}",
+    "CPU s": "{cpu_s:.0f}",
+}
 
 
 if __name__ == "__main__":

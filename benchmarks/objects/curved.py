@@ -1,7 +1,7 @@
 """The paper's figures 23 and 24 as predictions.
 
 retouch study benchmarks/objects/tiles.toml -o runs/paper-objects    # the tiles
-python -m benchmarks.objects.curved [TEXTURE ...]
+python -m benchmarks.objects.curved [TEXTURE ...] [--again]
 
 The curved plate from five sides under two lights: in a texture, in its results two JND rougher (kept from
 above, with look.shape too, and in the scene in-hand), and in the texture scaled in height to the same
@@ -13,6 +13,7 @@ millimetre.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ from benchmarks.objects.views import (
     jod_of,
     pictures,
 )
-from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
+from benchmarks.shared.common import publish, rows_of, table
 from benchmarks.shared.finished_studies import folder_of, rows_in
 from optimize.verification.jod import jod_obstacle
 from relief.ground.arrays import Array
@@ -88,10 +89,10 @@ def ends(values: Array) -> str:
     return f"{values.mean():.1f} ({values.min():.1f} to {values.max():.1f})"
 
 
-def as_table(content: dict[str, Any]) -> str:
+def as_table(textures: dict[str, Any]) -> str:
     """Three ways to two JND of each texture: changes of the pictures of the object, beside a flat plate."""
     rows = []
-    for texture, found in content["textures"].items():
+    for texture, found in textures.items():
         for way in ("rougher", "in the hand", "scaled"):
             row = found[way]
             curved, flat = (np.array(row[f"{shape}_percent"]) for shape in ("object", "flat"))
@@ -106,13 +107,9 @@ def _eye(each: list[list[float]] | None) -> str:
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("textures", nargs="*", metavar="TEXTURE", help=f"{', '.join(TEXTURES)}")
-    content: dict[str, Any] = load("curved") or {"textures": {}}
-    for texture in parser.parse_args().textures or TEXTURES:
-        content["textures"][texture] = measured(texture)
-        save("curved", content | {"machine": machine()})
-    publish(DOCS / "evidence" / "objects.md", "curved", "benchmarks.objects.curved", as_table(content))
+    measures = {texture: partial(measured, texture) for texture in TEXTURES}
+    rows = rows_of(__doc__, "curved", "textures", measures)
+    publish("objects", "curved", as_table(rows))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """The objects of the paper's section 6: feels and looks.
 
 retouch study benchmarks/objects/tiles.toml -o runs/paper-objects    # the tiles
-python -m benchmarks.objects.paper_objects [BODY ...]
+python -m benchmarks.objects.paper_objects [NAME ...] [--again]
 
 Objects as `retouch wrap` makes them, felt as `retouch evaluate --object` feels them. With 300,000 triangles
 they are rendered from five sides under two lights. What the results hold is not done again.
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from benchmarks.objects.bundled import tile_of
 from benchmarks.objects.views import Pictures, change_percent, pictures
-from benchmarks.shared.common import DOCS, kept, load, parser_of, publish, table
+from benchmarks.shared.common import parts_of, publish, rows_parser, table
 from benchmarks.shared.finished_studies import Row, folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
@@ -41,7 +41,6 @@ from retouch.verbs.comparison import compare
 from tactile.jnd import jnd_apart
 
 RUNS = Path("runs/paper-objects")
-RESULT, COMMAND = "paper_objects", "benchmarks.objects.paper_objects"
 FACES, PLACES = 300_000, 24
 """Triangles of an object that is rendered, about, and most places of one that is felt, which has the default
 number of triangles."""
@@ -236,29 +235,24 @@ def tile_row(row: Row) -> dict[str, Any]:
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join([*CASES, *PAIRS])}")
-    names = parser.parse_args().names
-    for name, row in tiles().items():
-        kept(RESULT, "tiles", name, partial(tile_row, row))
-    for name, case in CASES.items():
-        if name in (names or CASES):
-            kept(RESULT, "objects", name, partial(felt, case), name in names)
-    for name in PAIRS:
-        if name in (names or PAIRS):
-            kept(RESULT, "pairs", name, partial(change_of, name), name in names)
-    publish(DOCS / "evidence" / "objects.md", "paper objects", COMMAND, as_table(load(RESULT)))
+    parts: dict[str | None, dict[str, Any]] = {
+        "tiles": {name: partial(tile_row, row) for name, row in tiles().items()},
+        "objects": {name: partial(felt, case) for name, case in CASES.items()},
+        "pairs": {name: partial(change_of, name) for name in PAIRS},
+    }
+    found = parts_of(rows_parser(__doc__).parse_args(), "paper_objects", parts)
+    publish("objects", "paper objects", as_table(found["tiles"], found["objects"]))
 
 
-def as_table(content: Mapping[str, Any]) -> str:
+def as_table(tiles: Mapping[str, Any], objects: Mapping[str, Any]) -> str:
     """Objects by region: roughness of the tile that lies there and of the object, beside the target."""
     rows = []
     for name, case in CASES.items():
-        groups = content["objects"][name]["groups"]
+        groups = objects[name]["groups"]
         for group, (tile, _) in zip(case.targets, case.coverings, strict=False):
             row = groups[group]
             felt_there = (f"{row['target']:g}", f"{row['roughness']:.4f}", f"{row['off_jnd']:+.2f}")
-            change = content["tiles"].get(tile, {}).get("change_percent", 0.0)
+            change = tiles.get(tile, {}).get("change_percent", 0.0)
             rows.append((name, group, *felt_there, row["places"], f"{change:.1f}"))
     head = ("object", "region", "target V", "V", "off, JND", "contact locations", "pictures of the tile, %")
     return table(head, rows)

@@ -1,6 +1,6 @@
 """Plates by their files beside their height maps: sizes, formats, labels, turns, fewer triangles.
 
-python -m benchmarks.objects.plates
+python -m benchmarks.objects.plates [NAME ...] [--again]
 """
 
 import tempfile
@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import retouch
-from benchmarks.shared.common import DOCS, kept, publish, table
+from benchmarks.shared.common import publish, rows_of, table
 from mitsuba_scenes import find_texture
 from relief.ground.arrays import Array
 from relief.heightmap import load_heights
@@ -29,7 +29,6 @@ SIZES_MM, WIDE_MM, TILE_MM = (10.0, 15.0, 25.0, 40.0), 25.0, 10.0
 TOLERANCES_MM = (0.005, 0.02)
 """Distances by which fewer triangles may be off, mm."""
 SUFFIXES = (".stl", ".3mf", ".obj")
-RESULT, COMMAND = "plates", "benchmarks.objects.plates"
 
 
 def cut(name: str, size_mm: float) -> Array:
@@ -63,10 +62,10 @@ def compared(path: Path, flat: retouch.Evaluation) -> dict[str, Any]:
 def measured(name: str) -> dict[str, Any]:
     """Rows of a texture, by size and kind."""
     with tempfile.TemporaryDirectory() as folder:
-        return dict(rows_of(name, Path(folder)))
+        return dict(kinds_of(name, Path(folder)))
 
 
-def rows_of(name: str, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
+def kinds_of(name: str, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
     """Sizes and kinds of a texture's plates, with what was measured."""
     for size_mm in SIZES_MM:
         relief = retouch.Relief.of(cut(name, size_mm), size_mm)
@@ -80,20 +79,16 @@ def rows_of(name: str, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def main() -> None:
-    content = {name: kept(RESULT, "plates", name, partial(measured, name)) for name in TEXTURES}
-    heads = (
-        "texture, 25 mm",
-        "V of the height map",
-        "V of its STL",
-        "contact locations",
-        "all kinds, most JND off",
-    )
+    measures = {name: partial(measured, name) for name in TEXTURES}
+    content = rows_of(__doc__, "plates", "plates", measures)
+    heads = ["texture, 25 mm", "V of the height map", "V of its STL"]
+    heads += ["contact locations", "all kinds, most JND off"]
     rows = []
     for name, kinds in content.items():
         row, most = kinds["25 mm, stl"], max(abs(each["jnd"]) for each in kinds.values())
         places = f"{row['places']} of {row['places_flat']}"
         rows.append((name, f"{row['flat']:.4f}", f"{row['roughness']:.4f}", places, f"{most:.3f}"))
-    publish(DOCS / "evidence" / "objects.md", "plates", COMMAND, table(heads, rows))
+    publish("objects", "plates", table(heads, rows))
 
 
 if __name__ == "__main__":

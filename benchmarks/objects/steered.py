@@ -18,7 +18,7 @@ import torch
 
 import retouch
 from benchmarks.objects.bundled import tile_of
-from benchmarks.shared.common import DOCS, kept, load, parser_of, publish, table
+from benchmarks.shared.common import publish, rows_of, table
 from mitsuba_scenes import find_file
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.over_object import over_object
@@ -35,17 +35,11 @@ from tactile.jnd import ROUGHNESS_JND, jnd_apart
 from tactile.model import touch_model
 from tactile.pair_variation import roughness
 
-RESULT, COMMAND, TEXTURE, TARGET_JND = "steered_objects", "benchmarks.objects.steered", "gravel-tile", 2.0
+RESULT, TEXTURE, TARGET_JND = "steered_objects", "gravel-tile", 2.0
 PLACES, TRIED, SPACING_MM, FACES, SIDE_MM, SAMPLES = 24, 300, 2.5, 400_000, 10.0, 128
 """Places, how many are looked at, their distance in mm, triangles, and the patch with its samples."""
-HEAD = [
-    "object",
-    "curved_x_mm",
-    "curved_y_mm",
-    "contact locations",
-    "optimised flat, JND",
-    "for the object, JND",
-]
+HEAD = ["object", "curved_x_mm", "curved_y_mm"]
+HEAD += ["contact locations", "optimised flat, JND", "for the object, JND"]
 
 
 def steered(run: Path, curved: dict[str, float | None]) -> Tile:
@@ -108,27 +102,16 @@ def difference(values: list[float], before: list[float]) -> tuple[float, float]:
 def _line(name: str, row: dict[str, Any]) -> tuple[str, ...]:
     values = row["roughness"]
     radii = (f"{row[key]:.1f}" if row[key] is not None else "straight" for key in HEAD[1:3])
-    if len(values["original"]) < 2:
-        return (name, *radii, str(len(values["original"])), "-", "-")
     differences = (difference(values[key], values["original"]) for key in ("plate", "object"))
-    return (
-        name,
-        *radii,
-        str(len(values["original"])),
-        *(f"{off:+.2f} ± {error:.2f}" for off, error in differences),
-    )
+    cells = (f"{off:+.2f} ± {error:.2f}" for off, error in differences)
+    return (name, *radii, str(len(values["original"])), *cells)
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(OBJECTS))
-    parser.add_argument("--again", action="store_true", help="also objects that there are results of")
-    options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        for name in options.names or OBJECTS:
-            kept(RESULT, "objects", name, partial(measured, name, Path(folder)), options.again)
-    text = table(HEAD, [_line(name, row) for name, row in sorted(load(RESULT)["objects"].items())])
-    publish(DOCS / "evidence" / "objects.md", "steered", COMMAND, text)
+        measures = {name: partial(measured, name, Path(folder)) for name in sorted(OBJECTS)}
+        rows = rows_of(__doc__, RESULT, "objects", measures)
+    publish("objects", "steered", table(HEAD, [_line(*row) for row in rows.items()]))
 
 
 if __name__ == "__main__":

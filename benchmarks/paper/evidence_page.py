@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from benchmarks.shared.common import DOCS, load, publish, table
-
-PAGE, COMMAND = DOCS / "evidence" / "paper.md", "benchmarks.paper"
+from benchmarks.shared.common import load, publish, table
 
 Found = Mapping[str, Any]
 
@@ -133,7 +131,7 @@ def figures(results: Found) -> str:
         found = results.get(line.name, {"study": {"quick": True}})
         ours = None if found.get("study", {}).get("quick") else line.ours(found)
         if ours is not None:
-            command = f"study {line.study}" if line.study else f"python -m {COMMAND} {line.name}"
+            command = f"study {line.study}" if line.study else f"python -m benchmarks.paper {line.name}"
             lines.append([line.figure, line.theirs, ours, f"`{command}`"])
     return table(("figure, section", "the paper", "Retouch", "made by"), lines)
 
@@ -168,5 +166,5 @@ def models(results: Found) -> str:
 def write() -> None:
     """Write both tables in their places."""
     results = load("paper")
-    publish(PAGE, "figures", COMMAND, figures(results))
-    publish(PAGE, "models", COMMAND, models(results))
+    publish("paper", "figures", figures(results))
+    publish("paper", "models", models(results))

@@ -1,11 +1,8 @@
 """How often intervals of the just-noticeable difference hold the truth, on simulated people.
 
-python -m benchmarks.people.coverage            # 200 experiments of each kind; what is there is kept
-python -m benchmarks.people.coverage --again
-python -m benchmarks.people.coverage --quick    # 20 of each, printed and not saved
+python -m benchmarks.people.coverage [KIND ...] [--again]    # 200 experiments of each kind
 
-The trials are those of the paper's six textures at five levels, as `results/stimuli.json` has them. Numbers
-go to results/people_coverage.json and the table into docs/evidence/people.md.
+The trials are those of the paper's six textures at five levels, as `results/stimuli.json` has them.
 """
 
 from __future__ import annotations
@@ -14,22 +11,20 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from scipy.special import ndtr
 
-from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
+from benchmarks.shared.common import load, publish, rows_of, table
 from relief.ground.arrays import Array
 from retouch.laboratory.people.likelihood import LAPSE_RATES, LikelihoodGrid, PairAnswers, log_likelihoods
 from retouch.laboratory.people.population import Estimate, fit, weber
 from retouch.laboratory.people.power import half_width, information
 from tactile.jnd import ROUGHNESS_JND
 
-RESULT = "people_coverage"
-COMMAND = "benchmarks.people.coverage"
-PAGE = DOCS / "evidence" / "people.md"
-EXPERIMENTS, QUICK = 200, 20
+EXPERIMENTS = 200
 RESAMPLES = 300
 """Resampled groups of people, or of one person's answers, of a bootstrap."""
 
@@ -126,7 +121,7 @@ def bootstrapped_person(person: PairAnswers, rng: np.random.Generator) -> Estima
     return Estimate(float(np.median(noises)), float(low), float(high))
 
 
-def simulated(kind: Kind, experiments: int) -> dict[str, Any]:
+def simulated(kind: Kind, experiments: int = EXPERIMENTS) -> dict[str, Any]:
     """How often intervals of experiments hold the truth, %, and how wide they are."""
     began = time.process_time()
     rng = np.random.default_rng(abs(hash_of(kind.name)))
@@ -172,22 +167,12 @@ def hash_of(name: str) -> int:
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("--again", action="store_true")
-    parser.add_argument("--quick", action="store_true")
-    arguments = parser.parse_args()
-    results: dict[str, Any] = {} if arguments.again or arguments.quick else load(RESULT)
-    kinds = results.setdefault("kinds", {})
-    for kind in KINDS:
-        if kind.name not in kinds:
-            kinds[kind.name] = simulated(kind, QUICK if arguments.quick else EXPERIMENTS)
-            print(kind.name, kinds[kind.name]["held_percent"], flush=True)
-            if not arguments.quick:
-                save(RESULT, {"machine": machine(), "kinds": kinds})
-    text = report(kinds)
-    print(text)
-    if not arguments.quick:
-        put(PAGE, "coverage", COMMAND, text)
+    measures = {kind.name: partial(simulated, kind) for kind in KINDS}
+    publish(
+        "people",
+        "coverage",
+        report(rows_of(__doc__, "people_coverage", "kinds", measures)),
+    )
 
 
 def report(kinds: dict[str, Any]) -> str:
@@ -198,7 +183,7 @@ def report(kinds: dict[str, Any]) -> str:
         both = (held[: len(kinds)], held[len(kinds) :])
         ends = (sorted({f"{share:.1f}" for share in each if share is not None}, key=float) for each in both)
         rows.append((words, *(" to ".join(dict.fromkeys((*each[:1], *each[-1:]))) or "-" for each in ends)))
-    return table(("interval", "holds the truth, %", "by bootstrap, %"), rows) + "\n"
+    return table(("interval", "holds the truth, %", "by bootstrap, %"), rows)
 
 
 SHOWN = {

@@ -1,12 +1,10 @@
 """How often the finger that answered is found in the table of fingers, on simulated answers.
 
 python -m benchmarks.people.fingers DIR      # the finished set of `benchmarks.surfaces.stimuli`
-python -m benchmarks.people.fingers          # more experiments, from what an earlier call read of the set
-python -m benchmarks.people.fingers --quick  # 5 experiments, printed and not saved
+python -m benchmarks.people.fingers          # the sentence again, from the results
 
 In each of 200 experiments eight people with one finger of every report compare 120 pairs each; JND 19 %, 2 %
-lapses, side preferences of 0.3 JND. Numbers go to results/people_fingers.json and the sentence into
-docs/evidence/people.md. An interrupted command goes on.
+lapses, side preferences of 0.3 JND.
 """
 
 from __future__ import annotations
@@ -18,8 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.people.coverage import PAGE
-from benchmarks.shared.common import load, machine, parser_of, put, save
+from benchmarks.shared.common import load, machine, publish, save, study_given
 from retouch.laboratory.people.comparisons import Question
 from retouch.laboratory.people.plan import plan
 from retouch.laboratory.people.plates import MEASURED, SetPlate, read_plates
@@ -29,9 +26,7 @@ from retouch.laboratory.stimulus_sets.stimulus_set import Experiment
 from tests.retouch.laboratory.people.observers import Observer, answered
 
 RESULT = "people_fingers"
-COMMAND = "benchmarks.people.fingers"
-EXPERIMENTS, QUICK, SAVED = 200, 5, 10
-"""Experiments, those of a quick look, and after how many the results are saved."""
+EXPERIMENTS = 200
 
 
 def felt_of(folder: Path) -> dict[str, dict[str, float]]:
@@ -76,28 +71,15 @@ def summary(experiments: list[dict[str, Any]]) -> str:
         f"{len(experiments)} experiments. Where one of the five fingers of every report answered, the table "
         f"named it first in {100.0 * right:.0f} %, and less than 3 behind in {100.0 * near:.0f} %."
     )
-    return textwrap.fill(words, 120) + "\n"
+    return textwrap.fill(words, 120)
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("folder", type=Path, nargs="?", metavar="DIR")
-    parser.add_argument("--quick", action="store_true")
-    arguments = parser.parse_args()
-    if arguments.folder is not None:
-        save(RESULT, {"felt": felt_of(arguments.folder), "experiments": []})
-    kept = load(RESULT)
-    if not kept:
-        raise SystemExit("name the folder of a finished set")
-    done = [] if arguments.quick else kept["experiments"]
-    for number in range(len(done), QUICK if arguments.quick else EXPERIMENTS):
-        done.append(experiment(number, kept["felt"]))
-        if not arguments.quick and (number + 1) % SAVED == 0:
-            save(RESULT, kept | {"machine": machine(), "experiments": done})
-    text = summary(done)
-    print(text)
-    if not arguments.quick:
-        put(PAGE, "fingers", COMMAND, text)
+    if (folder := study_given(__doc__)) is not None:
+        felt = felt_of(folder)
+        experiments = [experiment(number, felt) for number in range(EXPERIMENTS)]
+        save(RESULT, {"machine": machine(), "felt": felt, "experiments": experiments})
+    publish("people", "fingers", summary(load(RESULT)["experiments"]))
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ the printer (`relief.printers`).
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ import numpy as np
 
 import retouch
 from benchmarks.prints.prusa import PRINTER, Slicer, plate_heights
-from benchmarks.shared.common import DOCS, parser_of, publish, save, table
+from benchmarks.shared.common import load, parser_of, publish, save, table
 from mitsuba_scenes import find_texture
 from relief.ground.arrays import Array
 from relief.heightmap import HeightMap, load_height_map, save_heights_exr
@@ -26,7 +26,6 @@ from relief.printed import printed
 from relief.solids.body import Body, Part, joined
 from relief.solids.export.parts import write_parts
 from relief.solids.export.plate_export import plate_mesh, repeated
-from relief.solids.files.mesh import read_mesh
 from relief.solids.meshes.solid import volume_mm3
 from relief.solids.objects.table import OBJECTS
 
@@ -36,6 +35,8 @@ PRINT = "-print.3mf"
 """End of the names of plates that are prints already, in flat pixels."""
 FILM = 86
 """Pixels across the plates in which pictures are compared: one is a minute of arc wide, 40 cm away."""
+SAMPLES = 64
+"""Samples a pixel of these pictures."""
 MESHES = (".3mf", ".stl", ".obj")
 """Formats that the slicer reads."""
 KINDS = {
@@ -103,7 +104,7 @@ def sliced(slicer: Slicer, bodies: Mapping[Path, Body]) -> tuple[dict[str, Any],
 
 
 def resin_prints(
-    folder: Path, reliefs: Mapping[str, HeightMap], heights: Mapping[str, Array], samples: int
+    folder: Path, reliefs: Mapping[str, HeightMap], heights: Mapping[str, Array]
 ) -> dict[str, Any]:
     """The slicer's prints of both plates beside the model of the printer: heights, JND and pictures."""
     found: dict[str, Any] = {"printer": PRINTER.name, **PRINTER.numbers()}
@@ -123,10 +124,15 @@ def resin_prints(
         save_heights_exr(folder / f"{name}-screen.exr", read.heights, read.side_mm)
     for kind in ("screen", "model", "slicer"):
         pair = [folder / f"{name}-{kind}.exr" for name in reliefs]
-        both = retouch.compare(*pair, samples=samples, defines={"resolution": str(FILM)}, quiet=True)
-        change = {str(FILM): both["look"]["change_percent"]}
-        found[kind] = {"jnd_apart": both["jnd_apart"], "picture_change_percent_of_mean": change}
+        found[kind] = compared(pair)
     return found
+
+
+def compared(pair: list[Path]) -> dict[str, Any]:
+    """JND between two reliefs, and change of their pictures in % of the mean, by pixels of the film."""
+    both = retouch.compare(*pair, samples=SAMPLES, defines={"resolution": str(FILM)}, quiet=True)
+    change = {str(FILM): both["look"]["change_percent"]}
+    return {"jnd_apart": both["jnd_apart"], "picture_change_percent_of_mean": change}
 
 
 def gravel_rougher(run: Path) -> Path:
@@ -136,34 +142,20 @@ def gravel_rougher(run: Path) -> Path:
     return run
 
 
-def main(argv: Sequence[str] | None = None) -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("--slicer", default="prusa-slicer", help="PrusaSlicer's command")
-    parser.add_argument(
-        "--run", type=Path, help="directory of a run of gravel with +2 JND (default: a new one)"
-    )
-    parser.add_argument(
-        "--also", type=Path, nargs="*", default=[], metavar="FILE", help="more files to slice: sets, objects"
-    )
-    parser.add_argument("--samples", type=int, default=64, help="a pixel, of the pictures")
-    arguments = parser.parse_args(argv)
+def main() -> None:
+    parser_of(__doc__).parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        run = arguments.run or gravel_rougher(folder / "run")
+        run = gravel_rougher(folder / "run")
         reliefs = {
             "gravel": load_height_map(find_texture("gravel")),
             "gravel+2": load_height_map(find_texture(run)),
         }
-        slicer = Slicer(arguments.slicer, folder)
-        also = {path: read_mesh(path).body for path in arguments.also}
-        read, heights = sliced(slicer, files(folder, reliefs) | also)
-        found = {
-            "slicer": slicer.version,
-            "files": read,
-            "resin": resin_prints(folder, reliefs, heights, arguments.samples),
-        }
-    save("clients", found)
-    publish(DOCS / "evidence" / "fabrication.md", "clients", "benchmarks.prints.clients", report(found))
+        slicer = Slicer("prusa-slicer", folder)
+        read, heights = sliced(slicer, files(folder, reliefs))
+        resin = resin_prints(folder, reliefs, heights)
+    save("clients", {"slicer": slicer.version, "files": read, "resin": resin})
+    publish("fabrication", "clients", report(load("clients")))
 
 
 def report(found: Mapping[str, Any]) -> str:
@@ -189,7 +181,7 @@ def report(found: Mapping[str, Any]) -> str:
 
 def kind_of(name: str) -> str:
     """The kind of a file by its name."""
-    if name.startswith(("both", "set", "tiles")):
+    if name.startswith(("both", "tiles", "set")):
         return "several"
     if name.startswith("gravel"):
         return "pixels" if PRINT in name or "mask" in name else "plate"

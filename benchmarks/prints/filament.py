@@ -1,11 +1,11 @@
 """G-code of PrusaSlicer as beads: seconds, memory, V beside a dense computation, and the sum of filament.
 
-python -m benchmarks.prints.filament [--again]     # with prusa-slicer of the path
+python -m benchmarks.prints.filament [NAME ...] [--again]     # with prusa-slicer of the path
 
 Ten parts are sliced with four profiles. Each row is a process of its own. It reads the G-code, presses on up
 to 32 places of the part, whose mesh is the object without texture, and presses anew on some of them,
 with heights by sphere tracing (`tests.relief.solids.dense_beads`) and 512 samples along 10 mm, not 256.
-Filament is added up a second time from the words of the file. Resumable: results/filament.json keeps rows.
+Filament is added up a second time from the words of the file.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
-from benchmarks.shared.common import DOCS, ROOT, again_given, kept, load, publish, table
+from benchmarks.shared.common import ROOT, publish, rows_of, table
 from optimize.verification.solids.bead_feel import BeadFeel, feel_of_beads
 from optimize.verification.solids.mesh_feel import pressed
 from relief.solids.body import Body, Part
@@ -40,7 +40,7 @@ from tactile.jnd import SMOOTH_BELOW
 from tactile.skin import Skin
 from tests.relief.solids.dense_beads import dense_heights
 
-RESULT, COMMAND, PAGE = "filament", "benchmarks.prints.filament", DOCS / "evidence" / "fabrication.md"
+RESULT = "filament"
 RUNS = ROOT / "runs" / "filament"
 SAMPLES, PLACES, COMPARED = 512, 32, 3
 """Samples along 10 mm of the dense computation; most places of a part, and those that it is compared at."""
@@ -161,10 +161,12 @@ def in_process(part: str, options: str) -> dict[str, Any]:
 
 
 def main() -> None:
-    again = again_given(__doc__)
-    for part, (name, options) in product(PARTS, PROFILES.items()):
-        kept(RESULT, "parts", f"{part}, {name}", partial(in_process, part, options), again)
-    publish(PAGE, "filament", COMMAND, summary(load(RESULT)["parts"]))
+    measures = {
+        f"{part}, {name}": partial(in_process, part, options)
+        for part, (name, options) in product(PARTS, PROFILES.items())
+    }
+    rows = rows_of(__doc__, RESULT, "parts", measures)
+    publish("fabrication", "filament", summary(rows))
 
 
 def summary(found: dict[str, dict[str, Any]]) -> str:

@@ -1,10 +1,9 @@
 """How prints of filament feel by profile: the figures and the picture of docs/howto/filament.md.
 
-python -m benchmarks.prints.filament_guide [--again]     # writes docs/images/filament.png as well
+python -m benchmarks.prints.filament_guide [NAME ...] [--again]     # writes docs/images/filament.png as well
 
 A box of 30 x 30 x 14.4 mm, whole layers of all profiles, beside one side of which a slope of 45 degrees lies,
-is sliced by each profile, with `prusa-slicer` of the path, and felt on up to 48 places. Resumable:
-results/filament_guide.json keeps each profile.
+is sliced by each profile, with `prusa-slicer` of the path, and felt on up to 48 places.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from matplotlib.patches import FancyBboxPatch
 
 from benchmarks.prints.filament import profile, sliced
 from benchmarks.shared.chart_style import GRID, frame, pyplot, style, write
-from benchmarks.shared.common import IMAGES, again_given, kept, table
+from benchmarks.shared.common import IMAGES, parts_of, rows_parser, table
 from optimize.verification.solids.bead_feel import feel_of_beads
 from relief.solids.filament.beads import Beads, Role
 from relief.solids.filament.gcode_reader import read_gcode
@@ -101,15 +100,16 @@ def picture(felt: Mapping[tuple[float, float], float]) -> None:
 
 
 def main() -> None:
-    again, fuzzy = again_given(__doc__), [*product(THICK, APART)]
-    plain = [(layer, nozzle) for nozzle, layers in PLAIN.items() for layer in layers]
-    given = {
+    fuzzy, plain = [*product(THICK, APART)], [(layer, nozzle) for nozzle in PLAIN for layer in PLAIN[nozzle]]
+    options: dict[str | None, dict[str, str]] = {
         "profile": {f"{layer:g} mm, nozzle {nozzle:g} mm": profile(layer, nozzle) for layer, nozzle in plain},
         "fuzzy skin": {f"{one:g} mm, points {two:g} mm": profile(0.2, 0.4, (one, two)) for one, two in fuzzy},
     }
-    for head, rows in given.items():
-        found = {name: kept(RESULT, head, name, partial(measured, one), again) for name, one in rows.items()}
-        print(f"\n{report(head, found)}")
+    parts = {
+        head: {name: partial(measured, one) for name, one in each.items()} for head, each in options.items()
+    }
+    for head, found in parts_of(rows_parser(__doc__).parse_args(), RESULT, parts).items():
+        print(f"\n{report(str(head), found)}")
     picture(dict(zip(fuzzy, (row["V, sides"] for row in found.values()), strict=True)))
 
 

@@ -1,6 +1,6 @@
 """Fuzzy skin for five targets: what PrusaSlicer makes of the numbers that `retouch fuzzy` finds.
 
-python -m benchmarks.prints.fuzzy_targets [--again]      # writes results/fuzzy_targets.json
+python -m benchmarks.prints.fuzzy_targets [TARGET ...] [--again]
 
 A box with sides of 40 mm and a cylinder are sliced five times for each target; fingers press on upright sides
 at contact locations that the search, which presses on computed walls, has not seen.
@@ -14,24 +14,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from manifold3d import Manifold
 
 import retouch
-from benchmarks.shared.common import DOCS, again_given, kept, load, publish, table
+from benchmarks.shared.common import parts_of, publish, rows_parser, table
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
+from relief.solids.meshes.shells import body_of
 from relief.solids.objects.swept import cylinder
 
-NAME, PAGE = "fuzzy_targets", DOCS / "evidence" / "fabrication.md"
 TARGETS = (0.008, 0.015, 0.025, 0.035, 0.05)
 PROFILE = "layer_height = 0.2\nfirst_layer_height = 0.2\nnozzle_diameter = 0.4\nfuzzy_skin = none\n"
 
 
 def box() -> Body:
-    """A box of 40 x 40 x 20 mm, faces outward."""
-    corners = np.stack(np.meshgrid((0.0, 40.0), (0.0, 40.0), (0.0, 20.0), indexing="ij"), -1).reshape(-1, 3)
-    squares = ((0, 2, 6, 4), (1, 5, 7, 3), (0, 4, 5, 1), (2, 3, 7, 6), (0, 1, 3, 2), (4, 6, 7, 5))
-    faces = [face for a, b, c, d in squares for face in ((a, b, c), (a, c, d))]
-    return Body(corners, np.array(faces))
+    """A box of 40 x 40 x 20 mm."""
+    return body_of(Manifold.cube((40.0, 40.0, 20.0)))[0]
 
 
 PARTS = {"box": box, "cylinder": lambda: cylinder(20.0, 30.0)}
@@ -47,18 +45,18 @@ def reached(part: Path, profile: Path, target: float) -> dict[str, Any]:
 
 
 def main() -> None:
-    again = again_given(__doc__)
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         (profile := folder / "plain.ini").write_text(PROFILE)
+        parts: dict[str | None, dict[str, Any]] = {}
         for name, make in PARTS.items():
             part = write_parts(folder / f"{name}.stl", [Part(name, make())])
-            for target in TARGETS:
-                kept(NAME, name, f"{target:g}", partial(reached, part, profile, target), again)
-    publish(PAGE, "fuzzy skin", "benchmarks.prints.fuzzy_targets", report(load(NAME)))
+            parts[name] = {f"{target:g}": partial(reached, part, profile, target) for target in TARGETS}
+        found = parts_of(rows_parser(__doc__).parse_args(), "fuzzy_targets", parts)
+    publish("fabrication", "fuzzy skin", report(found))
 
 
-def report(found: dict[str, Any]) -> str:
+def report(found: dict[str | None, Any]) -> str:
     """The table of targets: settings, and V of the slices of both parts with its distance from the target."""
     rows = []
     for target in TARGETS:

@@ -1,8 +1,7 @@
 """Prints of runs with and without a printer: how far two prints differ, to the finger and to the eye.
 
 retouch study benchmarks/prints/pairs.toml -o runs/prints
-python -m benchmarks.prints.pairs runs/prints     # measures what results/prints.json lacks, draws
-                                                  # docs/images/prints.png, writes the table
+python -m benchmarks.prints.pairs runs/prints     # measures what results/prints.json lacks
 
 Three pairs of each target and printer: original and result on the screen; the prints of the same two
 reliefs; and the prints of original and result of a run with `[print]`. The pictures are Mitsuba's, on films
@@ -17,8 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.chart_style import FAINT, INK, frame, pyplot, style, write
-from benchmarks.shared.common import DOCS, IMAGES, ROOT, folder_named, load, publish, save, table
+from benchmarks.shared.common import ROOT, folder_named, load, publish, save, table
 from benchmarks.shared.finished_studies import folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
@@ -39,15 +37,8 @@ STUDY = ROOT / "benchmarks" / "prints" / "pairs.toml"
 SIZE_MM = 10.0
 SCREEN, USUAL = "screen", "mask-50"
 """Names in the study: of the runs without a printer, and of the printer that cases do not name."""
-FRONTS = ("gravel", "brick")
-"""Textures of the picture."""
 FILMS = {"eye": (86, 96), "fine": (256, 48)}
 """Pixels along the film, of a minute of arc at 40 cm and half as wide as samples, and samples a pixel."""
-PAIRS = {
-    "screen": "on the screen",
-    "naive": "prints, printer unknown to the run",
-    "print": "prints, printer known to the run",
-}
 
 
 def main() -> None:
@@ -59,8 +50,7 @@ def main() -> None:
         if row["printer"] != SCREEN and name not in found:
             found[name] = measured(screens[row["case"]], folder_of(study, row))
             save("prints", found)
-    publish(DOCS / "evidence" / "fabrication.md", "pairs", "benchmarks.prints.pairs STUDY", report())
-    draw(IMAGES / "prints.png")
+    publish("fabrication", "pairs", report())
 
 
 def case_name(labels: Mapping[str, Any]) -> str:
@@ -145,30 +135,6 @@ def report() -> str:
         ratio = each["print"]["eye_change_percent"] / each["screen"]["eye_change_percent"]
         rows.append((name, *cells, f"{ratio:.2f}"))
     return table(head, rows)
-
-
-def draw(path: Path) -> None:
-    """The front of each texture: picture change of each pair, as the eye resolves it, by the feel between."""
-    style()
-    found = load("prints")
-    figure, axes = pyplot.subplots(1, len(FRONTS), figsize=(7.2, 3.4), layout="constrained", sharey=True)
-    colours = {"screen": FAINT, "naive": "#b3541e", "print": INK}
-    for axis, texture in zip(axes, FRONTS, strict=True):
-        own = [each for name, each in found.items() if name.split()[0] == texture and "," not in name]
-        for kind, words in PAIRS.items():
-            points = [(each[kind]["jnd"], each[kind]["eye_change_percent"]) for each in own]
-            if kind != "naive":
-                # Without a target nothing changes; layers found anew jump as soon as anything does.
-                points.append((0.0, 0.0))
-            feels, changes = zip(*sorted(points), strict=True)
-            axis.plot(feels, changes, "o-", color=colours[kind], label=words, markersize=4)
-        axis.set_title(texture)
-        axis.set_xlabel("just-noticeable differences between the two")
-        frame(axis)
-    axes[0].set_ylabel("picture change, % of the mean")
-    lines, labels = axes[0].get_legend_handles_labels()
-    figure.legend(lines, labels, frameon=False, fontsize=8, loc="outside upper center", ncols=len(PAIRS))
-    write(figure, path, dpi=150)
 
 
 if __name__ == "__main__":

@@ -1,15 +1,11 @@
 """How often the intervals of scans hold the truth, and scans of simulated prints: `results/scans.json`.
 
-    python -m benchmarks.prints.scans coverage --count 200
-    python -m benchmarks.prints.scans printers
-    python -m benchmarks.prints.scans slicer
-    python -m benchmarks.prints.scans report
+    python -m benchmarks.prints.scans [NAME ...] [--again]
 
-`coverage` scans prints of random textures by printers of known blur, shrinkage and noise, turned, shifted and
-tilted at random, and counts how often each interval of `relief.scans.registration` holds the truth. It
-goes on where an earlier call ended. `printers` measures printers by simulated scans of their coupons, and
-scans their prints of gravel. `slicer` takes the layers of gravel that PrusaSlicer makes (prusa-slicer, in the
-path) for a scan. `report` puts the tables into docs/evidence/fabrication.md.
+Coverage scans 200 prints of random textures by printers of known blur, shrinkage and noise, turned, shifted
+and tilted at random, and counts how often each interval of `relief.scans.registration` holds the truth.
+Printers are measured by simulated scans of their coupons, and their prints of gravel are scanned. `slicer`
+takes the layers of gravel that PrusaSlicer makes (prusa-slicer, in the path) for a scan.
 """
 
 from __future__ import annotations
@@ -17,7 +13,9 @@ from __future__ import annotations
 import shutil
 import tempfile
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +24,7 @@ from scipy.ndimage import gaussian_filter
 
 from benchmarks.prints.prusa import PRINTER as SLICED
 from benchmarks.prints.prusa import Slicer, plate_heights
-from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
+from benchmarks.shared.common import parts_of, publish, rows_parser, table, table_of
 from mitsuba_scenes import find_texture
 from optimize.settings.skins import load_skin
 from relief.ground.arrays import Array
@@ -46,9 +44,8 @@ from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
 from tests.relief.scans.simulated import Scanner, scanned
 
-PAGE = DOCS / "evidence" / "fabrication.md"
-SIDE, SIDE_MM = 80, 8.0
-"""Samples a side and side of the designs, mm."""
+SIDE, SIDE_MM, COUNT = 80, 8.0, 200
+"""Samples a side and side of the designs, mm, and simulations of each kind."""
 RELIEF_MM = 0.8
 
 
@@ -142,19 +139,10 @@ def row(kind: Kind, seed: int) -> dict[str, Any]:
     return estimates | {"cpu_s": time.process_time() - began}
 
 
-def coverage(count: int, kinds: list[str], seconds: float) -> None:
-    """Simulate until each kind has `count` rows, or the time is up; saved after every 20."""
-    content = load("scans")
-    rows: dict[str, list[dict[str, Any]]] = content.setdefault("coverage", {})
-    began = time.process_time()
-    for name in kinds:
-        done = rows.setdefault(name, [])
-        while len(done) < count and time.process_time() - began < seconds:
-            done.append(row(KINDS[name], 1000 * (1 + list(KINDS).index(name)) + len(done)))
-            if len(done) % 20 == 0:
-                save("scans", content | {"machine": machine()})
-        save("scans", content | {"machine": machine()})
-        print(name, len(done), flush=True)
+def coverage(name: str) -> list[dict[str, Any]]:
+    """Simulations of a kind."""
+    first = 1000 * (1 + list(KINDS).index(name))
+    return [row(KINDS[name], first + number) for number in range(COUNT)]
 
 
 PRINTERS = {
@@ -166,23 +154,19 @@ PRINTERS = {
 SHRUNK = Pose(turn=0.05, log_scale=float(np.log(0.995)), shift_x_mm=0.2, height_scale=0.99, tilt_x=0.01)
 
 
-def printers() -> dict[str, Any]:
-    """Numbers of each printer from its coupon, beside the truth, and the scan of its print of gravel."""
-    rows = {}
-    gravel = Relief.read(find_texture("gravel"))
-    for name, printer in PRINTERS.items():
-        scale = scale_for(printer)
-        scanner, random = Scanner(0.03 * scale, noise_mm=0.003), np.random.default_rng(0)
-        scan = scanned(coupon(scale).printed(printer), SHRUNK, scanner, random)
-        numbers = read_coupon(scan, scale).numbers()
-        scan = scanned(gravel.printed(printer), SHRUNK, Scanner(0.04, noise_mm=0.003), random)
-        rows[name] = {
-            "truth": _truth(printer),
-            "measured": {key: value for key, value in numbers.items() if key != "smallest_dot_um"},
-            "gravel": _of_gravel(print_scanned(register(scan, gravel)), gravel),
-        }
-        print(name, flush=True)
-    return rows
+def measured(name: str) -> dict[str, Any]:
+    """Numbers of a printer from its coupon, beside the truth, and the scan of its print of gravel."""
+    printer, gravel = PRINTERS[name], Relief.read(find_texture("gravel"))
+    scale = scale_for(printer)
+    scanner, random = Scanner(0.03 * scale, noise_mm=0.003), np.random.default_rng(0)
+    scan = scanned(coupon(scale).printed(printer), SHRUNK, scanner, random)
+    numbers = read_coupon(scan, scale).numbers()
+    scan = scanned(gravel.printed(printer), SHRUNK, Scanner(0.04, noise_mm=0.003), random)
+    return {
+        "truth": _truth(printer),
+        "measured": {key: value for key, value in numbers.items() if key != "smallest_dot_um"},
+        "gravel": _of_gravel(print_scanned(register(scan, gravel)), gravel),
+    }
 
 
 def _truth(printer: Printer) -> dict[str, float | None]:
@@ -226,58 +210,42 @@ SLICED_PIXELS = 512
 """Pixels a side of the display, 25.6 mm."""
 
 
-def printers_line() -> str:
-    """How many intervals of printers' numbers hold the truth."""
+def printers_text(printers: Mapping[str, Any], sliced: Mapping[str, Any]) -> str:
+    """How many intervals of printers' numbers hold the truth, and gravel as its prints are scanned."""
     held = []
-    for each in load("scans").get("printers", {}).values():
+    for each in printers.values():
         for key, truth in each["truth"].items():
             if truth is not None and key in each["measured"]:
                 low, high = (each["measured"][f"{key}{end}"] for end in ("_low", "_high"))
                 held.append(low <= truth <= high)
-    return f"{sum(held)} of {len(held)} intervals of the printers' numbers hold the truth.\n"
+    gravel = {name: each["gravel"] for name, each in printers.items()}
+    gravel |= {f"{one['version']}, layers as a scan": one for one in sliced.values()}
+    columns = {"blur, µm": "{blur_um:.0f}", "JND from the design": "{jnd_from_design:+.2f}"}
+    return (
+        f"{sum(held)} of {len(held)} intervals of the printers' numbers hold the truth.\n\n"
+        f"{table_of('print of gravel', gravel, columns)}"
+    )
 
 
-def gravel_table() -> str:
-    """Gravel as its prints are scanned."""
-    content = load("scans")
-    gravel = {name: each["gravel"] for name, each in content.get("printers", {}).items()}
-    if sliced := content.get("slicer"):
-        gravel[f"{sliced['version']}, layers as a scan"] = sliced
-    rows = [
-        (name, f"{each['blur_um']:.0f}", f"{each['jnd_from_design']:+.2f}") for name, each in gravel.items()
-    ]
-    return table(("print of gravel", "blur, µm", "JND from the design"), rows) + "\n"
-
-
-def coverage_table() -> str:
+def coverage_table(kinds: Mapping[str, Any]) -> str:
     """Percentages of intervals that hold the truth."""
-    head = ("print and scan", "turn", "x", "y", "scale", "height", "blur")
     rows = []
-    for name, each in load("scans").get("coverage", {}).items():
+    for name, each in kinds.items():
         completed = [one for one in each if "refused" not in one]
-        rows.append(
-            [name, *(f"{100.0 * np.mean([one[number][0] for one in completed]):.1f}" for number in NUMBERS)]
-        )
-    return table(head, rows) + "\n"
+        shares = (100.0 * np.mean([one[number][0] for one in completed]) for number in NUMBERS)
+        rows.append([name, *(f"{share:.1f}" for share in shares)])
+    return table(("print and scan", "turn", "x", "y", "scale", "height", "blur"), rows)
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("what", choices=("coverage", "printers", "slicer", "report"))
-    parser.add_argument("--count", type=int, default=200, help="simulations of each kind")
-    parser.add_argument("--kinds", nargs="*", choices=tuple(KINDS), default=list(KINDS))
-    parser.add_argument("--seconds", type=float, default=np.inf, help="CPU time after which it ends")
-    arguments = parser.parse_args()
-    if arguments.what == "coverage":
-        coverage(arguments.count, arguments.kinds, arguments.seconds)
-        print(coverage_table())
-    elif arguments.what in ("printers", "slicer"):
-        results = printers() if arguments.what == "printers" else slicer()
-        save("scans", load("scans") | {arguments.what: results})
-        print(printers_line(), gravel_table(), sep="\n")
-    else:
-        put(PAGE, "printers", "benchmarks.prints.scans report", f"{printers_line()}\n{gravel_table()}")
-        put(PAGE, "coverage", "benchmarks.prints.scans report", coverage_table())
+    parts: dict[str | None, dict[str, Any]] = {
+        "coverage": {name: partial(coverage, name) for name in KINDS},
+        "printers": {name: partial(measured, name) for name in PRINTERS},
+        None: {"slicer": slicer},
+    }
+    found = parts_of(rows_parser(__doc__).parse_args(), "scans", parts)
+    publish("fabrication", "printers", printers_text(found["printers"], found[None]))
+    publish("fabrication", "coverage", coverage_table(found["coverage"]))
 
 
 if __name__ == "__main__":

@@ -1,25 +1,25 @@
 """Scans that are mirrored, upside down, cut, stretched, bowed or cut off: `results/wrong_scans.json`.
 
-    python -m benchmarks.prints.wrong_scans [--again] [--textures NAME ...] [--cases NAME ...]
+    python -m benchmarks.prints.wrong_scans [TEXTURE ...] [--again]
 
 A print of each shipped texture, of known shrinkage, is scanned in each of these ways and laid on its design.
 Each row tells what the program said of it: the refusal, or its notes and how far the numbers are from the
-truth. The table goes into docs/evidence/fabrication.md; rows that are there already are left.
+truth.
 """
 
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.common import DOCS, kept, load, parser_of, put, table
+from benchmarks.shared.common import parts_of, publish, rows_parser, table
 from relief.ground.errors import InputError
 from relief.scans.print_summary import print_scanned
 from relief.scans.registration import register
 from relief.scans.scans import check_scan
 from tests.relief.scans.wrong_scans import CASES, HEIGHT, SCALE, TEXTURES, design_of
 
-PAGE = DOCS / "evidence" / "fabrication.md"
 RIGHT = {"degrees": 0.5, "shift_mm": 0.05, "scale": 0.003, "height": 0.03}
 """Errors of a fit beyond which a scan is laid wrongly."""
 
@@ -67,15 +67,15 @@ def verdict(of: dict[str, Any]) -> str:
     return "told" if of["notes"] else "wrong in silence"
 
 
-def report() -> str:
+def report(content: Mapping[str | None, Mapping[str, Any]]) -> str:
     """How many scans had which verdict, by group of cases."""
-    rows, content = [], load("wrong_scans")
+    rows = []
     words = ("right", "right, told", "told", "refused", "wrong in silence")
     for group, cases in GROUPS.items():
-        each = [verdict(of) for case in cases for of in content.get(case, {}).values()]
+        each = [verdict(of) for case in cases for of in content[case].values()]
         rows.append([group, len(each), *(each.count(word) for word in words)])
     head = ("scan", "scans", "right", "right, with a note", "note", "refused", "wrong, silent")
-    return table(head, rows) + "\n"
+    return table(head, rows)
 
 
 GROUPS = {
@@ -105,16 +105,12 @@ GROUPS = {
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("--again", action="store_true", help="compute rows that are there anew")
-    parser.add_argument("--textures", nargs="*", default=TEXTURES, choices=TEXTURES)
-    parser.add_argument("--cases", nargs="*", default=tuple(CASES), choices=tuple(CASES))
-    arguments = parser.parse_args()
-    for case in arguments.cases:
-        for name in arguments.textures:
-            of = kept("wrong_scans", case, name, partial(row, name, case), arguments.again)
-            print(f"{case}, {name}: {verdict(of)}", of, flush=True)
-    put(PAGE, "wrong scans", "benchmarks.prints.wrong_scans", report())
+    content = parts_of(
+        rows_parser(__doc__).parse_args(),
+        "wrong_scans",
+        {case: {name: partial(row, name, case) for name in TEXTURES} for case in CASES},
+    )
+    publish("fabrication", "wrong scans", report(content))
 
 
 if __name__ == "__main__":

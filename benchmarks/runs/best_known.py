@@ -1,11 +1,8 @@
 """Distance of results from the best known: long descents by three ways, the default, and the fast look.
 
-python -m benchmarks.runs.best_known                          # what is missing: about an hour for all
-python -m benchmarks.runs.best_known --ways default --again   # the default anew: six minutes
-python -m benchmarks.runs.best_known --ways                   # the table alone
+python -m benchmarks.runs.best_known [NAME ...] [--again]    # about an hour for all
 
-Twelve textures in the studio, four in `in-hand` and in `evening`, two JND rougher; kept rows of the last two
-scenes are of gravel, and of brick and waves in `evening`. Each run is a process
+Twelve textures in the studio, one in `in-hand` and three in `evening`, two JND rougher. Each run is a process
 of its own, whose directory stays in runs/best-known and whose row stays in results/best_known.json. Changes
 of pictures are rms, in % of the mean picture, at the resolution of a step's pictures: in the studio, by
 pictures rendered anew with the same random numbers, at twice the film's; elsewhere by the run's final
@@ -26,8 +23,8 @@ from statistics import median
 from typing import Any, NamedTuple
 
 from benchmarks.bundled.textures import TEXTURES
-from benchmarks.shared.checkouts import process
-from benchmarks.shared.common import DOCS, ROOT, kept, load, parser_of, publish, table
+from benchmarks.shared.common import ROOT, publish, rows_of, table
+from benchmarks.shared.processes import process
 from mitsuba_scenes import find_texture
 from optimize.descent.driver import Iterate
 from optimize.descent.gauss_newton.method import GaussNewton
@@ -38,11 +35,11 @@ from relief.ground.arrays import Array
 from visual.picture_noise import Batches, batched
 from visual.scene import Scene, load_scene
 
-PAGE, RUNS, DONE = DOCS / "evidence" / "optimiser.md", ROOT / "runs" / "best-known", (0, 3)
-STUDIO, FEW = "studio", ("gravel", "brick", "waves", "bark")
+RUNS, DONE, STUDIO = ROOT / "runs" / "best-known", (0, 3), "studio"
 CASES = [
     *((STUDIO, texture) for texture in TEXTURES),
-    *((scene, texture) for scene in ("in-hand", "evening") for texture in FEW),
+    ("in-hand", "gravel"),
+    *(("evening", texture) for texture in ("gravel", "brick", "waves")),
 ]
 """Scenes and textures."""
 LOOK, LOOP = "optimize.descent.gauss_newton.step_look", "optimize.descent.gauss_newton.method"
@@ -94,16 +91,13 @@ TOLERANCE = 1.0
 def main() -> None:
     if sys.argv[1:2] == ["--run"]:
         return run_with(*sys.argv[2:])
-    parser = parser_of(__doc__)
-    parser.add_argument("--ways", nargs="*", choices=WAYS, default=list(WAYS), metavar="WAY")
-    parser.add_argument("--cases", nargs="+", choices=sorted({s for s, _ in CASES}), default=[STUDIO])
-    parser.add_argument("--again", action="store_true", help="measure rows anew that are there")
-    arguments = parser.parse_args()
-    for scene, texture in CASES:
-        for name in arguments.ways if scene in arguments.cases else ():
-            row = f"{scene}, {texture}: {name}"
-            kept("best_known", "rows", row, partial(measured, scene, texture, name), arguments.again)
-    publish(PAGE, "best known", "benchmarks.runs.best_known", as_text(load("best_known").get("rows", {})))
+    measures = {
+        f"{scene}, {texture}: {name}": partial(measured, scene, texture, name)
+        for scene, texture in CASES
+        for name in WAYS
+    }
+    rows = rows_of(__doc__, "best_known", "rows", measures)
+    publish("optimiser", "best known", as_text(rows))
     return None
 
 
@@ -119,13 +113,13 @@ def measured(scene: str, texture: str, name: str) -> dict[str, Any]:
         command = ["-m", "benchmarks.runs.best_known", "--run", json.dumps(way.constants), start, *command]
     else:
         command = ["-m", "retouch", *command]
-    seconds = process(ROOT, command, DONE)
+    spent = process(command, DONE)
     result = json.loads((out / RESULT).read_text())
     before, goal, felt = (
         result["touch"][f"{which}_roughness"] for which in ("initial", "target", "verified")
     )
     return {
-        "cpu_s": seconds["cpu_s"],
+        "cpu_s": spent.cpu_s,
         "descent_cpu_s": result["cpu_s"]["descent"],
         "steps": result["stop"]["steps"],
         "off_target_percent": 100.0 * (felt / goal - 1.0),

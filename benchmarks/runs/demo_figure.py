@@ -50,7 +50,6 @@ def main() -> None:
             ]
         )
     compose(tiles, captions).save(IMAGE, optimize=True)
-    print(IMAGE)
 
 
 def pictures(study: Path, *rows: Row) -> list[Array]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from benchmarks.shared.common import RESULTS
+from benchmarks.shared.common import RESULTS, study_given
 from retouch.laboratory.studies.document import StudyDocument, flat_rows, read_document
 from retouch.laboratory.studies.engine import ROWS
 from retouch.laboratory.studies.row_key import SHORT
@@ -28,6 +29,13 @@ def rows_of(document: StudyDocument, table: str | None = None) -> list[Row]:
 def committed(study: str, table: str | None = None) -> list[Row]:
     """The rows that are done of a committed study. Raises InputError: no such document."""
     return rows_of(read_document(STUDIES / f"{study}.json"), table)
+
+
+def committed_anew(study: str, description: str | None) -> list[Row]:
+    """The same, after the document in the folder that the command line names, if it does, is committed."""
+    if (folder := study_given(description)) is not None:
+        shutil.copy(folder / FILE, STUDIES / f"{study}.json")
+    return committed(study)
 
 
 def rows_in(folder: Path, table: str | None = None) -> list[Row]:

@@ -7,14 +7,12 @@ With a folder its document is committed first. The weight of broad changes was c
 the other six judge it.
 """
 
-import shutil
 from collections.abc import Sequence
 from statistics import fmean, geometric_mean, median
 
-from benchmarks.shared.common import DOCS, publish, study_given, table
-from benchmarks.shared.finished_studies import FILE, STUDIES, Row, committed
+from benchmarks.shared.common import publish, table
+from benchmarks.shared.finished_studies import Row, committed_anew
 
-STUDY, COMMAND = "eye", "benchmarks.sight.eye"
 CHOSEN_ON = ("gravel", "pebbles", "leather", "weave", "bark", "knit")
 PIXELS, BROAD, ADAM = "pixels", "broad changes too", "adam"
 VISIBLE = 9.0
@@ -74,9 +72,7 @@ def lines(rows: Sequence[Row]) -> list[tuple[object, ...]]:
 
 
 def main() -> None:
-    if (study := study_given(__doc__)) is not None:
-        shutil.copy(study / FILE, STUDIES / f"{STUDY}.json")
-    publish(DOCS / "evidence" / "appearance.md", STUDY, COMMAND, table(HEAD, lines(committed(STUDY))))
+    publish("appearance", "eye", table(HEAD, lines(committed_anew("eye", __doc__))))
 
 
 if __name__ == "__main__":

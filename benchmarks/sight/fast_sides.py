@@ -1,6 +1,6 @@
 """The fast look from the side beside the exact look: pictures, gradients, seconds.
 
-python -m benchmarks.sight.fast_sides
+python -m benchmarks.sight.fast_sides [NAME ...] [--again]
 
 Pictures of a step beside Mitsuba's with 256 samples a pixel: the root of the mean square over the pixels
 that show the plate, in % of the mean picture. Gradients of a smooth weighting of the pictures beside those of
@@ -9,36 +9,43 @@ exact pictures with more samples: cosine, and ratio of the lengths. CPU seconds 
 
 import time
 from collections.abc import Sequence
+from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from benchmarks.shared.common import DOCS, ROOT, machine, parser_of, publish, save, table
+from benchmarks.shared.common import ROOT, publish, rows_of, table_of
 from relief.ground.arrays import Array
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.view import Pictures
 from visual.looks import FixedSamples, StepView
 from visual.scene import Scene, load_scene
 
-NAME, COMMAND = "fast_sides", "benchmarks.sight.fast_sides"
 SCENES, TEXTURES = ("five_views", "in-hand"), ("gravel-tile", "knit-tile", "leather-tile")
 STEP = FixedSamples(None, 0, 3, EdgeSamples(shadows=2, visibility=4), 16)
 """Samples of a step of Gauss-Newton with views from the side."""
 FINE = FixedSamples(None, 1, 6, EdgeSamples(shadows=16, visibility=16), 16)
 RENDERED = 256
-HEAD = [
-    *("scene, texture", "fast: pictures, %", "exact step: pictures, %", "fast: cosine, ratio"),
-    *("exact step: cosine, ratio", "fast, CPU s", "exact, CPU s", "ratio"),
-]
+COLUMNS = {
+    "fast: pictures, %": "{fast[error_percent]:.1f}",
+    "exact step: pictures, %": "{exact[error_percent]:.1f}",
+    "fast: cosine, ratio": "{fast[cosine]:.3f}, {fast[ratio]:.2f}",
+    "exact step: cosine, ratio": "{exact[cosine]:.3f}, {exact[ratio]:.2f}",
+    "fast, CPU s": "{fast[cpu_s]:.1f}",
+    "exact, CPU s": "{exact[cpu_s]:.1f}",
+    "ratio": "{ratio:.1f}",
+}
 
 
 def main() -> None:
-    parser_of(__doc__).parse_args()
-    rows = [_compared(scene, texture) for scene in SCENES for texture in TEXTURES]
-    save(NAME, {"rows": rows, "machine": machine()})
-    publish(DOCS / "evidence" / "appearance.md", NAME, COMMAND, table(HEAD, [_line(row) for row in rows]))
+    measures = {f"{name}, {tile}": partial(_compared, name, tile) for name, tile in product(SCENES, TEXTURES)}
+    rows = rows_of(__doc__, "fast_sides", "rows", measures)
+    for row in rows.values():
+        row["ratio"] = row["exact"]["cpu_s"] / row["fast"]["cpu_s"]
+    publish("appearance", "fast_sides", table_of("scene, texture", rows, COLUMNS))
 
 
 def _compared(name: str, texture: str) -> dict[str, Any]:
@@ -49,7 +56,7 @@ def _compared(name: str, texture: str) -> dict[str, Any]:
     random = np.random.default_rng(0)
     adjoint = weights * gaussian_filter(random.normal(size=weights.shape), (0.0, 2.0, 2.0))
     reference = _gradient(_evaluated(scene.look("exact").views(FINE), scene), adjoint)
-    row: dict[str, Any] = {"case": f"{name}, {texture}"}
+    row: dict[str, Any] = {}
     for look in ("fast", "exact"):
         views = scene.look(look).views(STEP)
         _evaluated(views, scene)
@@ -86,17 +93,6 @@ def _error(ours: Array, theirs: Array, shown: NDArray[np.bool_]) -> float:
         for one, other, mask in zip(ours, theirs, shown, strict=True)
     ]
     return float(100.0 * np.mean(each))
-
-
-def _line(row: dict[str, Any]) -> list[Any]:
-    fast, exact = row["fast"], row["exact"]
-    return [
-        row["case"],
-        *(f"{look['error_percent']:.1f}" for look in (fast, exact)),
-        *(f"{look['cosine']:.3f}, {look['ratio']:.2f}" for look in (fast, exact)),
-        *(f"{look['cpu_s']:.1f}" for look in (fast, exact)),
-        f"{exact['cpu_s'] / fast['cpu_s']:.1f}",
-    ]
 
 
 if __name__ == "__main__":

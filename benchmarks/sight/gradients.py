@@ -1,8 +1,6 @@
 """Gradients of the picture loss against finite differences of converged renders.
 
-python -m benchmarks.sight.gradients           # all that is not in the results yet, half an hour on two cores
-python -m benchmarks.sight.gradients --again
-python -m benchmarks.sight.gradients --ours    # our own methods anew in all cases; Mitsuba's own errors stay
+python -m benchmarks.sight.gradients [CASE ...] [--again]    # half an hour on two cores
 """
 
 from __future__ import annotations
@@ -10,12 +8,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
+from benchmarks.shared.common import publish, rows_of, table
 from benchmarks.shared.scenes import NEAR, SMOOTHNESS, altered, mitsubas_integrator, reliefs, scene_of
 from relief.ground.arrays import Array
 from visual.exact.light_scene import LightScene
@@ -79,22 +78,9 @@ def cases() -> Iterator[Case]:
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("--again", action="store_true")
-    parser.add_argument("--ours", action="store_true")
-    arguments = parser.parse_args()
-    results = load("gradients").get("cases", {})
-    done = set() if arguments.again or arguments.ours else set(results)
-    for case in cases():
-        if case.key in done:
-            continue
-        earlier = results.get(case.key, {}).get("methods", {}) if arguments.ours else {}
-        measured = measure(case, mitsubas=not earlier)
-        results[case.key] = measured | {"methods": earlier | measured["methods"]}
-        save("gradients", {"machine": machine(), "cases": results})
-        print(case.key, results[case.key], flush=True)
-    page = DOCS / "evidence" / "appearance.md"
-    publish(page, "gradients", "benchmarks.sight.gradients", as_text(results))
+    measures = {case.key: partial(measure, case) for case in cases()}
+    results = rows_of(__doc__, "gradients", "cases", measures)
+    publish("appearance", "gradients", as_text(results))
 
 
 class Truth(NamedTuple):
@@ -152,14 +138,12 @@ def _own_error(truths: list[list[float]]) -> float:
     return float(np.linalg.norm(error) / np.linalg.norm(np.mean(truths, axis=0)))
 
 
-def measure(case: Case, mitsubas: bool = True) -> dict[str, Any]:
-    """Truth and every method in one case, or our own methods alone."""
+def measure(case: Case) -> dict[str, Any]:
+    """Truth and every method in one case."""
     truth, heights = truth_of(case), reliefs()[case.relief]
     size = float(np.linalg.norm(truth.slopes))
     measured: dict[str, Any] = {}
     for name, method in methods(truth.scene, case.light in SOFT, case.bounces).items():
-        if name.startswith("Mitsuba") and not mitsubas:
-            continue
         try:
             estimates, seconds = [], []
             for repeat in range(REPEATS):
@@ -195,8 +179,8 @@ Method = Callable[[Array, Array, int], Array]
 """A gradient (rows, cols) of heights (rows, cols), adjoint picture and seed."""
 
 
-def methods(scene: Scene, soft: bool, bounces: int, samples: int = SAMPLES) -> dict[str, Method]:
-    """Every method by its name; those of rendered pictures with so many samples a pixel."""
+def methods(scene: Scene, soft: bool, bounces: int) -> dict[str, Method]:
+    """Every method by its name."""
     light = scene.light_scenes()[0]
     views = [scene.views(seed=seed)[0] for seed in range(REPEATS)]
 
@@ -209,7 +193,7 @@ def methods(scene: Scene, soft: bool, bounces: int, samples: int = SAMPLES) -> d
 
     def rendered(light: LightScene, edges: bool) -> Method:
         def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
-            settings, index = RenderSettings(samples, seed, edges), PictureIndex(0, 0)
+            settings, index = RenderSettings(SAMPLES, seed, edges), PictureIndex(0, 0)
             total = interior_gradient(light, heights, adjoint, settings, index)
             if edges:
                 total = total + edge_gradient(light, heights, adjoint, settings, index)

@@ -6,14 +6,12 @@ python -m benchmarks.sight.hand [FOLDER]
 With a folder its document is committed first.
 """
 
-import shutil
 from collections.abc import Sequence
 from statistics import median
 
-from benchmarks.shared.common import DOCS, publish, study_given, table
-from benchmarks.shared.finished_studies import FILE, STUDIES, Row, committed
+from benchmarks.shared.common import publish, table
+from benchmarks.shared.finished_studies import Row, committed_anew
 
-STUDY, COMMAND = "in-hand", "benchmarks.sight.hand"
 STUDIO = "studio"
 WAYS = (STUDIO, "studio, shape too", "five views", "in the hand")
 HEAD = [
@@ -55,11 +53,8 @@ def lines(rows: Sequence[Row]) -> list[tuple[object, ...]]:
 
 
 def main() -> None:
-    if (study := study_given(__doc__)) is not None:
-        shutil.copy(study / FILE, STUDIES / f"{STUDY}.json")
-    rows = committed(STUDY)
-    text = table(HEAD, lines([row for row in rows if row["table"] == "views"]))
-    publish(DOCS / "evidence" / "appearance.md", STUDY, COMMAND, text)
+    rows = [row for row in committed_anew("in-hand", __doc__) if row["table"] == "views"]
+    publish("appearance", "in-hand", table(HEAD, lines(rows)))
 
 
 if __name__ == "__main__":

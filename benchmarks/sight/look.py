@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import torch
 
-from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
+from benchmarks.shared.common import again_given, load, machine, publish, save, table
 from benchmarks.shared.scenes import altered, mitsubas_integrator, reliefs, scene_of
 from benchmarks.sight.gradients import GRAVEL, directions
 from relief.ground.arrays import Array
@@ -53,10 +53,8 @@ class Cost(NamedTuple):
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("--again", action="store_true", help="both scenes, even if in the results")
-    costs = cost({} if parser.parse_args().again else load("look").get("cost", {}))
-    publish(DOCS / "evidence" / "appearance.md", "look", "benchmarks.sight.look", as_text(costs))
+    costs = cost({} if again_given(__doc__) else load("look").get("cost", {}))
+    publish("appearance", "look", as_text(costs))
 
 
 def scenes() -> Iterator[tuple[str, Scene]]:

@@ -1,7 +1,6 @@
 """From a blurred relief back to the true one, by its three pictures alone: what a gradient is worth.
 
-python -m benchmarks.sight.recovery         # ways not in the results yet; writes docs/images/recovery.png too
-python -m benchmarks.sight.recovery --again
+python -m benchmarks.sight.recovery [WAY ...] [--again]    # writes docs/images/recovery.png too
 
 Gravel, 64 x 64, 1.2 mm, blurred by 2 pixels, in the studio. `explicit`: damped Gauss-Newton steps on our
 pictures and their Jacobian. The others: Adam, 0.02 mm a step, on Mitsuba's pictures at 16 samples a pixel,
@@ -15,6 +14,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +24,7 @@ from matplotlib import pyplot
 from scipy.ndimage import gaussian_filter, zoom
 
 from benchmarks.shared.chart_style import frame, style, write
-from benchmarks.shared.common import IMAGES, again_given, load, machine, save
+from benchmarks.shared.common import IMAGES, rows_of
 from optimize.descent.gauss_newton.laplacian import laplacian
 from relief.ground.arrays import Array
 from relief.heightmap import load_heights
@@ -47,7 +47,6 @@ WAYS = {
 
 
 def main() -> None:
-    again = again_given(__doc__)
     truth = zoom(load_heights("mitsuba_scenes/textures/gravel.png", relief_mm=RELIEF_MM), 0.5, order=1)
     start = gaussian_filter(truth, BLUR, mode="nearest")
     with tempfile.TemporaryDirectory() as folder:
@@ -55,29 +54,28 @@ def main() -> None:
         np.save(texture, truth)
         scene = load_scene("mitsuba_scenes/studio.xml", {"resolution": str(SIDE)}, texture=texture)
     wanted = scene.render(truth, samples=CHECK_SAMPLES, seed=CHECK_SEED).numpy()
-    runs: dict[str, list[dict[str, float]]] = {} if again else load("recovery").get("runs", {})
-    for name, way in ways(scene, truth).items():
-        if name in runs:
-            continue
-        runs[name] = []
-        spent, began = 0.0, time.perf_counter()
+
+    def steps(way: Callable[[Array], Iterator[Array]]) -> list[dict[str, float]]:
+        """What each step of a way is off."""
+        found, spent, began = [], 0.0, time.perf_counter()
         for step, heights in enumerate(way(start)):
             spent += time.perf_counter() - began
             pictures = scene.render(heights, samples=CHECK_SAMPLES, seed=CHECK_SEED).numpy()
-            off = heights - truth
-            runs[name].append(
+            off = np.sqrt(np.square(pictures - wanted).mean()) / wanted.mean()
+            height_um = 1000.0 * float(np.std(heights - truth))
+            found.append(
                 {
                     "step": step,
                     "seconds": spent,
-                    "height_um": 1000.0 * float(np.std(off)),
-                    "picture_percent": 100.0
-                    * float(np.sqrt(np.square(pictures - wanted).mean()))
-                    / float(wanted.mean()),
+                    "height_um": height_um,
+                    "picture_percent": 100.0 * float(off),
                 }
             )
             began = time.perf_counter()
-        save("recovery", {"machine": machine(), "runs": runs})
-    draw({name: runs[name] for name in WAYS})
+        return found
+
+    measures = {name: partial(steps, way) for name, way in ways(scene, truth).items()}
+    draw(rows_of(__doc__, "recovery", "runs", measures))
 
 
 def ways(scene: Scene, truth: Array) -> dict[str, Callable[[Array], Iterator[Array]]]:

@@ -1,7 +1,6 @@
 """Bias of the pictures of a step: five materials under eight lights, on two reliefs.
 
-python -m benchmarks.sight.step_bias          # what is not in the results yet, some minutes
-python -m benchmarks.sight.step_bias --again
+python -m benchmarks.sight.step_bias [NAME ...] [--again]    # some minutes
 
 The bias of a condition is the root of the mean product of two differences between the pictures of a step
 and rendered ones, over the mean of the rendered ones. Each difference has samples of its own, so that the
@@ -21,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.common import DOCS, again_given, kept, load, publish, table
+from benchmarks.shared.common import publish, rows_of, table
 from benchmarks.shared.scenes import light
 from mitsuba_scenes import find_texture
 from relief.ground.arrays import Array
@@ -30,11 +29,9 @@ from visual.looks import EXACT, FixedSamples
 from visual.scene import Scene, load_scene
 from visual.step_bias import bias_line, step_bias
 
-NAME, COMMAND = "step_bias", "benchmarks.sight.step_bias"
+NAME = "step_bias"
 SIDE, SAMPLES, SEEDS = 64, 256, (3, 4, 5, 6)
 """Samples of the waves along a side; samples a pixel; seeds of the differences."""
-NO_LINE, LINE = 3.0, 5.0
-"""Bias, %, below which a run says nothing, and from which it says a line."""
 
 MATERIALS = {
     "diffuse": '<bsdf type="diffuse"/>',
@@ -180,10 +177,9 @@ def cases() -> Iterator[tuple[str, str, str]]:
 
 
 def main() -> None:
-    again = again_given(__doc__)
-    for case in cases():
-        kept(NAME, "rows", ", ".join(case), partial(measure, *case), again)
-    publish(DOCS / "evidence" / "appearance.md", NAME, COMMAND, as_text(load(NAME)["rows"]))
+    measures = {", ".join(case): partial(measure, *case) for case in cases()}
+    rows = rows_of(__doc__, NAME, "rows", measures)
+    publish("appearance", NAME, as_text(rows))
 
 
 def as_text(rows: dict[str, Any]) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from benchmarks.shared.common import DOCS, again_given, load, machine, publish, save, table
+from benchmarks.shared.common import again_given, load, machine, publish, save, table
 from benchmarks.skin.calibration import calibration, solved_fingers
 from benchmarks.skin.finger_chart import draw
 from benchmarks.skin.sources import MECHANICAL
@@ -34,9 +34,8 @@ def main() -> None:
         results["calibration"] = calibration(solved_fingers(depths, keep))
     keep()
     draw(results["calibration"])
-    page, command = DOCS / "evidence" / "touch.md", "benchmarks.skin"
-    publish(page, "posterior", command, posterior(results["calibration"]))
-    publish(page, "fit", command, fit(results["calibration"]))
+    publish("touch", "posterior", posterior(results["calibration"]))
+    publish("touch", "fit", fit(results["calibration"]))
 
 
 def posterior(done: dict[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""Which published findings each finger predicts: the whole study, its document, a picture and a table.
+"""Which published findings each finger predicts: the whole study, its document and a table.
 
 python -m benchmarks.skin.published            # what is not computed yet, in runs/published
 python -m benchmarks.skin.published --again    # all of it anew
@@ -10,15 +10,10 @@ import shutil
 from collections.abc import Iterator
 
 import retouch
-from benchmarks.shared.chart_style import GRID, INK, frame, pyplot, style, write
-from benchmarks.shared.common import DOCS, IMAGES, RESULTS, ROOT, again_given, publish, table
-from benchmarks.skin.finger_chart import COLOURS
+from benchmarks.shared.common import RESULTS, ROOT, again_given, publish, table
 from retouch.laboratory.published.findings import AREA, LABELS, V
 from retouch.laboratory.published.scoreboard import FINGERS, GROUPS, Scoreboard
 
-PAGE = DOCS / "evidence" / "touch.md"
-PICTURE = IMAGES / "published.png"
-COMMAND = "benchmarks.skin.published"
 RESULT = RESULTS / "published.json"
 
 
@@ -26,42 +21,7 @@ def main() -> None:
     again = again_given(__doc__)
     tables = retouch.study("published", ROOT / "runs" / "published", again=again)
     shutil.copy(tables.folder / "study.json", RESULT)
-    board = Scoreboard.model_validate_json(RESULT.read_bytes())
-    draw(board)
-    publish(PAGE, "published", COMMAND, as_text(board))
-
-
-def draw(board: Scoreboard) -> None:
-    """Share of right findings with its interval, by group, read-out and finger."""
-    style()
-    figure, axes = pyplot.subplots(1, len(GROUPS), figsize=(11.0, 3.9), layout="constrained", sharey=True)
-    names = [name for name in LABELS if name != AREA]
-    for axis, group in zip(axes, GROUPS, strict=True):
-        for place, finger in enumerate(FINGERS):
-            for one in board.agreement:
-                if one["group"] == group and one["finger"] == finger and one["read_out"] in names:
-                    y = names.index(one["read_out"]) + 0.18 * (place - 1.5)
-                    axis.plot([100 * one["low"], 100 * one["high"]], [y, y], color=COLOURS[finger], lw=1.3)
-                    axis.plot(100 * one["share"], y, "o", color=COLOURS[finger], ms=5)
-        counts = [one for one in board.agreement if one["group"] == group and one["read_out"] == V]
-        axis.set(
-            title=f"{group.capitalize()}:\n{counts[0]['rows']} findings, {counts[0]['studies']} studies",
-            xlabel="right, % of findings (mean over studies)",
-            xlim=(-2.0, 102.0),
-            ylim=(len(names) - 0.5, -0.5),
-        )
-        axis.set_yticks(range(len(names)), [LABELS[name] for name in names])
-        axis.title.set_fontsize(9.5)
-        frame(axis)
-        axis.grid(False, axis="y")
-        for line in range(1, len(names)):
-            axis.axhline(line - 0.5, color=GRID, lw=0.6)
-        axis.tick_params(axis="y", length=0)
-    handles = [pyplot.Line2D([], [], color=COLOURS[name], marker="o", ms=5, label=name) for name in FINGERS]
-    figure.legend(
-        handles=handles, frameon=False, fontsize=8.5, loc="outside lower center", ncols=4, labelcolor=INK
-    )
-    write(figure, PICTURE, dpi=120)
+    publish("touch", "published", as_text(Scoreboard.model_validate_json(RESULT.read_bytes())))
 
 
 def as_text(board: Scoreboard) -> str:

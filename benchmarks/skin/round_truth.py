@@ -1,7 +1,6 @@
 """Is the layer right under a round finger? Roughness by layer, corrected layer and finer elements.
 
-python -m benchmarks.skin.round_truth            # what is not in the results yet; JSON, tables
-python -m benchmarks.skin.round_truth --again    # all of it anew
+python -m benchmarks.skin.round_truth [PART ...] [--again]
 """
 
 from __future__ import annotations
@@ -14,12 +13,11 @@ from typing import Any
 import numpy as np
 
 from benchmarks.bundled.textures import TEXTURES
-from benchmarks.shared.common import DOCS, again_given, load, machine, publish, save, table
+from benchmarks.shared.common import publish, rows_of, table
 from benchmarks.skin.operators import PITCH_MM, Felt, felt, on_patch
 from benchmarks.touch.round_tetrahedra import round_tetrahedra
 from mitsuba_scenes import find_texture
 from relief.ground.arrays import Array
-from relief.ground.progress import say
 from relief.heightmap import load_heights
 from tactile.elements.round_pad import PadMesh, round_pad_operator
 from tactile.jnd import jnd_apart
@@ -55,21 +53,15 @@ TETRAHEDRA_PITCH_MM = 1.0 / 3.0
 
 
 def main() -> None:
-    results: dict[str, Any] = {} if again_given(__doc__) else load("round_truth")
-    parts: dict[str, Callable[[], Any]] = {
+    measures: dict[str, Callable[[], Any]] = {
         "reliefs": reliefs,
         "patches": patches,
         "tetrahedra": tetrahedra,
         "flat tetrahedra": flat_tetrahedra,
     }
-    for name, measure in parts.items():
-        if name not in results:
-            say(name)
-            results[name] = measure()
-            save("round_truth", results | {"machine": machine()})
-    page, command = DOCS / "evidence" / "touch.md", "benchmarks.skin.round_truth"
-    publish(page, "round", command, table(HEAD, _errors(results["reliefs"])))
-    publish(page, "tetrahedra", command, table(["compared", *HEAD[2:4], *HEAD[6:]], _by_tetrahedra(results)))
+    results = rows_of(__doc__, "round_truth", None, measures)
+    publish("touch", "round", table(HEAD, _errors(results["reliefs"])))
+    publish("touch", "tetrahedra", table(["compared", *HEAD[2:4], *HEAD[6:]], _by_tetrahedra(results)))
 
 
 def natural() -> Array:

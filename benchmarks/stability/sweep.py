@@ -1,7 +1,6 @@
 """How far from converged the models are at the ends of every parameter, and what is refused.
 
-python -m benchmarks.stability.sweep            # rows that are not in the results yet, and the tables
-python -m benchmarks.stability.sweep --again
+python -m benchmarks.stability.sweep [NAME ...] [--again]
 
 One thread. The first run builds the operators of every skin and plate (half a GB in the cache folder).
 """
@@ -21,7 +20,7 @@ from scipy.ndimage import map_coordinates
 from torch import Tensor
 
 import tactile
-from benchmarks.shared.common import DOCS, kept, load, parser_of, publish, table
+from benchmarks.shared.common import publish, rows_of, table
 from benchmarks.shared.scenes import MATERIALS, altered, light
 from optimize.descent.gauss_newton.step_look import EDGE_SAMPLES, REFINEMENT, STRATA
 from relief.ground.arrays import Array
@@ -109,19 +108,10 @@ Measure = Callable[[Case, str], Row]
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("--again", action="store_true", help="measure every row anew")
-    again = parser.parse_args().again
     drjit.set_thread_count(1)
     torch.set_num_threads(1)
-    for key, work in works():
-        kept("stability", "rows", key, work, again)
-    publish(
-        DOCS / "evidence" / "speed.md",
-        "stability",
-        "benchmarks.stability.sweep",
-        as_text(load("stability")["rows"]),
-    )
+    rows = rows_of(__doc__, "stability", "rows", dict(works()))
+    publish("speed", "stability", as_text(rows))
 
 
 TOUCH_MODELS = {

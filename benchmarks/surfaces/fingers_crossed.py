@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.common import DOCS, load, machine, publish, save, study_given, table
+from benchmarks.shared.common import load, machine, publish, save, study_given, table
 from benchmarks.shared.finished_studies import Row, folder_of, rows_in
 from optimize.run_directory.finished_run import FinishedRun
 from optimize.settings.skins import load_skin
@@ -26,8 +26,6 @@ from tactile.jnd import jnd_apart
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
 
-PAGE = DOCS / "evidence" / "touch.md"
-COMMAND = "benchmarks.surfaces.fingers_crossed FOLDER"
 STEERED = ("paper", "measured")
 FELT: Mapping[str, tuple[str, float]] = {
     "paper, 10 N": ("paper", 10.0),
@@ -47,12 +45,13 @@ def main() -> None:
     if study is not None:
         rows = {}
         for row in rows_in(study):
-            say(f"{row['texture']} {row['touch.jnd']:+g}, {row['touch.skin']}")
-            rows[f"{row['texture']} {row['touch.jnd']:+g}, {row['touch.skin']}"] = measured(study, row)
+            name = f"{row['texture']} {row['touch.jnd']:+g}, {row['touch.skin']}"
+            say(name)
+            rows[name] = measured(study, row)
         save("fingers_crossed", {"rows": rows, "machine": machine()})
     rows = load("fingers_crossed")["rows"]
-    publish(PAGE, "optimised", COMMAND, optimised(rows))
-    publish(PAGE, "crossed", COMMAND, crossed(rows))
+    publish("touch", "optimised", optimised(rows))
+    publish("touch", "crossed", crossed(rows))
 
 
 def measured(study: Path, row: Row) -> dict[str, Any]:
@@ -62,16 +61,11 @@ def measured(study: Path, row: Row) -> dict[str, Any]:
     assert all_over is not None
     before, after = run.original.heights, run.result.heights
     return {
-        "texture": row["texture"],
         "jnd": row["touch.jnd"],
         "skin": row["touch.skin"],
-        "least_jnd": all_over.jnd_min,
-        "largest_jnd": all_over.jnd_max,
         "farthest_jnd": all_over.farthest_from_target_jnd,
-        "mean_jnd": run.verification.touch.jnd_from_original,
         "rms_percent": row["change_rms_percent"],
         "cpu_s": row["cpu_s"],
-        "steps": row["steps"],
         "felt": {name: felt(before, after, *finger).tolist() for name, finger in FELT.items()},
     }
 

@@ -72,7 +72,7 @@ def main() -> None:
                 save("palettes", {"machine": machine(), "palettes": done})
         if not arguments.quick:
             pictures(arguments.folder)
-    publish(DOCS / "evidence" / "people.md", "palettes", "benchmarks.surfaces.palettes DIR", as_table(done))
+    publish("people", "palettes", as_table(done))
 
 
 def folder_of(folder: Path, name: str) -> Path:

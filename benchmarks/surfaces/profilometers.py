@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from SurfaceTopography.IO import open_topography
 
-from benchmarks.shared.common import DOCS, folder_named, publish, save
+from benchmarks.shared.common import folder_named, publish, save
 from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError
 from relief.heightmap import load_height_map
 from relief.reading.profilometers import is_measured
 from relief.reading.surface_topography import read_surface
 
-NAME, PAGE = "profilometers", DOCS / "evidence" / "fabrication.md"
+NAME = "profilometers"
 OFF = "off the library's, µm"
 
 
@@ -30,7 +30,7 @@ def main() -> None:
     folder = folder_named(__doc__, "EXAMPLES")
     rows = {file.name: _row(file) for file in sorted(folder.iterdir()) if file.is_file()}
     save(NAME, {"rows": rows})
-    publish(PAGE, NAME, f"benchmarks.surfaces.{NAME}", summary(rows))
+    publish("fabrication", NAME, summary(rows))
 
 
 def summary(rows: dict[str, dict[str, Any]]) -> str:

@@ -1,22 +1,20 @@
-"""Different looks with one feel: the picture and the table of the gallery.
+"""Different looks with one feel: the picture of the gallery.
 
 retouch study same-feel -o runs/same-feel
 cp runs/same-feel/study.json benchmarks/results/studies/same-feel.json
-python -m benchmarks.surfaces.same_feel runs/same-feel    # writes docs/images/same-feel.png, prints the table
+python -m benchmarks.surfaces.same_feel runs/same-feel    # writes docs/images/same-feel.png
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from benchmarks.shared.chart_style import pyplot, style, write
-from benchmarks.shared.common import IMAGES, folder_named, table
-from benchmarks.shared.finished_studies import Row, committed, folder_of
+from benchmarks.shared.common import IMAGES, folder_named
+from benchmarks.shared.finished_studies import committed, folder_of
 from benchmarks.shared.scenes import picture
-from optimize.run_directory.finished_run import read_verification
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import Run, load_run
 from relief.ground.arrays import Array
@@ -25,7 +23,7 @@ from relief.ground.limits import PATCH_SIDE_MM
 from relief.ground.srgb import srgb
 from relief.heightmap import load_heights
 from tactile.jnd import jnd_apart
-from tactile.quantities import CONTACT_AREA, ROUGHNESS
+from tactile.quantities import ROUGHNESS
 from visual.scene import load_scene
 
 IMAGE = IMAGES / "same-feel.png"
@@ -36,10 +34,7 @@ RESOLUTION = 256
 
 def main() -> None:
     study = folder_named(__doc__, "STUDY")
-    rows = committed("same-feel")
-    results = {row["row"]: read_verification(folder_of(study, row)) for row in rows}
-    print(table(HEAD, [_line(row, results[row["row"]]) for row in rows]))
-    drawn = [row for row in rows if row["table"] == FIRST]
+    drawn = committed("same-feel", FIRST)
     run = load_run(folder_of(study, drawn[0]) / SETTINGS)
     assert run.touch.feel_of is not None
     wanted = drawn[0][f"target_{ROUGHNESS.name}"]
@@ -55,32 +50,6 @@ def main() -> None:
             apart = f"{felt:.4f}, {_signed(jnd_apart(felt, wanted))} JND"
             pairs.append((_render(run, file), f"{name}\n{apart}" if name else apart))
     draw(other, pairs[::2], pairs[1::2])
-    print(IMAGE)
-
-
-HEAD = (
-    *("tile", "before: V, JND from knit", "after, by finite elements", "at any place, JND off"),
-    *("contact area, mm²: before, after", "pictures, % of their mean", "steps, CPU s"),
-)
-
-
-def _line(row: Row, result: Any) -> list[str]:
-    """A row of the table: what was felt before and after, and what the pictures paid."""
-    wanted = row[f"target_{ROUGHNESS.name}"]
-    before, after = (row[f"{key}_{ROUGHNESS.name}"] for key in ("initial", "verified"))
-    areas = [row[f"{key}_{CONTACT_AREA.name}"] for key in ("initial", "verified")]
-    goal = row.get(f"target_{CONTACT_AREA.name}")
-    both = "" if goal is None else f" (target {goal:.1f})"
-    reason = "" if row["reason"] == "converged" else f" ({row['reason']})"
-    return [
-        _name(row["texture"]) + (" (both)" if goal is not None else ""),
-        f"{before:.4f}, {_signed(jnd_apart(before, wanted))}",
-        f"{after:.4f}, {_signed(jnd_apart(after, wanted))}{reason}",
-        f"{result.touch.places.farthest_from_target_jnd:.2f}",
-        f"{areas[0]:.1f}, {areas[1]:.1f}{both}",
-        f"{row['change_percent']:.1f}",
-        f"{row['steps']}, {row['cpu_s']:.0f}",
-    ]
 
 
 def draw(other: tuple[Array, str], before: list[tuple[Array, str]], after: list[tuple[Array, str]]) -> None:

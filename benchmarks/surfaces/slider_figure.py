@@ -37,7 +37,6 @@ def main() -> None:
     reliefs = (scene.heights, run.result.heights)
     looks = [picture(scene, heights, RESOLUTION) for heights in reliefs]
     draw(looks, load("varied")["slider"]["places"], scene.size_mm)
-    print(IMAGE)
 
 
 def draw(looks: list[Array], places: dict[str, dict[str, list[float]]], size_mm: float) -> None:

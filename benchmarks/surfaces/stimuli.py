@@ -19,7 +19,7 @@ import numpy as np
 from PIL import Image
 
 from benchmarks.shared.chart_style import style
-from benchmarks.shared.common import DOCS, IMAGES, load, machine, parser_of, publish, save, table
+from benchmarks.shared.common import IMAGES, load, machine, publish, save, study_given, table
 from relief.heightmap import load_height_map
 from relief.solids.export.pixel_font import bitmap
 from retouch.laboratory.stimulus_sets.document import DOCUMENT, RENDERS
@@ -28,7 +28,6 @@ from retouch.laboratory.stimulus_sets.plates import cut_square
 from retouch.laboratory.stimulus_sets.stimulus_set import FILE, StimulusSet
 from retouch.pages.colour_maps import hillshade
 
-PAGE = DOCS / "evidence" / "people.md"
 PICTURE = IMAGES / "stimuli.png"
 SHOWN = 3
 """Textures of the picture."""
@@ -36,27 +35,17 @@ DPI, GREYS = (150, 120), 32
 """Resolution of the picture of one texture, and of several; shades of grey. The file stays below 400 kB."""
 RAISED_MM, BACK_PIXELS = 0.4, 12
 """Height of the letters on the drawn backs, mm, and pixels of the drawing for each of theirs."""
-KEPT = (
-    "label",
-    "level",
-    "jnd",
-    "jnd_least",
-    "jnd_most",
-    "off_target_percent",
-    "picture_change_percent",
-)
+KEPT = ("label", "level", "jnd", "jnd_least", "jnd_most", "off_target_percent", "picture_change_percent")
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("folder", type=Path, nargs="?", metavar="DIR", help="folder of a finished set")
-    folder = parser.parse_args().folder
+    folder = study_given(__doc__)
     if folder is not None:
         content = json.loads((folder / DOCUMENT).read_text())
         save("stimuli", {"machine": machine()} | measured(content))
         style()
         draw(folder, content)
-    publish(PAGE, "stimuli", "benchmarks.surfaces.stimuli", section(load("stimuli")))
+    publish("people", "stimuli", section(load("stimuli")))
 
 
 def measured(content: dict[str, Any]) -> dict[str, Any]:
@@ -92,7 +81,7 @@ def section(found: dict[str, Any]) -> str:
     words = (
         f"{summary['met']} of {summary['plates']} plates are within 1 % of their targets, the worst is "
         f"{summary['largest_off_target_percent']:.2g} % off. Neighbouring levels should be ranked correctly "
-        f"{summary['neighbours_percent']:.1f} % of pairs; the paper's participants did in 85 % (standard "
+        f"in {summary['neighbours_percent']:.1f} % of pairs; the paper's participants did in 85 % (standard "
         f"deviation 4). Plates two steps apart should be in the wrong order in "
         f"{0.6 * summary['far_discrepancy_percent']:.1f} of 60 sorts; in the paper they were in 3 of 60."
     )

@@ -7,16 +7,13 @@ python -m benchmarks.surfaces.surface_bands   # the page's table
 
 from __future__ import annotations
 
-from benchmarks.shared.common import DOCS, publish, table
+from benchmarks.shared.common import publish, table
 from benchmarks.shared.finished_studies import Row, committed
 from optimize.verification.surface_bands import BANDS_MM, threshold_um
 
-PAGE = DOCS / "evidence" / "touch.md"
-COMMAND = "benchmarks.surfaces.surface_bands"
-
 
 def main() -> None:
-    publish(PAGE, "bands", COMMAND, bands(committed("surface_bands", "bands")))
+    publish("touch", "bands", bands(committed("surface_bands", "bands")))
 
 
 def bands(rows: list[Row]) -> str:

@@ -54,20 +54,26 @@ def at_equal_feel(texture: str, by: Mapping[str, Row]) -> float | None:
 
 
 def as_text() -> str:
-    """How far held-out contact locations are from the target, on tiles and on plates, waves apart."""
+    """How far held-out locations are off, waves apart, and what all locations cost."""
     tiles = cases().values()
     surfaces = {
         "tile of 10 mm, one location": [by[ONE] for by in tiles],
         "tile of 10 mm, 16 locations": [by[ALL] for by in tiles],
         "plate of 25 mm, 49 locations": committed("plates"),
     }
-    return table(
+    plain, equal = ratios()
+    text = table(
         ("optimised at", "cases", "mean off, JND: median, largest", "worst location off: median, largest"),
         [
             _line(name + (", waves" if apart else ""), [row for row in rows if _apart(row) == apart])
             for apart in (False, True)
             for name, rows in surfaces.items()
         ],
+    )
+    return (
+        f"{text}\n\nAll locations of a tile change the pictures {min(plain):.2f} to {max(plain):.2f} times "
+        f"as much as one (rms, waves left out); at equal feel {min(equal):.2f} to {max(equal):.2f} times, "
+        f"{np.median(equal):.2f} in the median."
     )
 
 

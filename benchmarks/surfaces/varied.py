@@ -7,13 +7,12 @@ python -m benchmarks.surfaces.varied runs/varied/study    # writes results/varie
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
+from benchmarks.shared.common import load, machine, parser_of, publish, save, table_of
 from benchmarks.shared.finished_studies import Row, folder_of, rows_in
 from mitsuba_scenes import find_texture
 from optimize.run_directory.finished_run import read_verification
@@ -40,24 +39,15 @@ def main() -> None:
     results |= {row["case"]: measured(Path(what), row) for row in rows_in(Path(what))}
     save("varied", results)
     cases = {name: case for name, case in results.items() if name != "machine"}
-    page = DOCS / "evidence" / "optimiser.md"
-    publish(page, "varied", "benchmarks.surfaces.varied STUDY", as_text(cases))
+    publish("optimiser", "varied", table_of("strip", cases, COLUMNS))
 
 
-def as_text(cases: Mapping[str, Any]) -> str:
-    """A row for each strip."""
-    heads = ("strip", "steps", "off target, JND: optimised, held out", "pictures, %", "CPU s")
-    lines = [
-        [
-            name,
-            case["steps"],
-            f"{case['worst_steered_jnd']:.2f}, {case['worst_between_jnd']:.2f}",
-            f"{case['picture_change_percent']:.2f}",
-            f"{case['cpu_s']:.0f}",
-        ]
-        for name, case in cases.items()
-    ]
-    return table(heads, lines)
+COLUMNS = {
+    "steps": "{steps}",
+    "off target, JND: optimised, held out": "{worst_steered_jnd:.2f}, {worst_between_jnd:.2f}",
+    "pictures, %": "{picture_change_percent:.2f}",
+    "CPU s": "{cpu_s:.0f}",
+}
 
 
 def write_textures() -> None:
@@ -91,11 +81,9 @@ def measured(study: Path, row: Row) -> dict[str, Any]:
         for which, felt in places.items()
     }
     return {
-        "stop": row["reason"],
         "steps": row["steps"],
         "worst_steered_jnd": float(np.abs(off["steered"]).max()),
         "worst_between_jnd": float(np.abs(off["between"]).max()),
-        "rms_jnd": float(np.sqrt(np.square(np.concatenate([*off.values()])).mean())),
         "picture_change_percent": result.look.change_percent,
         "cpu_s": row["cpu_s"],
         "places": places,

@@ -1,7 +1,6 @@
 """Models of touch beside the finest: V and contact area of the reference, of the layer, of elements alone.
 
-python -m benchmarks.touch.contact           # every part that is not in the results yet
-python -m benchmarks.touch.contact --again
+python -m benchmarks.touch.contact [PART ...] [--again]
 
 Reliefs are 128 x 128 (`benchmarks.touch.pressed_reliefs`), V over all offsets, float64. The finest model is
 the reference with a node at every pixel.
@@ -13,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.common import DOCS, again_given, load, machine, publish, save, table
+from benchmarks.shared.common import publish, rows_of, table
 from benchmarks.touch.bare_elements import bare_elements
 from benchmarks.touch.pressed_reliefs import SIDE, SIZE_MM, many, twelve
 from benchmarks.touch.relief_pressing import SKIN, Measured, compared, measure, resampled, stacked
@@ -28,12 +27,8 @@ MANY = 208
 
 
 def main() -> None:
-    again, results = again_given(__doc__), load("contact")
-    for name, part in PARTS.items():
-        if again or name not in results:
-            results[name] = part()
-            save("contact", results | {"machine": machine()})
-    publish(DOCS / "evidence" / "touch.md", "models", "benchmarks.touch.contact", as_text(results))
+    results = rows_of(__doc__, "contact", None, PARTS)
+    publish("touch", "models", as_text(results))
 
 
 def by_elements(mesh: int) -> Measured:
@@ -70,9 +65,7 @@ def many_reliefs() -> dict[str, Any]:
     layer = measure(elastic_layer_operator(SKIN, SIDE, SIZE_MM), stacked(reliefs))
     return {
         "names": list(reliefs),
-        "height_mm": [float(h.max()) for h in reliefs.values()],
         "reference": {"V": truth.roughness.tolist(), "A": truth.area.tolist()},
-        "fraction": truth.fraction.tolist(),
         "layer": {"V": layer.roughness.tolist(), "A": layer.area.tolist()},
     }
 

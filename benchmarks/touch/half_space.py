@@ -1,6 +1,6 @@
 """Contact solver of Retouch beside Tamaas, on a body that both have: a periodic half-space.
 
-python -m benchmarks.touch.half_space    # about five minutes on one core
+python -m benchmarks.touch.half_space [NAME ...] [--again]    # about five minutes on one core
 
 Tamaas, which nothing depends on, has to be importable: `pip install --no-deps --target FOLDER tamaas`, then
 with FOLDER on PYTHONPATH. Writes results/half_space.json and a place of docs/evidence/touch.md.
@@ -9,7 +9,7 @@ with FOLDER on PYTHONPATH. Writes results/half_space.json and a place of docs/ev
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -18,7 +18,7 @@ import scipy.sparse as sp
 import torch
 from scipy.ndimage import zoom
 
-from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
+from benchmarks.shared.common import publish, rows_of, table_of
 from benchmarks.shared.pairs import in_pairs, ratio
 from benchmarks.touch.pressed_reliefs import SIDE, SIZE_MM
 from benchmarks.touch.relief_pressing import MEAN, SKIN
@@ -37,54 +37,42 @@ PAIRS = {128: 15, 512: 7, 1024: 5}
 """Pairs of runs by the samples along a side."""
 
 
+COLUMNS = {
+    "Retouch, CPU s": "{over_cpu_s:.3g}",
+    "Tamaas, CPU s": "{cpu_s:.3g}",
+    "ratio (95 %)": "{ratio:.2f} ({low:.2f} to {high:.2f})",
+    "pressures apart, of their peak": "{pressures_off:.0e}",
+}
+
+
 def main() -> None:
-    parser_of(__doc__).parse_args()
-    save("half_space", {"machine": machine(), "rows": list(beside_tamaas())})
-    publish(DOCS / "evidence" / "touch.md", "Tamaas", "benchmarks.touch.half_space", as_text())
+    measures = {f"{side} x {side}": partial(beside_tamaas, side, pairs) for side, pairs in PAIRS.items()}
+    rows = rows_of(__doc__, "half_space", "rows", measures)
+    publish("touch", "Tamaas", table_of("samples", rows, COLUMNS))
 
 
-def as_text() -> str:
-    """Both solvers by the samples along a side."""
-    rows = [
-        [
-            f"{row['samples']} x {row['samples']}",
-            row["over_cpu_s"],
-            row["cpu_s"],
-            f"{row['ratio']:.2f} ({row['low']:.2f} to {row['high']:.2f})",
-            f"{row['pressures_off']:.0e}",
-        ]
-        for row in load("half_space")["rows"]
-    ]
-    heads = ("samples", "Retouch, CPU s", "Tamaas, CPU s", "ratio (95 %)", "pressures apart, of their peak")
-    return table(heads, rows)
-
-
-def beside_tamaas() -> Iterator[dict[str, Any]]:
-    """Rows by samples along a side: CPU seconds of both to one residual."""
+def beside_tamaas(samples: int, pairs: int) -> dict[str, Any]:
+    """CPU seconds of both to one residual, with so many samples along a side."""
     # Once Pardiso has run, Tamaas takes the Fourier transforms of its library, MKL, and a third of the time.
     sparse.factorised(sp.identity(2, format="csr"))
     tile = np.asarray(load_heights(find_texture("gravel-tile")), dtype=np.float64)
-    for samples, pairs in PAIRS.items():
-        scale = samples / SIDE
-        heights = tile if scale == 1.0 else zoom(tile, scale, order=3, mode="grid-wrap", grid_mode=True)
-        heights = np.ascontiguousarray(heights)
-        body = PeriodicHalfSpace(samples, SIZE_MM, SKIN.poisson_ratio)
-        theirs = tamaas_pressure(heights)
-        tolerance = TOLERANCE * FACTOR**8
-        while measured(body, heights, theirs(tolerance))["residual"] > TOLERANCE:
-            tolerance /= FACTOR
-        field, solver = torch.as_tensor(heights), SingleFirst(body, Stop(residual=TOLERANCE))
-
-        ours = partial(solver, body, field, MEAN, None)
-        pressures = ours().pressure.numpy(), theirs(tolerance)
-        seconds = in_pairs(cpu_of(ours), cpu_of(partial(theirs, tolerance)), pairs)
-        yield {
-            "samples": samples,
-            **ratio(seconds[1], seconds[0]),
-            "ours": measured(body, heights, pressures[0]),
-            "tamaas": measured(body, heights, pressures[1]),
-            "pressures_off": float(np.abs(pressures[0] - pressures[1]).max() / pressures[1].max()),
-        }
+    scale = samples / SIDE
+    heights = tile if scale == 1.0 else zoom(tile, scale, order=3, mode="grid-wrap", grid_mode=True)
+    heights = np.ascontiguousarray(heights)
+    body = PeriodicHalfSpace(samples, SIZE_MM, SKIN.poisson_ratio)
+    theirs = tamaas_pressure(heights)
+    tolerance = TOLERANCE * FACTOR**8
+    while measured(body, heights, theirs(tolerance))["residual"] > TOLERANCE:
+        tolerance /= FACTOR
+    ours = partial(SingleFirst(body, Stop(residual=TOLERANCE)), body, torch.as_tensor(heights), MEAN, None)
+    pressures = ours().pressure.numpy(), theirs(tolerance)
+    seconds = in_pairs(cpu_of(ours), cpu_of(partial(theirs, tolerance)), pairs)
+    return {
+        **ratio(seconds[1], seconds[0]),
+        "ours": measured(body, heights, pressures[0]),
+        "tamaas": measured(body, heights, pressures[1]),
+        "pressures_off": float(np.abs(pressures[0] - pressures[1]).max() / pressures[1].max()),
+    }
 
 
 def cpu_of(work: Callable[[], object]) -> Callable[[], float]:

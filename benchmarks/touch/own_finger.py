@@ -1,7 +1,6 @@
 """Spherical fingertips by `retouch evaluate --finger` beside the round finger of their radius.
 
-python -m benchmarks.touch.own_finger            # what is missing in results/own_finger.json
-python -m benchmarks.touch.own_finger --again    # all of it
+python -m benchmarks.touch.own_finger [NAME ...] [--again]
 
 Rows are radii of a cap 4 mm thick, with the homogeneous finger of 0.05 MPa at 1 N; `measured` is layered, and
 `halved` has facets of half a pixel in place of one.
@@ -9,7 +8,6 @@ Rows are radii of a cap 4 mm thick, with the homogeneous finger of 0.05 MPa at 1
 
 from __future__ import annotations
 
-import resource
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -18,7 +16,7 @@ import manifold3d
 import numpy as np
 
 import tactile
-from benchmarks.shared.common import DOCS, again_given, kept, load, publish, table
+from benchmarks.shared.common import cpu_s, publish, rows_of, table
 from mitsuba_scenes import find_texture
 from optimize.settings.skins import load_skin
 from relief.relief import Relief
@@ -28,7 +26,6 @@ from retouch.verbs.fingers import own_finger
 from tactile.jnd import jnd_apart
 from tactile.unstructured.meshing import Sizing
 
-COMMAND = "benchmarks.touch.own_finger"
 TEXTURES = ("gravel-tile", "brick-tile", "knit-tile")
 THICKNESS_MM = 4.0
 SOFT = tactile.Skin(young_modulus_mpa=0.05, force_n=1.0)
@@ -55,12 +52,12 @@ def measured(radius_mm: float, kind: str) -> dict[str, Any]:
     skin = load_skin("measured") if kind == "measured" else SOFT
     if kind == "halved":
         own_finger.Sizing = lambda contact, *rest: Sizing(0.5 * contact, *rest)  # type: ignore[assignment,misc]
-    began = _cpu_s()
+    began = cpu_s()
     finger = own_finger.own_finger(cap(radius_mm), skin)
     touches, spent = {}, []
     for name in TEXTURES:
         both = finger.feel(Relief.read(find_texture(Path(name))))
-        spent.append(_cpu_s() - began)
+        spent.append(cpu_s() - began)
         touches[name] = {
             which: {**felt.means, "in_contact": felt.contact_fraction}
             for which, felt in zip(("own", "round"), both, strict=True)
@@ -76,15 +73,10 @@ def measured(radius_mm: float, kind: str) -> dict[str, Any]:
     }
 
 
-def _cpu_s() -> float:
-    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    return sum(one.ru_utime + one.ru_stime for one in used)
-
-
-def rows() -> list[list[Any]]:
+def lines(rows: dict[str, Any]) -> list[list[Any]]:
     """How far V, area and JND of each fingertip are from the round finger: range over the textures."""
     found = []
-    for row, content in load("own_finger")["rows"].items():
+    for row, content in rows.items():
         felt = content["textures"]
         cells = [
             _ends([100.0 * (felt[name]["own"][key] / felt[name]["round"][key] - 1.0) for name in TEXTURES], 1)
@@ -108,11 +100,10 @@ def _ends(values: list[float], digits: int) -> str:
 
 
 def main() -> None:
-    again = again_given(__doc__)
-    for row, (radius, kind) in ROWS.items():
-        kept("own_finger", "rows", row, partial(measured, radius, kind), again)
+    measures = {row: partial(measured, *kind) for row, kind in ROWS.items()}
+    rows = rows_of(__doc__, "own_finger", "rows", measures)
     head = ("fingertip", "V, %", "contact area, %", "JND between textures")
-    publish(DOCS / "evidence" / "touch.md", "own", COMMAND, table(head, rows()))
+    publish("touch", "own", table(head, lines(rows)))
 
 
 if __name__ == "__main__":

@@ -21,11 +21,10 @@ BATCH = 8
 
 
 class Measured(NamedTuple):
-    """V, contact area (mm²) and share in contact of each relief of a set."""
+    """V and contact area (mm²) of each relief of a set."""
 
     roughness: Array
     area: Array
-    fraction: Array
 
 
 def measure(operator: SkinOperator, reliefs: Tensor) -> Measured:
@@ -37,8 +36,7 @@ def measure(operator: SkinOperator, reliefs: Tensor) -> Measured:
     for batch in reliefs.split(BATCH):
         state = solve_contact(operator, batch, MEAN)
         strain = smallest_eigenvalue(operator.strain(state.pressure)) - flat
-        share = (state.pressure > 0.0).double().mean((-2, -1))
-        rows.append((tactile.roughness(strain, SIZE_MM), tactile.contact_area(state.gap, SIZE_MM), share))
+        rows.append((tactile.roughness(strain, SIZE_MM), tactile.contact_area(state.gap, SIZE_MM)))
     return Measured(*(torch.cat(parts).numpy() for parts in zip(*rows, strict=True)))
 
 

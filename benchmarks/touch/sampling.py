@@ -1,6 +1,6 @@
 """Means over the locations of finely sampled plates, of which few are pressed with all samples.
 
-python -m benchmarks.touch.sampling    # some minutes on one core
+python -m benchmarks.touch.sampling [NAME ...] [--again]    # some minutes on one core
 
 Plates of 25 mm with 49 contact locations of 512 x 512 samples. Each location is pressed with 128 x 128
 samples, and eight with all of theirs (`tactile.measures.ratio_estimate`). Writes results/sampling.json and a
@@ -10,6 +10,7 @@ place of docs/evidence/optimiser.md.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ import torch
 from scipy.ndimage import gaussian_filter, zoom
 
 import tactile
-from benchmarks.shared.common import DOCS, load, machine, parser_of, publish, save, table
+from benchmarks.shared.common import publish, rows_of, table_of
 from mitsuba_scenes import find_texture
 from relief.ground.arrays import Array
 from relief.patches import STEERING_SAMPLES, Patches
@@ -33,57 +34,54 @@ PLATE, FINE, CHOSEN, DRAWS = 25, 512, 8, 200
 """Side of a plate, mm; samples a side of a patch; locations with all samples; random choices of these."""
 
 
+COLUMNS = {
+    "V": "{V:.4f}",
+    "128 samples alone, off %": "{roughness, 128, %:.2f}",
+    "ratio estimate, rms %": "{roughness, rms, %:.2f}",
+    "largest %": "{roughness, largest, %:.2f}",
+    "standard error as stated, %": "{roughness, stated, %:.2f}",
+}
+
+
 def main() -> None:
-    parser_of(__doc__).parse_args()
-    save("sampling", {"machine": machine(), "samplings": samplings()})
-    page = DOCS / "evidence" / "optimiser.md"
-    publish(page, "sampling", "benchmarks.touch.sampling", as_text(load("sampling")["samplings"]))
+    torch.set_num_threads(1)
+    measures = {name: partial(sampled, one) for name, one in fine_reliefs(PLATE * FINE // 10).items()}
+    rows = rows_of(__doc__, "sampling", "samplings", measures)
+    publish("optimiser", "sampling", table_of("relief", rows, COLUMNS))
 
 
-def as_text(rows: list[dict[str, Any]]) -> str:
-    """V of every plate, and how far off both estimates are."""
-    keys = [f"roughness, {what}, %" for what in ("128", "rms", "largest", "stated")]
-    lines = [[row["relief"], f"{row['V']:.4f}", *(f"{row[key]:.2f}" for key in keys)] for row in rows]
-    heads = ("128 samples alone, off %", "ratio estimate, rms %", "largest %", "standard error as stated, %")
-    return table(("relief", "V", *heads), lines)
+def sampled(heights: Array) -> dict[str, Any]:
+    """Means over 49 locations of a plate, with `FINE` samples a patch, beside `ratio_estimate` of `CHOSEN`.
 
-
-def samplings() -> list[dict[str, Any]]:
-    """Means over 49 locations of plates, with `FINE` samples a patch, beside `ratio_estimate` of `CHOSEN`.
-
-    Rows have V, what V with 128 samples a patch is off in %, what ratio estimates are off (rms and largest of
+    A row has V, what V with 128 samples a patch is off in %, what ratio estimates are off (rms and largest of
     `DRAWS` random choices) and the standard error that these state (mean), all in % of V; and the same of the
     contact area.
     """
-    torch.set_num_threads(1)
-    surface = Surface((PLATE * FINE // 10,) * 2, float(PLATE))
+    surface = Surface(heights.shape, float(PLATE))
     every = Patches(surface, places(surface))
-    rows = []
-    for name, heights in fine_reliefs(surface.shape[0]).items():
-        full, coarse = (felt(patches, heights) for patches in (every, replace(every, most=STEERING_SAMPLES)))
-        row: dict[str, Any] = {"relief": name, "V": full.means["roughness"]}
-        for quantity in full.values:
-            true = full.means[quantity]
-            off, stated = [], []
-            for seed in range(DRAWS):
-                chosen = np.sort(np.random.default_rng(seed).permutation(every.count)[:CHOSEN])
-                some = replace(full, values={key: each[chosen] for key, each in full.values.items()})
-                some = replace(some, contact_fractions=full.contact_fractions[chosen])
-                estimate = ratio_estimate(coarse, some, chosen)
-                assert estimate.subsample is not None
-                off.append(estimate.means[quantity] / true - 1.0)
-                stated.append(estimate.subsample.standard_errors[quantity] / true)
-            row |= {
-                f"{quantity}, {what}, %": 100.0 * float(value)
-                for what, value in {
-                    "128": coarse.means[quantity] / true - 1.0,
-                    "rms": np.sqrt(np.mean(np.square(off))),
-                    "largest": np.abs(off).max(),
-                    "stated": np.mean(stated),
-                }.items()
-            }
-        rows.append(row)
-    return rows
+    full, coarse = (felt(patches, heights) for patches in (every, replace(every, most=STEERING_SAMPLES)))
+    row: dict[str, Any] = {"V": full.means["roughness"]}
+    for quantity in full.values:
+        true = full.means[quantity]
+        off, stated = [], []
+        for seed in range(DRAWS):
+            chosen = np.sort(np.random.default_rng(seed).permutation(every.count)[:CHOSEN])
+            some = replace(full, values={key: each[chosen] for key, each in full.values.items()})
+            some = replace(some, contact_fractions=full.contact_fractions[chosen])
+            estimate = ratio_estimate(coarse, some, chosen)
+            assert estimate.subsample is not None
+            off.append(estimate.means[quantity] / true - 1.0)
+            stated.append(estimate.subsample.standard_errors[quantity] / true)
+        row |= {
+            f"{quantity}, {what}, %": 100.0 * float(value)
+            for what, value in {
+                "128": coarse.means[quantity] / true - 1.0,
+                "rms": np.sqrt(np.mean(np.square(off))),
+                "largest": np.abs(off).max(),
+                "stated": np.mean(stated),
+            }.items()
+        }
+    return row
 
 
 def fine_reliefs(n: int) -> dict[str, Array]:

@@ -19,7 +19,7 @@ import torch
 from torch import Tensor
 
 import tactile
-from benchmarks.shared.common import DOCS, machine, parser_of, publish, save, table
+from benchmarks.shared.common import machine, parser_of, publish, save, table
 from benchmarks.touch.pressed_reliefs import SIDE, SIZE_MM, crop, grating, many, noise, scaled
 from optimize.settings.skins import load_skin
 from relief.ground.arrays import Array
@@ -29,7 +29,6 @@ from relief.surface import Surface
 from tactile.contact import Stop, solve_contact
 from tactile.model import ModelName, TouchModel, touch_model
 
-PAGE = DOCS / "evidence" / "touch.md"
 TIGHT = Stop(residual=1e-11)
 RANDOM = 60
 """Number of random reliefs; the others are extreme."""
@@ -55,7 +54,7 @@ def main() -> None:
         rows.append(row_of(case))
         print(rows[-1], flush=True)
     save("stopping", {"machine": machine(), "rows": rows})
-    publish(PAGE, "stopping", "benchmarks.touch.stopping", as_text(rows))
+    publish("touch", "stopping", as_text(rows))
 
 
 def cases() -> Iterator[Case]:

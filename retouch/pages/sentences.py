@@ -35,7 +35,8 @@ class TextTable:
         lines = [[heading for heading, _ in self.columns], *self.rows]
         widths = [max(map(len, cells)) for cells in zip(*lines, strict=True)]
         return "\n".join(
-            (" " * self.gap).join(map(str.ljust, line, widths, strict=True)).rstrip() for line in lines
+            (" " * self.gap).join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip()
+            for line in lines
         )
 
 

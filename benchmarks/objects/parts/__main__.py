@@ -12,11 +12,7 @@ The parts (3MF) are of build123d (15, within 0.02 mm and 0.15 rad), Blender (vas
 """
 
 import json
-import os
 import re
-import resource
-import subprocess
-import sys
 import tempfile
 from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
@@ -27,15 +23,14 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.objects.bundled import TEXTURE, on_plate, tile_of
+from benchmarks.objects.bundled import TEXTURE
 from benchmarks.objects.parts.part_clients import looked_at
-from benchmarks.shared.common import DOCS, ROOT, kept, load, parser_of, publish, table
-from relief.ground.arrays import Array
+from benchmarks.shared.common import publish, rows_of, table
+from benchmarks.shared.processes import process
 from relief.solids.files.mesh import read_mesh
 
 HERE = Path(__file__).parent
 NAMES = sorted(file.stem for file in HERE.glob("*.3mf"))
-RESULT, COMMAND = "wrapped_parts", "benchmarks.objects.parts"
 MOST_CPU_S, MOST_GB = 180, 6
 """CPU seconds and memory, GB, after which a wrap is ended."""
 ABOUT = re.compile(r"about ([\d,]+) triangles")
@@ -50,41 +45,27 @@ SHARES = (
 """Lines of the table: words, and the least and the largest share, %."""
 
 
-def _limit() -> None:
-    """Limit the CPU time and the memory of the process."""
-    resource.setrlimit(resource.RLIMIT_CPU, (MOST_CPU_S, MOST_CPU_S))
-    resource.setrlimit(resource.RLIMIT_DATA, (MOST_GB * 10**9, MOST_GB * 10**9))
-
-
 def wrapped(name: str, out: Path) -> dict[str, Any]:
     """Numbers and cost of `retouch wrap` on a part, and the last line of a failure."""
-    command = (sys.executable, "-m", "retouch", "wrap", TEXTURE, str(HERE / f"{name}.3mf"), "-o", str(out))
-    with tempfile.TemporaryFile("w+") as said, tempfile.TemporaryFile("w+") as answer:
-        child = subprocess.Popen(
-            (*command, "--json"), cwd=ROOT, stdout=answer, stderr=said, preexec_fn=_limit
-        )
-        _, status, usage = os.wait4(child.pid, 0)
-        child.returncode = os.waitstatus_to_exitcode(status)
-        said.seek(0)
-        answer.seek(0)
-        lines = said.read()
-        match = ABOUT.search(lines)
-        row = {
-            "told": int(match[1].replace(",", "")) if match else None,
-            "cpu_s": usage.ru_utime + usage.ru_stime,
-            "peak_gb": usage.ru_maxrss / 1e6,
-        }
-        if child.returncode == 0:
-            numbers = json.loads(answer.read())
-            return row | {key: numbers[key] for key in KEPT}
-        if child.returncode < 0:
-            return row | {"failure": f"ended after {MOST_CPU_S} CPU s"}
-        if "MemoryError" in lines or "allocate" in lines:
-            return row | {"failure": f"took more than {MOST_GB} GB"}
-        return row | {"failure": lines.strip().splitlines()[-1] if lines.strip() else f"{child.returncode}"}
+    command = ("-m", "retouch", "wrap", TEXTURE, str(HERE / f"{name}.3mf"), "-o", str(out), "--json")
+    ended = process(command, most=(MOST_CPU_S, MOST_GB))
+    match = ABOUT.search(ended.err)
+    row = {
+        "told": int(match[1].replace(",", "")) if match else None,
+        "cpu_s": ended.cpu_s,
+        "peak_gb": ended.peak_gb,
+    }
+    if ended.status == 0:
+        numbers = json.loads(ended.out)
+        return row | {key: numbers[key] for key in KEPT}
+    if ended.status < 0:
+        return row | {"failure": f"ended after {MOST_CPU_S} CPU s"}
+    if "MemoryError" in ended.err or "allocate" in ended.err:
+        return row | {"failure": f"took more than {MOST_GB} GB"}
+    return row | {"failure": (ended.err.strip().splitlines() or [str(ended.status)])[-1]}
 
 
-def measured(name: str, plate: Array) -> dict[str, Any]:
+def measured(name: str) -> dict[str, Any]:
     """Everything about one part."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "wrapped.3mf"
@@ -94,7 +75,7 @@ def measured(name: str, plate: Array) -> dict[str, Any]:
             return row
         # In a process of its own, as the memory of this one counts for those that it starts.
         with ProcessPoolExecutor(1, get_context("spawn")) as pool:
-            work = pool.submit(looked_at, HERE / f"{name}.3mf", out, plate)
+            work = pool.submit(looked_at, HERE / f"{name}.3mf", out)
             return row | work.result()
 
 
@@ -114,26 +95,15 @@ def summary(rows: Mapping[str, Mapping[str, Any]]) -> str:
                 f"{max(row['peak_gb'] for row in some):.1f}",
             )
         )
-    head = (
-        "relief lowered on",
-        "parts",
-        "closed, sound in PrusaSlicer",
-        "from the tile, JND: median (range)",
-    )
-    return table((*head, "CPU s, median", "GB, most"), lines)
+    head = ["relief lowered on", "parts", "closed, sound in PrusaSlicer"]
+    head += ["from the tile, JND: median (range)", "CPU s, median", "GB, most"]
+    return table(head, lines)
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(NAMES))
-    parser.add_argument("--again", action="store_true", help="also parts that there are results of")
-    options = parser.parse_args()
-    if unknown := set(options.names) - set(NAMES):
-        parser.error(f"{', '.join(sorted(unknown))}: not among {', '.join(NAMES)}")
-    plate = on_plate(tile_of(TEXTURE))
-    for name in options.names or NAMES:
-        kept(RESULT, "parts", name, partial(measured, name, plate), options.again)
-    publish(DOCS / "evidence" / "objects.md", "parts", COMMAND, summary(load(RESULT)["parts"]))
+    measures = {name: partial(measured, name) for name in NAMES}
+    rows = rows_of(__doc__, "wrapped_parts", "parts", measures)
+    publish("objects", "parts", summary(rows))
 
 
 if __name__ == "__main__":

@@ -7,11 +7,10 @@ from typing import Any
 
 import trimesh
 
-from benchmarks.objects.bundled import PLACES, apart
+from benchmarks.objects.bundled import PLACES, from_tile
 from benchmarks.prints.prusa import Slicer
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.mesh_feel import feel_of
-from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.solids.body import Part
 from relief.solids.export.parts import write_parts
@@ -21,13 +20,12 @@ RAFT_LAYERS = 2
 """Layers of a raft, for parts that stand on a point."""
 
 
-def looked_at(bare: Path, file: Path, plate: Array) -> dict[str, Any]:
+def looked_at(bare: Path, file: Path) -> dict[str, Any]:
     """What other programs make of a part wrapped into a file, beside the bare part, and the finger.
 
     Args:
         bare: the file of the part.
         file: of the wrapped part.
-        plate: (k,) roughness of the tile on a plate.
     """
     try:
         read = read_mesh(file)
@@ -47,7 +45,7 @@ def looked_at(bare: Path, file: Path, plate: Array) -> dict[str, Any]:
     if felt.crops[0].on_edge:
         return row | {"not_felt": "edges everywhere"}
     row |= {"roughness": float(found.mean()), "places": len(found)}
-    return row | {"jnd_from_tile": apart(found, plate)}
+    return row | {"jnd_from_tile": from_tile(found)}
 
 
 def _sliced(slicer: Slicer, file: Path) -> str:

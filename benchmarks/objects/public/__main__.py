@@ -1,22 +1,17 @@
 """Parts from public repositories: the share that `retouch wrap` lets out, and what is wrong with these.
 
-python -m benchmarks.objects.public FOLDER [NAME ...] [--again]
+python -m benchmarks.objects.public [NAME ...] [--folder FOLDER] [--again]
 
-`parts.json` lists the files by repository, commit, path and SHA-256; FOLDER holds them as
+`parts.json` lists the files by repository, commit, path and SHA-256; FOLDER (runs/public) holds them as
 OWNER/REPOSITORY/PATH. Each is wrapped with leather of 0.4 mm on 200,000 triangles, first by default, then, as
 long as it is refused, with the option that the line of the refusal advises. Each wrap is a process of its own
-with limits of CPU time and memory. What comes out is compared with its file. NAME is part of a path.
-Resumable.
+with limits of CPU time and memory. What comes out is compared with its file.
 """
 
 import hashlib
 import json
 import math
-import os
 import re
-import resource
-import subprocess
-import sys
 import tempfile
 from collections import Counter
 from collections.abc import Mapping
@@ -27,10 +22,11 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.objects.public.found import RELIEF_MM, faces_of, faults, found
-from benchmarks.shared.common import DOCS, ROOT, kept, load, parser_of, publish, table
+from benchmarks.shared.common import load, parts_of, publish, rows_parser, table
+from benchmarks.shared.processes import process
 
 PARTS: list[dict[str, str]] = json.loads((Path(__file__).parent / "parts.json").read_text("utf-8"))
-RESULT, COMMAND, TEXTURE, FACES = "public_parts", "benchmarks.objects.public", "leather-tile", 200_000
+RESULT, TEXTURE, FACES = "public_parts", "leather-tile", 200_000
 MOST_CPU_S, MOST_GB = 150, 6
 """CPU seconds and memory, GB, after which a wrap is ended."""
 WIDE = re.compile(r"the largest ([\d.e+]+) mm wide")
@@ -42,28 +38,18 @@ def name_of(part: Mapping[str, str]) -> str:
     return f"{part['repository']}/{part['path']}"
 
 
-def _limit() -> None:
-    """Limit the CPU time and the memory of the process."""
-    resource.setrlimit(resource.RLIMIT_CPU, (MOST_CPU_S, MOST_CPU_S))
-    resource.setrlimit(resource.RLIMIT_DATA, (MOST_GB * 10**9, MOST_GB * 10**9))
-
-
 def wrapped(file: Path, out: Path, options: tuple[str, ...]) -> dict[str, Any]:
     """Cost of `retouch wrap` on a file, and the last line of a refusal."""
-    command = [sys.executable, "-m", "retouch", "wrap", TEXTURE, str(file), "--relief-mm", f"{RELIEF_MM:g}"]
+    command = ["-m", "retouch", "wrap", TEXTURE, str(file), "--relief-mm", f"{RELIEF_MM:g}"]
     command += ["--faces", str(FACES), "-q", *options, "-o", str(out)]
-    with tempfile.TemporaryFile("w+") as said:
-        child = subprocess.Popen(command, cwd=ROOT, stderr=said, preexec_fn=_limit)
-        _, status, usage = os.wait4(child.pid, 0)
-        child.returncode = os.waitstatus_to_exitcode(status)
-        said.seek(0)
-        lines = said.read().strip().splitlines()
-    row = {"cpu_s": round(usage.ru_utime + usage.ru_stime, 1), "peak_gb": round(usage.ru_maxrss / 1e6, 2)}
-    if child.returncode == 0:
+    ended = process(command, most=(MOST_CPU_S, MOST_GB))
+    row = {"cpu_s": round(ended.cpu_s, 1), "peak_gb": round(ended.peak_gb, 2)}
+    if ended.status == 0:
         return row
-    if child.returncode < 0:
+    if ended.status < 0:
         return row | {"ended": f"after {MOST_CPU_S} CPU s"}
-    return row | {"refused": lines[-1].replace(str(file), file.name) if lines else f"{child.returncode}"}
+    line = (ended.err.strip().splitlines() or [str(ended.status)])[-1]
+    return row | {"refused": line.replace(str(file), file.name)}
 
 
 def advised(line: str, options: tuple[str, ...], unit: str = "mm") -> tuple[str, ...]:
@@ -129,15 +115,12 @@ def summary(results: Mapping[str, Any]) -> str:
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("folder", type=Path, metavar="FOLDER")
-    parser.add_argument("names", nargs="*", metavar="NAME", help="parts of paths")
-    parser.add_argument("--again", action="store_true", help="also files that there are results of")
-    options = parser.parse_args()
-    for part in PARTS:
-        if not options.names or any(name in name_of(part) for name in options.names):
-            kept(RESULT, "now", name_of(part), partial(measured, part, options.folder), options.again)
-    publish(DOCS / "evidence" / "objects.md", "public", COMMAND, summary(load(RESULT)))
+    parser = rows_parser(__doc__)
+    parser.add_argument("--folder", type=Path, default=Path("runs/public"), help="of the files")
+    asked = parser.parse_args()
+    measures = {name_of(part): partial(measured, part, asked.folder) for part in PARTS}
+    parts_of(asked, RESULT, {"now": measures})
+    publish("objects", "public", summary(load(RESULT)))
 
 
 if __name__ == "__main__":

@@ -8,7 +8,6 @@ whole; a free-form part, with triangles within 0.5 um. The STL has facets within
 CAD programs call medium, and differs in nothing else.
 """
 
-import resource
 import tempfile
 from functools import partial
 from pathlib import Path
@@ -17,7 +16,7 @@ from typing import Any
 import cascadio
 import numpy as np
 
-from benchmarks.shared.common import DOCS, kept, load, parser_of, publish, table
+from benchmarks.shared.common import cpu_s, publish, rows_of, table
 from relief.ground.arrays import Array
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import as_written, write_parts
@@ -30,7 +29,7 @@ from retouch.verbs.objects.wrap_options import WrapOptions
 from retouch.verbs.objects.wrap_task import task_of
 from tests.relief.solids.files.exact_surfaces import SURFACES, distance
 
-HERE, RESULT = Path(__file__).parent, "step"
+HERE = Path(__file__).parent
 MASKS = {
     **{"knob": "z>8", "bracket": "x>10 | z>10", "bottle": "z>10", "ring": "x>0", "cone": "z>10"},
     **{"chamfers": "z>8", "pin": "z>10", "pair": "x<0", "inches": "x>0", "free_form": "y<15 & z>5"},
@@ -71,12 +70,12 @@ def apart(file: Path, points: Array) -> Array:
 
 def outcome(file: Path, step: Path) -> dict[str, Any]:
     """What comes out of a file, by the exact surface of its STEP file."""
-    begun = _cpu_s()
+    begun = cpu_s()
     task = task_of("leather-tile", file, WrapOptions(mask=MASKS[step.stem], faces=FACES, relief_mm=0.5))
     with tempfile.TemporaryDirectory() as folder:
         written = partial(as_written, suffix=".stl")
         wrapped = task.wrapped(task.settings, written)
-        cpu_s = _cpu_s() - begun
+        seconds = cpu_s() - begun
         out = write_parts(Path(folder) / "out.stl", [Part("", wrapped.body)])
         body = read_mesh(out).body
     whole = wrapped.textured > WHOLE
@@ -91,14 +90,8 @@ def outcome(file: Path, step: Path) -> dict[str, Any]:
         "farthest_um": 1000.0 * wrapped.base.mesh.farthest_mm,
         "closed": 2 * len(edge_pairs(body.faces)) == 3 * len(body.faces),
         "crossings": self_intersections(body),
-        "cpu_s": cpu_s,
+        "cpu_s": seconds,
     }
-
-
-def _cpu_s() -> float:
-    """CPU seconds of this process and of its children."""
-    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    return sum(each.ru_utime + each.ru_stime for each in used)
 
 
 def compared(name: str) -> dict[str, Any]:
@@ -109,15 +102,9 @@ def compared(name: str) -> dict[str, Any]:
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(MASKS))
-    parser.add_argument("--again", action="store_true", help="also parts that there are results of")
-    options = parser.parse_args()
-    for name in options.names or MASKS:
-        kept(RESULT, "parts", name, partial(compared, name), options.again)
-    publish(
-        DOCS / "evidence" / "objects.md", "step", "benchmarks.objects.step", summary(load(RESULT)["parts"])
-    )
+    measures = {name: partial(compared, name) for name in MASKS}
+    rows = rows_of(__doc__, "step", "parts", measures)
+    publish("objects", "step", summary(rows))
 
 
 def summary(parts: dict[str, Any]) -> str:

@@ -19,14 +19,15 @@ import numpy as np
 
 from relief.ground.errors import InputError
 from relief.ground.files import write_atomically
+from relief.ground.progress import say
 from retouch.laboratory.people.plates import SetPlate, areas_of, levels_of, read_plates
 from retouch.laboratory.people.reading import COLDER, HEADINGS, MAGNITUDES, ROUGHER, SAME, SORTS, TRIAL
 from retouch.laboratory.people.tables import PLATES, read_table
 from retouch.laboratory.stimulus_sets.levels import CONTACT, ROUGHNESS
 from retouch.laboratory.stimulus_sets.stimulus_set import Experiment
 
-FOLDER = "experiment"
-"""Folder of the plan in that of a set."""
+FOLDER, ANSWERS = "experiment", "answers-"
+"""Folder of the plan in that of a set, and how folders and tables of answers begin there."""
 APART = 2
 """Trials of other textures between two of one."""
 MOST_RATINGS = 60
@@ -184,6 +185,14 @@ def csv_bytes(rows: Iterable[Sequence[object]]) -> bytes:
     return text.getvalue().encode()
 
 
+def check_answers(folder: Path) -> None:
+    """Raises InputError if a set holds answers to its plan, which another plan cannot read."""
+    if answered := sorted((folder / FOLDER).glob(f"{ANSWERS}*/{ANSWERS}*.csv")):
+        raise InputError(
+            f"{answered[-1].parent}: answers to the plan that is there; move them, or keep the plan"
+        )
+
+
 def write_plan(folder: Path, experiment: Experiment) -> TrialPlan | None:
     """Write the tables of a plan into the folder of a set; None where the set has no two plates to compare.
 
@@ -193,6 +202,12 @@ def write_plan(folder: Path, experiment: Experiment) -> TrialPlan | None:
     trial_plan = plan(read_plates(folder), experiment)
     if not trial_plan.trials:
         return None
+    compared = trial_plan.trials.get(ROUGHER) or trial_plan.trials.get(COLDER) or {}
+    if any(len(trials) != experiment.pairs for trials in compared.values()):
+        trials = len(next(iter(compared.values())))
+        say(
+            f"{trials} pairs each instead of {experiment.pairs}: each of the plan's pairs comes equally often"
+        )
     for question in trial_plan.trials:
         write_atomically(folder / FOLDER / f"{question}.csv", csv_bytes(trial_plan.rows(question)))
     for question in HEADINGS.keys() - trial_plan.trials.keys():

@@ -6,14 +6,12 @@ from pathlib import Path
 from optimize.run_directory.finished_run import read_verification
 from relief.ground.errors import InputError
 from retouch.laboratory.people.tables import CsvRow, read_table
-from retouch.laboratory.stimulus_sets.document import PLATES
+from retouch.laboratory.stimulus_sets.document import MEASURED, PLATES
 from retouch.laboratory.stimulus_sets.levels import CONTACT, ROUGHNESS
 from tactile.jnd import SMOOTH_BELOW
 
 COLUMNS = ("texture", "label", "kind", "level", "roughness", "contact_area_mm2")
 """Columns of `plates.csv` without which there is no experiment."""
-MEASURED = "measured finger"
-"""Name of the measured finger of every run (`optimize.verification.other_fingers`)."""
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,8 @@ DOCUMENT, PLATES, PAIRS = "stimuli.json", "plates.csv", "pairs.csv"
 PAPER_NEIGHBOURS_PERCENT, PAPER_COLDER_PERCENT = 85.0, 83.1
 """Percentages that the paper's participants ranked rightly: neighbours in roughness (5.4.1), and in contact
 area (5.5.1)."""
+MEASURED = "measured finger"
+"""Name of the measured finger of every run (`optimize.verification.other_fingers`)."""
 RENDERS, AFTER = "renders", "-after.exr"
 """Folder of a run's pictures, and the end of the names of those of its result."""
 MET_PERCENT = 1.0
@@ -307,6 +309,8 @@ def _fingers(plates: Sequence[FinishedPlate]) -> list[FingerLevels]:
             for one in result.touch.fingers.each:
                 if one.jnd is not None:
                     felt.setdefault(one.name, []).append(one.jnd)
+            if result.touch.measured is not None and result.touch.measured.jnd_mean is not None:
+                felt.setdefault(MEASURED, []).append(result.touch.measured.jnd_mean)
     return [
         FingerLevels(name, jnds, 100.0 * prediction.neighbours_right(jnds))
         for name, jnds in felt.items()

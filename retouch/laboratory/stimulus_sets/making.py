@@ -64,8 +64,10 @@ class StimulusPlates:
 
     def lines(self, seconds: float | None = None) -> Iterator[str | TextTable]:
         """Lines and the table of the plates for a person; `seconds` that the set took, if it was computed."""
-        headings = ("plate", "kind", "felt, JND", "over places", "contact, mm²", "pictures, %", "JOD")
-        rows = [_cells(plate) for plate in self.numbers.plates]
+        headings = ["plate", "kind", "felt, JND", "over places", "contact, mm²", "pictures, %"]
+        if any(plate.jod is not None for plate in self.numbers.plates):
+            headings.append("JOD")
+        rows = [_cells(plate)[: len(headings)] for plate in self.numbers.plates]
         yield TextTable([(heading, "") for heading in headings], rows, gap=1)
         if smooth := [plate.roughness for plate in self.numbers.plates if plate.jnd is None]:
             yield smooth_clause(min(roughness or 0.0 for roughness in smooth))
@@ -128,7 +130,7 @@ def _make(stimuli: StimulusSet, out: Path, make_runner: engine.MakeRunner | None
     if make_runner is None:
         rows = engine.known(expanded, out, study.measures)
     else:
-        rows = engine.compute(expanded, out, make_runner, study.measures)
+        rows = engine.compute(expanded, out, make_runner, study.measures, what="plates")
     of_study = document(study, expanded, rows, quick=False)
     write_files(out, of_study, study_page(of_study, out), STUDY_PAGE)
     done = documents.plates_done(plates, rows, out)

@@ -31,6 +31,26 @@ def test_a_redrawn_set_has_a_plan(copy: Path, capsys: pytest.CaptureFixture[str]
     assert "--people" in capsys.readouterr().err
 
 
+def test_a_plan_with_answers_is_not_replaced(copy: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Answers name trials of the plan, and another plan would refuse them."""
+    retouch.redraw_stimuli(copy, experiment={"people": 3, "pairs": 6, "seed": 5})
+    answers = copy / "experiment" / "answers-1-0123abcd" / "answers-rougher.csv"
+    answers.parent.mkdir()
+    answers.write_text("person,trial,first,second,rougher\n")
+    before = (copy / "experiment" / "rougher.csv").read_bytes()
+    assert main(["stimuli", "--redraw", "-o", str(copy), "--people", "4"]) == BAD_INPUT
+    assert "answers to the plan that is there" in capsys.readouterr().err
+    retouch.redraw_stimuli(copy, plates={"label": "none"})
+    assert (copy / "experiment" / "rougher.csv").read_bytes() == before
+
+
+def test_the_number_of_pairs_is_said_where_it_is_another(
+    copy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["stimuli", "--redraw", "-o", str(copy), "--people", "3", "--pairs", "7"]) == 0
+    assert "6 pairs each instead of 7" in capsys.readouterr().err
+
+
 def test_plates_that_were_not_verified_have_no_plan(copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """They are plates all the same."""
     from retouch.verbs import stimulus_plates
