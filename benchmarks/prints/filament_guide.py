@@ -23,7 +23,7 @@ from benchmarks.shared.common import IMAGES, parts_of, rows_parser, table
 from optimize.verification.solids.bead_feel import feel_of_beads
 from relief.solids.filament.beads import Beads, Role
 from relief.solids.filament.gcode_reader import read_gcode
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 from tactile.jnd import SMOOTH_BELOW
 from tactile.skin import Skin
 

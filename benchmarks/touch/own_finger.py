@@ -21,7 +21,7 @@ from mitsuba_scenes import find_texture
 from optimize.settings.skins import load_skin
 from relief.relief import Relief
 from relief.solids.body import Body
-from relief.solids.files import Mesh
+from relief.solids.files.mesh import Mesh
 from retouch.verbs.fingers import own_finger
 from tactile.jnd import jnd_apart
 from tactile.unstructured.meshing import Sizing

@@ -19,7 +19,7 @@ from relief.ground.arrays import Array
 from relief.ground.srgb import srgb
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 from visual.backend.variants import choose_variant
 
 WIDTH, HEIGHT, SAMPLES, COLOURS = 480, 360, 128, 224

@@ -62,6 +62,7 @@ class Settings(SurfaceOptions):
     finest_mm: float = 0.0
 
 
+@dataclass(eq=False)
 class FileSurface:
     """A body of a file, and the share of the textures at its points.
 
@@ -79,17 +80,15 @@ class FileSurface:
         bare: (faces,) those that carry nothing: the bottom and sealed hollows.
     """
 
-    def __init__(
-        self,
-        body: Body,
-        uv: Array | None,
-        regions: Regions,
-        settings: Settings,
-        colours: FloatArray | None = None,
-        exact: Array | None = None,
-    ) -> None:
-        self.body, self.uv, self.regions, self.settings = body, uv, regions, settings
-        self.colours, self.exact = colours, exact
+    body: Body
+    uv: Array | None
+    regions: Regions
+    settings: Settings
+    colours: FloatArray | None = None
+    exact: Array | None = None
+
+    def __post_init__(self) -> None:
+        body, settings = self.body, self.settings
         longest = float(np.ptp(body.vertices, axis=0).max())
         finest = min(BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
         draft = DRAFT_EDGE_MM * max(1.0, float(np.sqrt(body.areas.sum() / DRAFT_MM2)))

@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from relief.ground.arrays import AnyArray, Array, Flags, FloatArray, sums_by
+from relief.ground.arrays import AnyArray, Array, Flags, FloatArray, flagged, sums_by, units
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.solids.body import Body
@@ -67,7 +67,7 @@ class BaseSurface:
             whole = self.rest.joined(patch.body)
             crossing = crossing_faces(whole, of=np.arange(len(whole.faces)) < len(patch.body.faces))
             if len(crossing):
-                place = crossing_place(whole, np.isin(np.arange(len(whole.faces)), crossing))
+                place = crossing_place(whole, flagged(crossing, len(whole.faces)))
                 at = ", ".join(f"{value:.4g}" for value in place)
                 fault = f"{len(crossing)} faces with texture pass through others, some near ({at}) mm"
                 advice = overlap_advice(whole, settings.united)
@@ -113,8 +113,7 @@ class FineSurface:
     def __init__(self, base: BaseSurface, fine: Refined, rest: Rest, covered: Flags) -> None:
         self.base, self.rest, self.parent, self.share = base, rest, *fine.vertex_parents(covered)
         self._flat, self.fine = fine, self._raised(fine)
-        normals = self.of_vertices(base.normals)
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        normals = units(self.of_vertices(base.normals))
         uv = None if base.uv is None else self.of_corners(base.uv[self.parent])
         colours = base.points.colours
         painted = None if colours is None else self.of_vertices(colours)

@@ -14,7 +14,7 @@ from manifold3d import Manifold
 import retouch
 from relief.ground.formats import FORMATS
 from relief.heightmap import save_heights_exr
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 from relief.solids.names import OBJECTS as NAMES
 from relief.solids.names import PROJECTIONS
 from relief.solids.objects.table import OBJECTS
