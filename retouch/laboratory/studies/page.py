@@ -6,15 +6,23 @@ from pathlib import Path
 import numpy as np
 
 from optimize.run_directory.key import REPORT
+from relief.ground.files import write_atomically
 from relief.ground.formatting import number
 from retouch.laboratory.studies.columns import Column, filled, heading
-from retouch.laboratory.studies.document import StudyDocument, TableOfDocument
-from retouch.laboratory.studies.engine import ROWS
+from retouch.laboratory.studies.document import (
+    StudyDocument,
+    TableOfDocument,
+    document,
+    document_bytes,
+    spreadsheet,
+)
+from retouch.laboratory.studies.engine import DOCUMENT, PAGE, ROWS, SPREADSHEET, Rows
 from retouch.laboratory.studies.plots import charts
 from retouch.laboratory.studies.records import Cell
 from retouch.laboratory.studies.row_key import SHORT
 from retouch.laboratory.studies.row_plates import NAMES, row_plates
-from retouch.laboratory.studies.study_file import label_text
+from retouch.laboratory.studies.rows import Expanded
+from retouch.laboratory.studies.study_file import Study, label_text
 from retouch.pages.plate_viewer.appearance import STUDIO
 from retouch.pages.rendering import render_page
 from retouch.pages.templates import as_json
@@ -120,3 +128,26 @@ def _details(key: str, cells: Mapping[str, Cell], out: Path) -> dict[str, object
         if value is not None
     }
     return {"folder": folder, "pictures": names, "numbers": numbers}
+
+
+def write_study(out: Path, study: Study, expanded: Expanded, rows: Rows, quick: bool) -> StudyDocument:
+    """Write document, spreadsheet and page of a study; each file appears whole.
+
+    Args:
+        out: folder of the study.
+        study, expanded, rows: the study, its rows, and what is known of them.
+        quick: whether it is the quick form of the study.
+
+    Returns:
+        The document.
+    """
+    content = document(study, expanded, rows, quick)
+    write_files(out, content, page(content, out))
+    return content
+
+
+def write_files(out: Path, content: StudyDocument, shown: bytes, name: str = PAGE) -> None:
+    """Write a document, its spreadsheet, and the page that shows it by name; each file appears whole."""
+    write_atomically(out / DOCUMENT, document_bytes(content))
+    write_atomically(out / SPREADSHEET, spreadsheet(content))
+    write_atomically(out / name, shown)
