@@ -132,7 +132,7 @@ def make(stimuli: StimulusSet, out: Path, make_runner: engine.MakeRunner | None)
         for name in stimuli.names:
             own = [plate for plate in done if plate.plan.texture == name]
             tiles = {plate.plan.label: read_result(plate.folder, repeats=False) for plate in own}
-            printed = write_plates(out, name, tiles, stimuli.print, stimuli.printer) if tiles else []
+            printed = write_plates(out, name, tiles, stimuli) if tiles else []
             files += printed
             with stage(f"pairs of {name}"):
                 paths = [path.relative_to(out).as_posix() for path in printed]
