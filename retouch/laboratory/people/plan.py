@@ -22,7 +22,7 @@ from relief.ground.files import write_atomically
 from relief.ground.progress import say
 from retouch.laboratory.people.plates import SetPlate, areas_of, levels_of, read_plates
 from retouch.laboratory.people.reading import COLDER, HEADINGS, MAGNITUDES, ROUGHER, SAME, SORTS, TRIAL
-from retouch.laboratory.people.tables import PLATES, read_table
+from retouch.laboratory.people.tables import PLATES, grouped, read_table
 from retouch.laboratory.stimulus_sets.levels import CONTACT, ROUGHNESS
 from retouch.laboratory.stimulus_sets.stimulus_set import Experiment
 
@@ -160,9 +160,8 @@ def _shared_out(
 
 def _ordered(trials: Trials, textures: Sequence[str], rng: np.random.Generator) -> Trials:
     """Trials in random order, one texture again after `APART` others where that is possible."""
-    waiting: dict[str, Trials] = {}
-    for k in rng.permutation(len(trials)):
-        waiting.setdefault(textures[trials[k][0]], []).append(trials[k])
+    shuffled = [trials[k] for k in rng.permutation(len(trials))]
+    waiting = grouped((textures[trial[0]], trial) for trial in shuffled)
     ordered: Trials = []
     recent: list[str] = []
     while waiting:

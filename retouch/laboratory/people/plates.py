@@ -5,7 +5,7 @@ from pathlib import Path
 
 from optimize.run_directory.finished_run import read_verification
 from relief.ground.errors import InputError
-from retouch.laboratory.people.tables import CsvRow, read_table
+from retouch.laboratory.people.tables import CsvRow, grouped, read_table
 from retouch.laboratory.stimulus_sets.document import MEASURED, PLATES
 from retouch.laboratory.stimulus_sets.levels import CONTACT, ROUGHNESS
 from tactile.jnd import SMOOTH_BELOW
@@ -128,8 +128,7 @@ def areas_of(plates: dict[str, SetPlate]) -> dict[str, list[SetPlate]]:
 
 
 def _by_texture(plates: list[SetPlate], quantity: str) -> dict[str, list[SetPlate]]:
-    by_texture: dict[str, list[SetPlate]] = {}
-    for plate in sorted(plates, key=lambda plate: float(getattr(plate, quantity))):
-        by_texture.setdefault(plate.texture, []).append(plate)
+    ascending = sorted(plates, key=lambda plate: float(getattr(plate, quantity)))
+    by_texture = grouped((plate.texture, plate) for plate in ascending)
     ordered = dict.fromkeys(plate.texture for plate in plates)
     return {name: by_texture[name] for name in ordered if len(by_texture[name]) > 1}

@@ -22,6 +22,7 @@ from retouch.laboratory.people.tables import (
     CsvRow,
     CsvTable,
     Plan,
+    grouped,
     read_table,
     rows_by_question,
 )
@@ -241,10 +242,11 @@ def _check_copies(question: str, rows: Sequence[CsvRow], notes: list[str]) -> No
     """
     if question in (SAME, SORTS):
         return
-    each: dict[tuple[str, Path, bool], list[tuple[str, ...]]] = {}
-    for row in rows:
-        answer = tuple(row.cells[name] for name in (*PLATES[question], ANSWER[question]))
-        each.setdefault((row.text("person"), row.file, TRIAL in row.cells), []).append(answer)
+    names = (*PLATES[question], ANSWER[question])
+    each = grouped(
+        ((row.text("person"), row.file, TRIAL in row.cells), tuple(row.cells[name] for name in names))
+        for row in rows
+    )
     judged = {key: Counter(answers) for key, answers in each.items() if len(answers) >= LEAST_TO_COMPARE}
     same = [pair for pair in itertools.permutations(judged, 2) if judged[pair[0]] <= judged[pair[1]]]
     for key, answers in each.items():
@@ -301,10 +303,7 @@ def _pair(question: str, row: CsvRow) -> JudgedPair:
 
 def _check_sides(question: str, pairs: Sequence[JudgedPair], rows: Sequence[CsvRow]) -> None:
     """Raise InputError for a person whose answers are all the first plate, or all the second."""
-    sides: dict[str, list[bool]] = {}
-    for pair in pairs:
-        sides.setdefault(pair.person, []).append(pair.second_told)
-    for person, seconds in sides.items():
+    for person, seconds in grouped((pair.person, pair.second_told) for pair in pairs).items():
         if len(seconds) >= LEAST_TO_JUDGE and len(set(seconds)) == 1:
             side = "second" if seconds[0] else "first"
             file = next(row.file for row in rows if row.cells["person"] == person)
@@ -316,10 +315,8 @@ def _check_sides(question: str, pairs: Sequence[JudgedPair], rows: Sequence[CsvR
 
 def _sorts(rows: Sequence[CsvRow]) -> list[Sort]:
     """Sorts from rows of a plate each. Raises InputError."""
-    each: dict[tuple[str, str], list[CsvRow]] = {}
-    for row in rows:
-        each.setdefault((row.text("person"), row.text("sort")), []).append(row)
     sorts = []
+    each = grouped(((row.text("person"), row.text("sort")), row) for row in rows)
     for (person, name), of_sort in each.items():
         places: dict[int, CsvRow] = {}
         for row in of_sort:

@@ -1,7 +1,5 @@
 """Numbers of a stimulus set: its plates as verified, and how people should rank them."""
 
-import csv
-import io
 import itertools
 import json
 import math
@@ -17,7 +15,7 @@ from optimize.run_directory.finished_run import read_verification
 from optimize.run_directory.pictures import read_grey
 from retouch.laboratory.stimulus_sets import prediction
 from retouch.laboratory.stimulus_sets.levels import CONTACT, CONTROLS, ROUGHNESS, PlateRow
-from retouch.laboratory.studies.document import short
+from retouch.laboratory.studies.document import csv_bytes, short
 from retouch.laboratory.studies.engine import ROWS, Rows
 from retouch.laboratory.studies.records import Cell
 from retouch.laboratory.studies.row_key import SHORT
@@ -399,8 +397,4 @@ def spreadsheets(numbers: SetNumbers) -> dict[str, bytes]:
 
 def _spreadsheet(rows: Sequence[tuple[str, PlateNumbers | PairNumbers]]) -> bytes:
     cells = [{"texture": texture, **asdict(row)} for texture, row in rows]
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(cells[0]) if cells else [])
-    writer.writeheader()
-    writer.writerows(short(cells))
-    return text.getvalue().encode()
+    return csv_bytes(list(cells[0]) if cells else [], short(cells))

@@ -16,7 +16,7 @@ from relief.solids.export.back_labels import labelled, pixel_mm
 from relief.solids.export.bed import places_on_beds
 from relief.solids.export.parts import write_parts
 from relief.solids.export.plate_export import plate_mesh
-from retouch.laboratory.stimulus_sets.plate_set import PrintSettings
+from retouch.laboratory.stimulus_sets.plate_set import PlateSet, PrintSettings
 
 FOLDER = "print"
 """Folder of the files to print in that of a set."""
@@ -85,21 +85,14 @@ def plate_bodies(
     return bodies
 
 
-def write_plates(
-    out: Path,
-    texture: str,
-    tiles: Mapping[str, Relief],
-    settings: PrintSettings,
-    printer: Printer | None = None,
-) -> list[Path]:
+def write_plates(out: Path, texture: str, tiles: Mapping[str, Relief], plates: PlateSet) -> list[Path]:
     """Write the plates of a texture as 3MF, one file for each bed that they fill.
 
     Args:
         out: folder of the set.
         texture: name of the texture.
         tiles: by label.
-        settings: of the plates.
-        printer: as for `plate_bodies`.
+        plates: with their settings, and the printer that the tiles are prints of, if they are.
 
     Returns:
         The files.
@@ -108,8 +101,8 @@ def write_plates(
         InputError: a label does not fit on its plate, or a plate on the bed.
     """
     with stage(f"plates of {texture}"):
-        bodies = list(plate_bodies(tiles, settings, printer).items())
-        beds = places_on_beds(len(bodies), settings.plate_mm, settings.bed_mm)
+        bodies = list(plate_bodies(tiles, plates.print, plates.printer).items())
+        beds = places_on_beds(len(bodies), plates.print.plate_mm, plates.print.bed_mm)
         files, first = [], 0
         for number, places in enumerate(beds, start=1):
             here = bodies[first : first + len(places)]
