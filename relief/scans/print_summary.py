@@ -62,6 +62,7 @@ class PrintScanned:
         found, scan = self.registration, self.registration.scan
         x, y, blur = found.shift_x_mm, found.shift_y_mm, found.blur_mm
         left = self.deviations[np.isfinite(self.deviations)]
+        outliers = float(found.fitted.outliers.sum() / max(1, found.working.measured.sum()))
         return {
             **found.turned_degrees.as_json("turned_degrees"),
             "shifted_mm": [x.value, y.value],
@@ -80,8 +81,7 @@ class PrintScanned:
             "pitch_um": 1000.0 * scan.pitch_mm,
             "noise_um": 1000.0 * scan.noise_mm,
             "holes_percent": 100.0 * scan.hole_share,
-            "outliers_percent": 100.0
-            * float(found.fitted.outliers.sum() / max(1, found.working.measured.sum())),
+            "outliers_percent": 100.0 * outliers,
             "covered_percent": self.covered_percent,
         }
 
