@@ -80,6 +80,12 @@ class Scan:
         x, y = axes_mm(self.heights.shape, self.pitch_mm)
         return x + self.middle_mm[0], y + self.middle_mm[1]
 
+    def places(self, x: Array, y: Array) -> Array:
+        """(2, ...) rows and columns at points, mm from the middle of the file, y upward."""
+        rows, cols = self.heights.shape
+        down, along = (y - self.middle_mm[1]) / self.pitch_mm, (x - self.middle_mm[0]) / self.pitch_mm
+        return np.stack([0.5 * (rows - 1) - down, along + 0.5 * (cols - 1)])
+
     def flipped(self) -> Self:
         """The scan as a mirror shows it, left and right exchanged."""
         x, y = self.middle_mm
