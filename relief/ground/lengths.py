@@ -80,11 +80,8 @@ def header_of(path: str | os.PathLike[str], **lengths: float | None) -> dict[str
 def lengths_of(header: Mapping[Any, Any], path: Path) -> dict[str, float]:
     """Lengths of a hostile header, by the names of `relief.reading.samples.Samples`."""
     with naming(f"{path}: header"):
-        return {
-            key: in_range(key, header[HEADER + key])
-            for key in ("size_mm", "relief_mm")
-            if HEADER + key in header
-        }
+        keys = [key for key in ("size_mm", "relief_mm") if HEADER + key in header]
+        return {key: in_range(key, header[HEADER + key]) for key in keys}
 
 
 def shown(value: object) -> str:

@@ -270,11 +270,8 @@ class Preparation:
         text += ", percentiles of the pixels that are taken" * (levels is not None and levels.percent)
         saturated = f"; {100.0 * outside:.2g} % lie outside and saturate" if outside > 0 else ""
         self.done["levels"] = f"{text}{', dark is high' * invert}{saturated}"
-        self.numbers["levels"] = {
-            "lowest": lowest * self._unit,
-            "highest": highest * self._unit,
-            "saturated_percent": 100.0 * outside,
-        }
+        numbers = {"lowest": lowest * self._unit, "highest": highest * self._unit}
+        self.numbers["levels"] = numbers | {"saturated_percent": 100.0 * outside}
         level = np.clip((heights - low) / (high - low), 0.0, 1.0)
         return 1.0 - level if invert else level
 

@@ -149,9 +149,8 @@ def check_scan(scan: Scan) -> Scan:
     cut = scan.cropped()
     down, across = cut.heights.shape
     if min(down, across) < SMALLEST_SIDE:
-        raise InputError(
-            f"{scan.name}: {across} x {down} samples are measured; at least {SMALLEST_SIDE} a side are needed"
-        )
+        measured_side = f"{across} x {down} samples are measured"
+        raise InputError(f"{scan.name}: {measured_side}; at least {SMALLEST_SIDE} a side are needed")
     if max(down, across) > LARGEST_SIDE:
         raise InputError(f"{scan.name}: {across} x {down} samples; at most {LARGEST_SIDE} a side are read")
     try:
@@ -159,7 +158,6 @@ def check_scan(scan: Scan) -> Scan:
     except QhullError as error:
         raise InputError(f"{scan.name}: what is measured lies on a line") from error
     if holes > 1.0 - LEAST_MEASURED:
-        raise InputError(
-            f"{scan.name}: has more holes than surface: {100.0 * holes:.0f} % of it holds no height"
-        )
+        share = f"{100.0 * holes:.0f} % of it holds no height"
+        raise InputError(f"{scan.name}: has more holes than surface: {share}")
     return cut

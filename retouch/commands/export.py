@@ -45,9 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add_plate(parser)
     text = f"thickness of the plate under height 0, mm (default: {BASE_MM:g}; whole layers of a printer)"
     options.add(parser, "--base-mm MM", text, type=float)
-    options.add_printer(
-        parser, "write the print that this printer makes, in flat pixels", "that of the run, or none"
-    )
+    text = "write the print that this printer makes, in flat pixels"
+    options.add_printer(parser, text, "that of the run, or none")
     text = "repeat a tile N times across and M down; --size-mm is the side of one (default: 1x1)"
     options.add(parser, "--repeat NxM", text, type=times, default=(1, 1))
     text = "write a seamless picture, its lowest point black, and beside it a page (.html) of the numbers "
