@@ -18,6 +18,7 @@ examples:
 
 import argparse
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -68,9 +69,11 @@ def times(text: str) -> tuple[int, int]:
 
 def run(arguments: argparse.Namespace) -> int:
     exported = _coupon(arguments) if arguments.coupon else _texture(arguments)
-    if arguments.json:
-        options.print_json(exported.as_json())
-        return 0
+    return options.report(arguments, exported.as_json(), _lines(exported))
+
+
+def _lines(exported: "Exported") -> Iterator[str]:
+    """What was written, for a person."""
     sides = f"{exported.width_mm:.4g} x {exported.height_mm:.4g}"
     if exported.thickness_mm is not None:
         sentence = f"{sides} x {exported.thickness_mm:.3g} mm"
@@ -80,10 +83,9 @@ def run(arguments: argparse.Namespace) -> int:
             f"{exported.strength_mm:.6g} mm, midlevel 0, colours read as data (Non-Color)"
         )
     by = f", as printed by {exported.printer.name}" if exported.printer else ""
-    print(f"{exported.file}: {sentence}{by}, {exported.file.stat().st_size / 2**20:.1f} MiB")
+    yield f"{exported.file}: {sentence}{by}, {exported.file.stat().st_size / 2**20:.1f} MiB"
     if exported.page:
-        print(f"{exported.page}: the numbers to type into BumpMesh and Blender")
-    return 0
+        yield f"{exported.page}: the numbers to type into BumpMesh and Blender"
 
 
 def _texture(arguments: argparse.Namespace) -> "Exported":

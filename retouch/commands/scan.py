@@ -70,8 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
     chosen = options.keywords(arguments, retouch.scan) | {"defines": dict(arguments.defines)}
     with options.contact_errors_name(file):
         scanned = retouch.scan(**chosen)
-    options.report(arguments, scanned.as_json(), scanned.lines())
-    return 0
+    return options.report(arguments, scanned.as_json(), scanned.lines())
 
 
 def _coupon(arguments: argparse.Namespace) -> int:
@@ -85,5 +84,4 @@ def _coupon(arguments: argparse.Namespace) -> int:
         raise InputError(f"out: {missing}", f"-o: {missing}")
     arguments.file = arguments.coupon
     measured = retouch.scan_coupon(**options.keywords(arguments, retouch.scan_coupon))
-    options.report(arguments, measured.as_json(), measured.lines())
-    return 0
+    return options.report(arguments, measured.as_json(), measured.lines())
