@@ -404,11 +404,9 @@ def check_heights(heights: ArrayLike, name: str | os.PathLike[str]) -> NDArray[n
     lowest, highest = heights.min(), heights.max()
     if lowest < -TOLERANCE_MM:
         raise InputError(f"{name}: heights go down to {lowest:g} mm; the lowest allowed is 0")
-    limit = (
-        limits.HEIGHT_LIMIT_MM
-        if highest <= limits.HEIGHT_LIMIT_MM + TOLERANCE_MM
-        else limits.DEEPEST_RELIEF_MM
-    )
+    limit = limits.HEIGHT_LIMIT_MM
+    if highest > limit + TOLERANCE_MM:
+        limit = limits.DEEPEST_RELIEF_MM
     if highest > limit + TOLERANCE_MM:
         raise InputError(f"{name}: heights reach {highest:g} mm; the highest allowed is {limit:g}")
     return np.clip(heights, 0.0, limit)
