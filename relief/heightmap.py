@@ -18,18 +18,12 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from relief.corrections import filled, levelled, plane
+from relief.ground import limits
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, PictureError, naming, option_error
 from relief.ground.files import partial_file
 from relief.ground.formats import GRIDS, HEIGHT_MAPS, HEIGHTS, MEASURED, PICTURES
 from relief.ground.lengths import Lengths, header_of, within
-from relief.ground.limits import (
-    DEEPEST_RELIEF_MM,
-    HEIGHT_LIMIT_MM,
-    LARGEST_SIDE,
-    PATCH_SIDE_MM,
-    SMALLEST_SIDE,
-)
 from relief.ground.progress import say
 from relief.reading.data_colours import no_heights
 from relief.reading.pictures import read_picture
@@ -80,7 +74,7 @@ class HeightMap:
     @property
     def side_mm(self) -> float:
         """Side of the plate, mm, the usual one if unknown."""
-        return PATCH_SIDE_MM if self.size_mm is None else self.size_mm
+        return limits.PATCH_SIDE_MM if self.size_mm is None else self.size_mm
 
 
 def load_height_map(
@@ -213,7 +207,7 @@ def _in_range(path: Path, heights: Array, holds_mm: bool, unit: float, stated: b
     """
     with np.errstate(invalid="ignore"):
         span = float(np.ptp(heights)) if holds_mm else unit
-    factor = next((one for one in LIKELIER if LEAST_FELT_MM <= one * span <= DEEPEST_RELIEF_MM), 1.0)
+    factor = next((one for one in LIKELIER if LEAST_FELT_MM <= one * span <= limits.DEEPEST_RELIEF_MM), 1.0)
     likely = f"{factor * unit:g}"
     key, (name, units) = (
         "height_scale" if holds_mm else "relief_mm",
@@ -229,8 +223,8 @@ def _in_range(path: Path, heights: Array, holds_mm: bool, unit: float, stated: b
         return check_heights(heights, path)
     except InputError as error:
         faults = [f"{error}{ask}" for ask in asks]
-        outside = heights.min() < -TOLERANCE_MM or heights.max() * factor > DEEPEST_RELIEF_MM
-        if holds_mm and outside and span * factor <= DEEPEST_RELIEF_MM:
+        outside = heights.min() < -TOLERANCE_MM or heights.max() * factor > limits.DEEPEST_RELIEF_MM
+        if holds_mm and outside and span * factor <= limits.DEEPEST_RELIEF_MM:
             scaled = likely != "1"
             calls = _mending(path, f" {option}" * scaled, f", {argument}" * scaled, ".exr")
             ways = zip(faults, ("level=True", "--level"), calls, strict=True)
@@ -410,7 +404,9 @@ def check_heights(heights: ArrayLike, name: str | os.PathLike[str]) -> NDArray[n
     lowest, highest = heights.min(), heights.max()
     if lowest < -TOLERANCE_MM:
         raise InputError(f"{name}: heights go down to {lowest:g} mm; the lowest allowed is 0")
-    limit = HEIGHT_LIMIT_MM if highest <= HEIGHT_LIMIT_MM + TOLERANCE_MM else DEEPEST_RELIEF_MM
+    limit = limits.HEIGHT_LIMIT_MM
+    if highest > limit + TOLERANCE_MM:
+        limit = limits.DEEPEST_RELIEF_MM
     if highest > limit + TOLERANCE_MM:
         raise InputError(f"{name}: heights reach {highest:g} mm; the highest allowed is {limit:g}")
     return np.clip(heights, 0.0, limit)
@@ -509,10 +505,12 @@ def _check_shape(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:
     if len(shape) != 2:
         raise PictureError(f"{name}: {len(shape)} dimensions; a height map has 2")
     rows, cols = shape
-    if min(rows, cols) < SMALLEST_SIDE:
-        raise InputError(f"{name}: {cols} x {rows} samples; at least {SMALLEST_SIDE} a side are needed")
-    if max(rows, cols) > LARGEST_SIDE:
-        raise PictureError(f"{name}: {cols} x {rows} samples; at most {LARGEST_SIDE} a side are read")
+    if min(rows, cols) < limits.SMALLEST_SIDE:
+        raise InputError(
+            f"{name}: {cols} x {rows} samples; at least {limits.SMALLEST_SIDE} a side are needed"
+        )
+    if max(rows, cols) > limits.LARGEST_SIDE:
+        raise PictureError(f"{name}: {cols} x {rows} samples; at most {limits.LARGEST_SIDE} a side are read")
 
 
 def _check_extent(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:

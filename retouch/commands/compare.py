@@ -64,8 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
     with options.contact_errors_name(" and ".join(map(str, paths))):
         subjects = read_subjects(arguments.first, arguments.second, lengths, arguments.repeats)
         numbers = compared(subjects, chosen, arguments.out)
-    options.report(arguments, numbers.as_json(), numbers.lines(arguments.verbose))
-    return 0
+    return options.report(arguments, numbers.as_json(), numbers.lines(arguments.verbose))
 
 
 def _check(arguments: argparse.Namespace, paths: list[Path]) -> None:

@@ -82,9 +82,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add(what, "--source-mm MM", "width of that picture, mm", type=float)
     text = "number of these patches (default: 3)"
     options.add(what, "--controls N", text, type=options.whole_number(1, MOST_CONTROLS))
-    options.add_printer(
-        what, "each level is felt and seen between prints of this printer, whose pixels plates have"
-    )
+    text = "each level is felt and seen between prints of this printer, whose pixels plates have"
+    options.add_printer(what, text)
     options.add_plate(what, side="width of the tile")
     options.add_skin(what)
     add_print(parser)

@@ -132,10 +132,8 @@ class CompareOptions:
 
     def __post_init__(self) -> None:
         if not NEAREST_EYE_CM <= self.distance_cm <= FARTHEST_EYE_CM:
-            raise InputError(
-                f"distance_cm: {self.distance_cm:g} is not a number from {NEAREST_EYE_CM:g} to "
-                f"{FARTHEST_EYE_CM:g}"
-            )
+            ends = f"{NEAREST_EYE_CM:g} to {FARTHEST_EYE_CM:g}"
+            raise InputError(f"distance_cm: {self.distance_cm:g} is not a number from {ends}")
 
     def finger(self, run: Run | None) -> tuple[Skin, str]:
         """The skin and its name: the one given, that of the run, or the default one. Raises InputError."""

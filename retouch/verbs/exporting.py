@@ -177,10 +177,6 @@ def _foretell(out: Path, relief: Relief, stepped: bool) -> None:
     rows, cols = (side * (2 if stepped else 1) for side in relief.heights.shape)
     triangles = 2 * (rows + 1) * (cols + 1)
     if triangles > MANY_TRIANGLES:
-        _log.warning(
-            "%s: %.1f million triangles, about %.0f MB; slicers may be slow; fewer samples make fewer "
-            "(retouch prepare --samples)",
-            out,
-            triangles / 1e6,
-            triangles * FORMATS[out.suffix.lower()].triangle_bytes / 1e6,
-        )
+        megabytes = triangles * FORMATS[out.suffix.lower()].triangle_bytes / 1e6
+        size = f"{triangles / 1e6:.1f} million triangles, about {megabytes:.0f} MB; slicers may be slow"
+        _log.warning("%s: %s; fewer samples make fewer (retouch prepare --samples)", out, size)

@@ -31,10 +31,8 @@ class ObjectStage(PageStage):
         change, outcomes = self.session.history.change_part, self.session.outcomes
         with controls.section("Object"):
             self._what = ui.label().classes("hint")
-            suffixes = SUFFIXES[PARTS_FOLDER]
-            zone = DropZone(
-                "Choose a part", "or drop one: STL, OBJ, PLY, GLB, 3MF, STEP", "/app/part", suffixes
-            )
+            hint = "or drop one: STL, OBJ, PLY, GLB, 3MF, STEP"
+            zone = DropZone("Choose a part", hint, "/app/part", SUFFIXES[PARTS_FOLDER])
             zone.on("kept", lambda event: change(mesh=str(event.args["file"])))
             self._mesh = controls.select("Object", {}, lambda mesh: change(mesh=mesh))
             self._fields = {
