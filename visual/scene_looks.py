@@ -2,7 +2,6 @@
 
 from functools import cached_property
 
-import numpy as np
 import torch
 from torch import Tensor
 
@@ -19,7 +18,6 @@ from visual.fast.jacobian import FastView
 from visual.fast.renderer import FastRenderer, FilmWeights, box_weights
 from visual.fast.view_lines import LINES
 from visual.geometry.halo import rise_of
-from visual.height_view import HeightView
 from visual.lights.parallel import ParallelLights
 from visual.looks import FIXED_DIRECTIONS, FixedSamples, Rendering, StepView
 from visual.scene import Scene
@@ -177,25 +175,3 @@ class ShadingLook(FastLook):
     """The fast look without shadows and ambient occlusion."""
 
     shadows = False
-
-
-class HeightsLook:
-    """No pictures but height differences (`visual.height_view`)."""
-
-    def __init__(self, scene: Scene) -> None:
-        self._view = HeightView(scene.heights, len(scene.conditions))
-
-    def check(self) -> None:
-        """Every scene has heights."""
-
-    def pictures(self, heights: Tensor, rendering: Rendering) -> Tensor:
-        """Height differences; see the protocol."""
-        return self._view.pictures(heights)
-
-    def views(self, samples: FixedSamples) -> tuple[StepView, ...]:
-        """One view; see the protocol."""
-        return (self._view,)
-
-    def plate_weights(self, pictures: Array) -> Array:
-        """1, because every sample is of the plate; see the protocol."""
-        return np.ones_like(pictures)
