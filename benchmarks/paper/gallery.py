@@ -84,7 +84,6 @@ def _summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "change_percent": [
             float(n) for n in np.percentile([r["change_percent"] for r in rows], [0, 50, 100])
         ],
-        "dssim": float(np.median([row["dssim"] for row in rows])),
     }
 
 

@@ -154,11 +154,8 @@ def measure(case: Case) -> dict[str, Any]:
         except Exception as problem:  # Mitsuba raises no narrower class where an integrator cannot run
             measured[name] = {"note": str(problem).splitlines()[0][:80]}
             continue
-        wrong = (np.sign(estimates[0]) != np.sign(truth.slopes)) & (np.abs(truth.slopes) > 3.0 * truth.error)
         measured[name] = {
             "error": float(np.median([truth.off(estimate) for estimate in estimates])),
-            "signs": int(wrong.sum()),
-            "largest of wrong sign": float(np.abs(truth.slopes[wrong]).max() / size) if wrong.any() else 0.0,
             "seconds": float(np.median(seconds)),
         }
     return {"truth_error": float(np.linalg.norm(truth.error) / size), "methods": measured}

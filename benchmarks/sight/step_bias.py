@@ -153,8 +153,6 @@ def measure(material: str, shining: str, relief: str) -> dict[str, Any]:
     return {
         "bias_percent": by_condition(scene, bias),
         "noise_percent": by_condition(scene, noise),
-        "mean_of_steps": by_condition(scene, steps.mean((0, 2, 3))),
-        "mean_of_pictures": by_condition(scene, pictures.mean((0, 2, 3))),
         "line": line,
     }
 

@@ -44,9 +44,6 @@ FINE_STRATA, FINE_EDGES = 12, EdgeSamples(shadows=64, visibility=4)
 """Samples along a pixel's side, and along edges that cast shadows, of the converged pictures."""
 RENDERED_SAMPLES = 16
 """Samples a pixel of pictures by Mitsuba, as in a descent by adam."""
-STEP = 0.1
-"""Step of the central differences of pictures, as a share of the change of the relief: with 0.01 shadow edges
-pass too few samples, and the difference scatters by 9 % under light at 5 degrees; here by 1 %."""
 
 
 @dataclass(frozen=True)
@@ -342,11 +339,7 @@ def scene_of(case: Case, texture: str) -> Scene:
     return scene
 
 
-def look(
-    case: Case,
-    texture: str,
-    names: tuple[str, ...] = ("explicit", "rendered", "fast", "differences"),
-) -> Row:
+def look(case: Case, texture: str) -> Row:
     """Models of pictures against many samples: the mean, and the loss's slope toward its target."""
 
     def measure() -> Row:
@@ -373,22 +366,17 @@ def look(
                 "gradient": float((slope.numpy() * change).sum()),
             }
 
-        def differences() -> Row:
-            ends = [float((spread * seen(fine, heights + s * STEP * change)).sum()) for s in (1, -1)]
-            return {"gradient": (ends[0] - ends[1]) / (2.0 * STEP)}
-
         models: dict[str, Callable[[], Row]] = {
             "explicit": lambda: explicit(scene.views(resolution, 0, STRATA, EDGE_SAMPLES)[0]),
             "rendered": lambda: differentiated(spread, samples=RENDERED_SAMPLES, resolution=resolution),
             "fast": lambda: differentiated(adjoint, model="fast"),
-            "differences": differences,
         }
         truth = explicit(fine)
 
         def off(name: str) -> Row:
             return {number: percent(value, truth[number]) for number, value in models[name]().items()}
 
-        return {"truth": truth, "models": {name: refusing(partial(off, name)) for name in names}}
+        return {"truth": truth, "models": {name: refusing(partial(off, name)) for name in models}}
 
     return refusing(measure)
 
