@@ -21,7 +21,7 @@ from torch import Tensor
 
 import tactile
 from benchmarks.shared.common import publish, rows_of, table
-from benchmarks.shared.scenes import MATERIALS, altered, light
+from benchmarks.shared.scenes import MATERIALS, altered, light, write_scene
 from optimize.descent.gauss_newton.step_look import EDGE_SAMPLES, REFINEMENT, STRATA
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
@@ -307,31 +307,11 @@ def percent(value: float, truth: float) -> float:
 def scene_of(case: Case, texture: str) -> Scene:
     """The plate from straight above, a pixel at each sample, under one light."""
     with tempfile.TemporaryDirectory() as temporary:
-        folder, half = Path(temporary), 0.5 * case.size_mm
+        folder = Path(temporary)
         np.save(folder / "heights.npy", relief(texture, case.samples, case.relief_mm))
         path = folder / "scene.xml"
-        path.write_text(
-            f"""<scene version="3.9.1">
-            <integrator type="path"><integer name="max_depth" value="2"/></integrator>
-            <sensor type="orthographic">
-                <transform name="to_world"><scale x="{half}" y="{half}"/>
-                    <lookat origin="0, 0, 20" target="0, 0, 0" up="0, 1, 0"/></transform>
-                <film type="hdrfilm">
-                    <integer name="width" value="{case.samples}"/>
-                    <integer name="height" value="{case.samples}"/>
-                    <string name="pixel_format" value="luminance"/>
-                    <string name="component_format" value="float32"/><rfilter type="box"/>
-                </film>
-            </sensor>
-            {light(f"{case.elevation:g}", folder)}
-            <shape type="heightfield">
-                <string name="filename" value="heights.npy"/>
-                <float name="size_mm" value="{case.size_mm}"/>
-                {MATERIALS["plastic"]}
-            </shape>
-        </scene>""",
-            encoding="utf-8",
-        )
+        lit = light(f"{case.elevation:g}", folder)
+        write_scene(path, lit, MATERIALS["plastic"], case.samples, size_mm=case.size_mm)
         scene = load_scene(path)
         scene.render(samples=1)
         scene.render(samples=1, resolution=REFINEMENT * case.samples)
