@@ -64,9 +64,6 @@ def measured(radius_mm: float, kind: str) -> dict[str, Any]:
         }
     own_finger.Sizing = Sizing  # type: ignore[misc]
     return {
-        "radii mm": finger.skin.radii_mm,
-        "square mm": finger.square_mm,
-        "volume mm3": finger.surface.volume_mm3,
         "first texture CPU s": spent[0],
         "next textures CPU s": 0.5 * (spent[2] - spent[0]),
         "textures": touches,
