@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from matplotlib import pyplot
 from scipy import fft, ndimage, optimize
-from surrogate.corpus.bundled_textures import TEXTURES
 
 import tactile
+from benchmarks.bundled.textures import TEXTURES
 from benchmarks.paper.textures import change_percent, heights, optimised, result, scene
 from benchmarks.shared.chart_style import show, write
 from optimize.descent.problem import within_limits
