@@ -8,7 +8,8 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from mitsuba_scenes import FOLDER, bundled, find_file, find_texture, sky
+from benchmarks.bundled import sky
+from mitsuba_scenes import FOLDER, bundled, find_file, find_texture
 from optimize.settings.run_file import Run, load_run, run_from_scene
 from relief.ground.errors import InputError
 from relief.ground.formats import HEIGHT_MAPS
