@@ -30,7 +30,7 @@ from relief.solids.objects.table import OBJECTS, BundledObject
 from relief.solids.remeshing.nearest import nearest_in
 from relief.solids.wrapping.bare_places import Bare
 from relief.solids.wrapping.file_surface import Settings
-from relief.solids.wrapping.masks import Regions
+from relief.solids.wrapping.masks import FALLOFF_DEGREES, Regions
 from relief.solids.wrapping.options import BORES_MM, MeshOptions, PlacingOptions, SurfaceOptions
 from relief.solids.wrapping.placement import Placement, placement_of
 from relief.solids.wrapping.texture_tiles import Covering, Tile
@@ -55,6 +55,8 @@ def wrap_numbers(wrapped: Wrapped) -> dict[str, Any]:
     return {
         "full_area_mm2": wrapped.presence.whole_mm2,
         "largest_share": wrapped.presence.largest,
+        "falloff_mm": wrapped.falloff_mm,
+        "falloff_deg": FALLOFF_DEGREES,
         "farthest_mm": wrapped.farthest_mm,
         "kept_edges": wrapped.kept_edges,
         "kept_mm": wrapped.kept_mm,
