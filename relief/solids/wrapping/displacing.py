@@ -43,7 +43,7 @@ def displaced(
     tight = np.zeros(len(factor), bool)
     for left in reversed(range(MENDINGS)):
         body, moved = surface.fine.body, offset * surface.of_vertices(factor)
-        places = body.vertices + moved[:, None] * surface.points.normals
+        places = body.vertices + moved[:, None] * surface.normals
         places[:, 2] = np.maximum(places[:, 2], surface.base.file.bed_mm)
         own = written(Body(places, body.faces))
         wrapped = rest.joined(own)

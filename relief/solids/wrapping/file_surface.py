@@ -1,6 +1,6 @@
 """The surface of a file: how much of any texture its points carry, by mask, bottom, holes and hollows."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -73,11 +73,13 @@ class FileSurface:
         settings: With mask, falloff, holes and how fine the base is.
         colours: (faces, 3, 3) of the corners, or None.
         exact: (faces, 3, 3) normals of the exact surface at the corners, not finite where unknown, or None.
+        masks: Further masks of textures.
         edge_mm: Edges of the even triangles, mm.
         coarser: The same, relative to those for a file: 1, more in a draft.
         bottom: (faces,) those of a flat bottom that stays.
         bed_mm: Height of the bottom, mm, the lowest of all heights; minus infinity without a bottom.
         bare: (faces,) those that carry nothing: the bottom and sealed hollows.
+        by_angle: Whether a mask compares angles.
     """
 
     body: Body
@@ -86,9 +88,11 @@ class FileSurface:
     settings: Settings
     colours: FloatArray | None = None
     exact: Array | None = None
+    masks: Sequence[str | None] = ()
 
     def __post_init__(self) -> None:
         body, settings = self.body, self.settings
+        self.by_angle = any(ANGLE in mask for mask in (settings.mask, *self.masks) if mask is not None)
         longest = float(np.ptp(body.vertices, axis=0).max())
         finest = min(BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
         draft = DRAFT_EDGE_MM * max(1.0, float(np.sqrt(body.areas.sum() / DRAFT_MM2)))
@@ -103,27 +107,34 @@ class FileSurface:
 
     @cached_property
     def _corner_normals(self) -> Array:
-        """(faces, 3, 3) unit normals at the corners, means over triangles there that turn by little."""
+        """(faces, 3, 3) unit normals at corners, for angles: means over triangles there that turn by little.
+
+        The square of the area weights them, so that long triangles of a wall keep their angle beside narrow
+        ones of a fillet. Exact normals are taken as they are.
+        """
         body, count = self.body, self.body.faces.size
         normals = np.repeat(units(body.normals), 3, axis=0)
         at = sp.csr_array((np.ones(count, np.int8), (np.arange(count), body.faces.ravel())))
         one, other = (at @ at.T).nonzero()
         near = np.einsum("nd,nd->n", normals[one], normals[other]) > np.cos(SHARPEST)
-        weights = sp.csr_array((corner_angles(body).ravel()[other[near]], (one[near], other[near])))
-        return units(weights @ normals).reshape(-1, 3, 3)
+        weight = (corner_angles(body) * body.areas[:, None] ** 2).ravel()
+        weights = sp.csr_array((weight[other[near]], (one[near], other[near])))
+        means = units(weights @ normals).reshape(-1, 3, 3)
+        return means if self.exact is None else np.where(np.isfinite(self.exact), self.exact, means)
+
+    def normals_at(self, face: Index, share: Array) -> Array:
+        """Unit normals (n, 3) by which masks compare angles, at barycentric coordinates in triangles."""
+        if self.by_angle:
+            return units(np.einsum("nc,ncd->nd", share, self._corner_normals[face]))
+        return units(self.body.normals)[face]
 
     def points(self, face: Index, share: Array) -> Points:
         """Points at barycentric coordinates (n, 3) in triangles (n,)."""
-        # Masks by angles alone need the normals of round surfaces.
-        if ANGLE in (self.settings.mask or ""):
-            normals = units(np.einsum("nc,ncd->nd", share, self._corner_normals[face]))
-        else:
-            normals = units(self.body.normals)[face]
         uv, colours = (
             None if of is None else np.einsum("nc,ncd->nd", share, of[face]) for of in (self.uv, self.colours)
         )
         places = np.einsum("nc,ncd->nd", share, self.body.vertices[self.body.faces[face]])
-        return self.as_points(places, normals, uv, colours)
+        return self.as_points(places, self.normals_at(face, share), uv, colours)
 
     def as_points(self, places: Array, normals: Array, uv: Array | None, colours: Array | None) -> Points:
         """Points with the regions and the box of the body."""

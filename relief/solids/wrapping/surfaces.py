@@ -1,5 +1,6 @@
 """The surface that carries texture: triangles of about a millimetre, and the fine triangles."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -13,6 +14,7 @@ from relief.solids.meshes.refining import Refined
 from relief.solids.meshes.shells import crossing_place
 from relief.solids.meshes.solid import overlap_advice
 from relief.solids.remeshing.even_mesh import ARC, ROUNDS, even_mesh, vertex_normals
+from relief.solids.remeshing.facet_noise import smoothed, turns_by_chance
 from relief.solids.remeshing.smooth_surface import raised
 from relief.solids.wrapping.bare_places import PlaceError, points_on
 from relief.solids.wrapping.coordinates.layout import Layout
@@ -79,7 +81,7 @@ class BaseSurface:
         self.uv = None if file.uv is None else self._at_corners(file.uv[parting.facets])
         painted = None if file.colours is None else self._at_corners(file.colours[parting.facets])
         uv, colours = (None if of is None else self._at_vertices(of) for of in (self.uv, painted))
-        self.points = file.as_points(self.body.vertices, self.normals, uv, colours)
+        self.points = file.as_points(self.body.vertices, self._mask_normals(), uv, colours)
         self.carried = file.share_at(self.points) * self.inner
 
     @property
@@ -91,6 +93,16 @@ class BaseSurface:
     def inner(self) -> Array:
         """(vertices,) 0 on the border and 1 elsewhere."""
         return (np.arange(len(self.body.vertices)) >= self.rest.border).astype(np.float64)
+
+    def _mask_normals(self) -> Array:
+        """(vertices, 3) unit normals by which masks compare angles: those of the file, as in `parted`."""
+        if not self.file.by_angle:
+            return self.normals
+        facet, share = self.facets[self.mesh.facet.ravel()], self.mesh.share.reshape(-1, 3)
+        normals = self.file.normals_at(facet, share).reshape(-1, 3, 3)
+        if turns_by_chance(self.body, normals):
+            normals = smoothed(self.body, normals)
+        return vertex_normals(replace(self.mesh, normals=normals))
 
     def _at_corners(self, values: FloatArray) -> Array:
         """Values (faces, 3, k) at the corners, of those at the corners of the facets (m, 3, k)."""
@@ -108,12 +120,13 @@ class FineSurface:
 
     Attributes:
         rest: What carries no texture, with the border of the fine patch.
+        normals: (vertices, 3) outward unit normals; those of `points` are for masks.
     """
 
     def __init__(self, base: BaseSurface, fine: Refined, rest: Rest, covered: Flags) -> None:
         self.base, self.rest, self.parent, self.share = base, rest, *fine.vertex_parents(covered)
         self._flat, self.fine = fine, self._raised(fine)
-        normals = units(self.of_vertices(base.normals))
+        self.normals, normals = (units(self.of_vertices(of)) for of in (base.normals, base.points.normals))
         uv = None if base.uv is None else self.of_corners(base.uv[self.parent])
         colours = base.points.colours
         painted = None if colours is None else self.of_vertices(colours)
@@ -137,7 +150,7 @@ class FineSurface:
 
     def to_bed(self) -> Array:
         """Ways (fine vertices,) along the normals down to the plane of the bottom, mm; infinite upward."""
-        down = -self.points.normals[:, 2]
+        down = -self.normals[:, 2]
         way = np.full(len(down), np.inf)
         return np.divide(self.points.places[:, 2] - self.base.file.bed_mm, down, out=way, where=down > 0.0)
 

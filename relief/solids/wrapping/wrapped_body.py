@@ -120,12 +120,11 @@ def wrap(
             many, the placement does not go with the body, or there is no room for the relief.
     """
     settings, regions = settings or Settings(), regions or {}
-    check_choices(
-        settings, [covering.mask for covering in coverings], regions, uv is not None, colours is not None
-    )
+    masks = [covering.mask for covering in coverings]
+    check_choices(settings, masks, regions, uv is not None, colours is not None)
     tallest = max(float(covering.tile.heights.max()) for covering in coverings)
     check_size(body, tallest)
-    file = FileSurface(body, uv, regions, settings, colours, exact)
+    file = FileSurface(body, uv, regions, settings, colours, exact, masks)
     left: list[str] = []
     while True:
         try:

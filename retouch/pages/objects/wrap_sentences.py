@@ -4,6 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from relief.solids.wrapping.masks import FALLOFF_DEGREES
 from relief.solids.wrapping.measures import WHOLE, Lowering, narrower
 from relief.solids.wrapping.options import LEAST_FALLOFF_MM
 from relief.solids.wrapping.wrapped_body import Wrapped
@@ -64,8 +65,9 @@ def _narrow(wrapped: Wrapped) -> str:
         falloff = narrower(largest, falloff_mm)
     shorter = float(f"{max(LEAST_FALLOFF_MM, np.floor(100.0 * falloff) / 100.0):.2g}")
     return (
-        f"{line}: textures end over {falloff_mm:g} mm inside of a mask. A narrower end (--falloff-mm "
-        f"{shorter:g}) or the ends of the ramp in the mask, as in z>2..3, leave more."
+        f"{line}: textures end over {falloff_mm:g} mm inside of a mask, or {FALLOFF_DEGREES:g} degrees where "
+        f"it compares angles. A narrower end (--falloff-mm {shorter:g}) or the ends of the ramp in the mask, "
+        "as in z>2..3 or angle>92..93, leave more."
     )
 
 

@@ -30,7 +30,7 @@ from relief.solids.meshes.wedges import separated
 from relief.solids.objects.table import OBJECTS, BundledObject
 from relief.solids.wrapping.bare_places import Bare
 from relief.solids.wrapping.file_surface import Settings
-from relief.solids.wrapping.masks import Regions
+from relief.solids.wrapping.masks import FALLOFF_DEGREES, Regions
 from relief.solids.wrapping.options import BORES_MM, MeshOptions, PlacingOptions, SurfaceOptions
 from relief.solids.wrapping.placement import Placement, placement_of
 from relief.solids.wrapping.texture_tiles import Covering, Tile
@@ -54,6 +54,8 @@ def wrap_numbers(wrapped: Wrapped) -> dict[str, Any]:
     return {
         "full_area_mm2": wrapped.presence.whole_mm2,
         "largest_share": wrapped.presence.largest,
+        "falloff_mm": wrapped.base.file.settings.falloff_mm,
+        "falloff_deg": FALLOFF_DEGREES,
         "farthest_mm": wrapped.base.mesh.farthest_mm,
         "kept_edges": wrapped.base.smooth.kept,
         "kept_mm": wrapped.base.smooth.kept_mm,
