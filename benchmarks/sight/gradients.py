@@ -60,7 +60,7 @@ def cases() -> Iterator[Case]:
         for light in LIGHTS:
             yield Case(GRAVEL, light, camera, "plastic")
     # The only kind of camera that Mitsuba's projective integrators know.
-    for light in ("35°", "2-degree sun"):
+    for light in ("35°", "2-degree sun", "ambient"):
         yield Case(GRAVEL, light, "perspective", "plastic")
     for camera in (*CAMERAS, "perspective"):
         for light in NEAR_LIGHTS:
