@@ -11,6 +11,7 @@ from relief.ground.errors import InputError
 from relief.ground.files import damage_named
 from relief.ground.lengths import HEADER, lengths_of, shown
 from relief.reading.samples import (
+    LAYER,
     Check,
     Samples,
     check_square,
@@ -32,7 +33,8 @@ def read_exr(path: Path, check: Check) -> Samples:
     named = without_transparent(grey_or_colours(*map(measured, channels.values())))
     kind = "EXR of numbers" + ("" if "Y" in named else " in colour")
     lengths, repeats = lengths_of(header, path), repeats_of(header, path)
-    return Samples(path, kind, named, notes=notes, lengths=lengths, repeats=repeats)
+    printed = LAYER in header
+    return Samples(path, kind, named, notes=notes, lengths=lengths, repeats=repeats, printed=printed)
 
 
 def exr_channels(path: Path, check: Check) -> tuple[dict[str, AnyArray], dict[str, Any], tuple[str, ...]]:

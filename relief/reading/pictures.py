@@ -10,6 +10,7 @@ from relief.ground.errors import InputError, require_extra
 from relief.ground.files import damage_named
 from relief.ground.lengths import lengths_of
 from relief.reading.samples import (
+    LAYER,
     MOST_PIXELS,
     Check,
     Samples,
@@ -79,7 +80,10 @@ def _decoded(image: Image.Image, path: Path) -> Samples:
     if stored < bits and not palette:
         bits = stored
     kind = "with a palette" if palette else "in grey" if "Y" in channels else "in colour"
-    return Samples(path, f"{name} {kind}", channels, bits, white, count, tuple(notes), lengths, None, repeats)
+    kind, printed = f"{name} {kind}", LAYER in image.info
+    return Samples(
+        path, kind, channels, bits, white, count, tuple(notes), lengths, None, repeats, printed=printed
+    )
 
 
 def _stored_bits(image: Image.Image) -> int:
