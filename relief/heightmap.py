@@ -29,7 +29,7 @@ from relief.reading.data_colours import no_heights
 from relief.reading.pictures import read_picture
 from relief.reading.profilometers import is_measured
 from relief.reading.readers import by_content, read_samples
-from relief.reading.samples import TILE, TILE_MARKS, Check, Samples
+from relief.reading.samples import LAYER, TILE, TILE_MARKS, Check, Samples
 from relief.reading.terraces import terraces
 from relief.reading.tiff import holds_numbers, read_tiff
 from relief.seam import misfit
@@ -131,7 +131,8 @@ def load_height_map(
     stated = content.unit_mm is not None and height_scale is None
     corrected = _corrected(path, heights, ends, fill, level)
     checked = _in_range(path, corrected, content.holds_numbers, unit, stated)
-    if (warning := terraces(checked)) is not None:
+    # A print is meant to have its printer's steps.
+    if not content.printed and (warning := terraces(checked)) is not None:
         _warn_once(f"{path}: {warning}")
     kind = "heights times" if content.holds_numbers else "a picture, white is"
     _log.info("%s: %d x %d samples read, %s %g mm", path, *checked.shape, kind, unit)
@@ -418,6 +419,7 @@ def save_heights_exr(
     size_mm: float | None = None,
     relief_mm: float | None = None,
     repeats: Repeats = False,
+    layer_um: float | None = None,
 ) -> None:
     """Write heights as a float32 EXR, channel Y; the file appears whole or not at all.
 
@@ -427,11 +429,12 @@ def save_heights_exr(
         size_mm: Side of the plate, mm; ``retouch.size_mm`` of the header.
         relief_mm: Height of white above black, mm, if the heights are made a picture; ``retouch.relief_mm``.
         repeats: Whether they are a tile, along both axes, "x" or "y"; ``retouch.repeats``.
+        layer_um: Layers of the print that they are; ``retouch.layer_um``.
 
     Raises:
         InputError: A length is out of `RANGES`.
     """
-    header = header_of(path, size_mm=size_mm, relief_mm=relief_mm) | _tile_mark(repeats)
+    header = header_of(path, size_mm=size_mm, relief_mm=relief_mm) | _marks(repeats, layer_um)
     with partial_file(path) as partial:
         write_exr(partial, heights, header)
 
@@ -464,6 +467,7 @@ def save_heights_png(
     relief_mm: float | None,
     size_mm: float | None = None,
     repeats: Repeats = False,
+    layer_um: float | None = None,
 ) -> None:
     """Write heights as a 16 bit grey PNG; the file appears whole or not at all.
 
@@ -474,6 +478,7 @@ def save_heights_png(
             unknown, leaves the text out and takes heights from 0 to 1.
         size_mm: Side of the plate, mm; text ``retouch.size_mm`` of the file.
         repeats: Whether they are a tile, along both axes, "x" or "y"; text ``retouch.repeats`` of the file.
+        layer_um: Layers of the print that they are; text ``retouch.layer_um``.
 
     Raises:
         InputError: A height is outside the range that the picture can hold, or a length out of `RANGES`.
@@ -481,7 +486,7 @@ def save_heights_png(
     text = PngInfo()
     for key, length in header_of(path, size_mm=size_mm, relief_mm=relief_mm).items():
         text.add_text(key, repr(length))
-    for key, mark in _tile_mark(repeats).items():
+    for key, mark in _marks(repeats, layer_um).items():
         text.add_text(key, mark)
     heights = np.asarray(heights, dtype=np.float64)
     low, high = heights.min(), heights.max()
@@ -495,10 +500,11 @@ def save_heights_png(
         Image.fromarray(grey).save(partial, format="PNG", pnginfo=text)
 
 
-def _tile_mark(repeats: Repeats) -> dict[str, str]:
-    """The entry of a header for a tile; none for a plate."""
+def _marks(repeats: Repeats, layer_um: float | None) -> dict[str, str]:
+    """The entries of a header for a tile, and for a print; none for the design of a plate."""
     marks = {stated: mark for mark, stated in TILE_MARKS.items()}
-    return {TILE: marks[repeats]} if repeats else {}
+    tile = {TILE: marks[repeats]} if repeats else {}
+    return tile if layer_um is None else tile | {LAYER: f"{layer_um:g}"}
 
 
 def _check_shape(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:

@@ -43,12 +43,13 @@ def write_relief(run_dir: Path, relief: Relief) -> None:
     """heights.exr, heights.png and the plates of a relief; each file appears whole.
 
     The plates of a print are of the layers and pixels of its printer, and slicers read them as such. The
-    headers of the height maps say along which axes the relief repeats.
+    headers of the height maps say along which axes the relief repeats, and a print's layers.
     """
     heights, size_mm, printer = relief.heights, relief.width_mm, relief.printer
     white, repeats = white_mm(heights), repeats_along(relief.repeats)
-    save_heights_exr(run_dir / RUN_HEIGHTS, heights, size_mm, white, repeats)
-    save_heights_png(run_dir / "heights.png", heights, white, size_mm, repeats)
+    layer_um = None if printer is None else printer.layer_um
+    save_heights_exr(run_dir / RUN_HEIGHTS, heights, size_mm, white, repeats, layer_um)
+    save_heights_png(run_dir / "heights.png", heights, white, size_mm, repeats, layer_um)
     for name in PLATES:
         base_mm = BASE_MM if printer is None else printer.base_mm
         export_plate(run_dir / name, heights, size_mm, base_mm, stepped=printer is not None)

@@ -25,7 +25,8 @@ def read_exr(path: Path, check: Check) -> Samples:
     named = samples.without_transparent(samples.grey_or_colours(*map(samples.measured, channels.values())))
     kind = "EXR of numbers" + ("" if "Y" in named else " in colour")
     lengths, repeats = lengths_of(header, path), samples.repeats_of(header, path)
-    return Samples(path, kind, named, notes=notes, lengths=lengths, repeats=repeats)
+    printed = samples.LAYER in header
+    return Samples(path, kind, named, notes=notes, lengths=lengths, repeats=repeats, printed=printed)
 
 
 def exr_channels(path: Path, check: Check) -> tuple[dict[str, AnyArray], dict[str, Any], tuple[str, ...]]:

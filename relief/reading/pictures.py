@@ -71,7 +71,10 @@ def _decoded(image: Image.Image, path: Path) -> Samples:
     if stored < bits and not palette:
         bits = stored
     kind = "with a palette" if palette else "in grey" if "Y" in channels else "in colour"
-    return Samples(path, f"{name} {kind}", channels, bits, white, count, tuple(notes), lengths, None, repeats)
+    kind, printed = f"{name} {kind}", samples.LAYER in image.info
+    return Samples(
+        path, kind, channels, bits, white, count, tuple(notes), lengths, None, repeats, printed=printed
+    )
 
 
 def _stored_bits(image: Image.Image) -> int:

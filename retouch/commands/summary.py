@@ -32,6 +32,8 @@ def summary(
     if (printed := result.printed) is not None:
         seen = f"to the eye {percent(printed.seen_change_percent)} at {look.distance_cm:g} cm"
         yield "printer", f"{printed.printer}: both as printed, {printed.layer_um:g} µm layers; {seen}"
+        if (change := sentences.change_by_printing(result)) is not None:
+            yield "", change
     models = result.touch.model, look.model
     if models not in ((None, None), ("layer", "exact")):
         yield "steered by", f"touch {models[0]}, pictures {models[1]}"

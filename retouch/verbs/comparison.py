@@ -75,7 +75,8 @@ def compare(
 
     Args:
         first, second: each a height map, the name of a bundled one, or a run directory, which stands for its
-            result. Without `second`, `first` is a run directory whose original is compared with its result.
+            result. Without `second`, `first` is a run directory whose original is compared with its result,
+            both as printed if the run has a printer.
         page: file to write; none by default.
         scene: of the pictures; by default that of the run, if one is a run, else the studio.
         defines: values of the scene's parameters.
@@ -265,6 +266,7 @@ def _side(subject: Subject, touch: TouchMeasures) -> ComparedSide:
         samples=samples,
         rows=rows,
         relief_mm=float(np.ptp(subject.relief.heights)),
+        printer=subject.printer,
         values=touch.means,
         contact_fraction=touch.contact_fraction,
     )

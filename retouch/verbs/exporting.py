@@ -163,7 +163,8 @@ def _write(out: Path, relief: Relief, base_mm: float | None, printer: Printer | 
     highest = float(relief.heights.max())
     if out.suffix.lower() == DISPLACEMENT:
         white = max(highest, SMALLEST_RELIEF_MM)
-        save_heights_png(out, relief.heights, white, width_mm, repeats_along(relief.repeats))
+        layer_um = None if printer is None else printer.layer_um
+        save_heights_png(out, relief.heights, white, width_mm, repeats_along(relief.repeats), layer_um)
         return Exported(out, width_mm, height_mm, None, white, printer)
     if base_mm is None:
         base_mm = BASE_MM if printer is None else printer.base_mm

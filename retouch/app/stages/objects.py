@@ -58,7 +58,7 @@ class ObjectStage(PageStage):
         """Bring its elements to the state of the session."""
         activity, outcomes, document = self.session.activity, self.session.outcomes, self.session.document
         ready = outcomes.sides.answer is not None
-        self._what.set_text(f"The result of {document.run} lies on it." if ready else controls.NO_RESULT)
+        self._what.set_text(outcomes.nothing_to_show() or f"The result of {document.run} lies on it.")
         self._show_choices()
         if self._frame.props.get("src", "") != outcomes.address:
             self._frame.props["src"] = outcomes.address
