@@ -107,7 +107,7 @@ class FileSurface:
 
     @cached_property
     def _corner_normals(self) -> Array:
-        """(faces, 3, 3) unit normals at the corners, for angles: means over triangles there that turn by little.
+        """(faces, 3, 3) unit normals at the corners, means over triangles there that turn by little.
 
         The square of the area weights them, so that long triangles of a wall keep their angle beside narrow
         ones of a fillet. Exact normals are taken as they are.
