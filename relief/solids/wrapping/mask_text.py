@@ -10,8 +10,8 @@ from relief.ground.errors import InputError
 from relief.ground.lengths import shown
 
 GRAMMAR = (
-    "z>2, z>2..5, angle<60, angle:-x<30, turn>90, a picture, colour, colour:red or a region's name, several "
-    "joined by & or |, with not and parentheses"
+    "z>2, z>2..5, angle<60, angle:-x<30, turn>90, outside, a picture, colour, colour:red or a region's name, "
+    "several joined by & or |, with not and parentheses"
 )
 """The grammar of masks, for messages."""
 LONGEST = 1000
