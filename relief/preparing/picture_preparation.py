@@ -36,7 +36,9 @@ class Prepared:
         done: A sentence for each step of the preparation, by subject, in order.
         numbers: The numbers of these sentences, by subject.
         picture: The picture.
-        square: Part of the picture that became the plate, or a little more if it was made periodic.
+        square: Part of the picture that was taken.
+        tile_square: Part of it that a tile repeats, joined at its borders with what lies beside it in the
+            square; None: the height map shows the whole square.
     """
 
     heights: Array
@@ -47,6 +49,7 @@ class Prepared:
     numbers: Mapping[str, Any]
     picture: Samples
     square: Box
+    tile_square: Box | None = None
 
     @property
     def relief(self) -> Relief | None:
@@ -146,4 +149,5 @@ def _prepared(work: Preparation, options: PrepareOptions, levels: Levels | None)
         work.numbers,
         picture,
         work.square,
+        work.tile,
     )

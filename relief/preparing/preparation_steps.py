@@ -54,6 +54,8 @@ class Preparation:
             | {"kind": picture.kind, "bits": picture.bits, "notes": list(picture.notes)}
         }
         self.square: Box = (0, 0, 0, 0)
+        self.tile: Box | None = None
+        """Part of the square that a tile repeats; None: all of it, or no tile."""
         self.side = 0.0
         """Side of what becomes the plate or the tile, in pixels of the picture."""
         self.base = 0.0
@@ -231,7 +233,7 @@ class Preparation:
             joint = make_tile(heights, samples, None if tile == AUTO else tile)
         error, other = (f"{100.0 * joint.seam_errors[name]:.1f} %" for name in (joint.method, joint.other))
         self.done["tile"] = (
-            f"{joint.method}, {self.side:.0f} x {self.side:.0f} pixels repeat; seam error {error} "
+            f"{joint.method}, {self._tile_of(options)}; seam error {error} "
             f"({joint.other}: {other}); {_across(joint.border_ratio)}; "
             f"heights differ from the picture's by {100.0 * joint.histogram_change:.1f} % of their range"
         )
@@ -239,11 +241,30 @@ class Preparation:
         self.numbers["tile"] = {name: getattr(joint, name) for name in kept} | {"pixels": self.side}
         return joint.heights
 
+    def _tile_of(self, options: PrepareOptions) -> str:
+        """Which part of the square repeats; records it, and by how much that magnifies the square."""
+        left, upper, right, lower = self.square
+        side, turns = round(self.side), options.rotate // 90
+        # The tile begins in the upper left corner of the square as it is turned.
+        x, y = (right - side if turns in (1, 2) else left), (lower - side if turns in (2, 3) else upper)
+        self.tile = x, y, x + side, y + side
+        whole = right - left
+        size_mm = options.size_mm or limits.PATCH_SIDE_MM
+        # A picture of known size keeps its scale.
+        if options.size_mm is not None or "size_mm" not in self.picture.lengths:
+            self.done["scale"] = (
+                f"features are {whole / side:.3g} times as large as with the whole square on {size_mm:g} mm; "
+                f"--size-mm {size_mm * side / whole:.3g} keeps their size"
+            )
+        return f"{side} x {side} of the square's {whole} x {whole} pixels repeat"
+
     def _smoothed(self, heights: Array, steps: Steps, pixels: float = 1.0) -> Array:
         smooth, step = smooth_steps(heights, steps, pixels), float(np.median(steps.near(heights)))
         most = float(np.abs(smooth - heights).max())
+        unit = "in the file's numbers" if self.picture.bits is None else f"grey values of {WHITE:g}"
         self.done["steps"] = (
-            f"of {self._grey(step)} smoothed to slopes; values changed by at most {self._grey(most)}"
+            f"each of {self._grey(step)} {unit}, smoothed to slopes, as a finger would feel terraces; no "
+            f"sample changes by more than {self._grey(most)} (--keep-steps leaves them)"
         )
         self.numbers["steps"] = {"step": self._unit * step, "largest_change": self._unit * most}
         return smooth
@@ -325,7 +346,11 @@ def _around(values: NDArray[np.float32], width: int, repeats: tuple[bool, bool])
 
 
 def _across(ratio: float) -> str:
-    return f"steps across the border {ratio:.2f} times those inside"
+    """How visible the border of a tile is."""
+    return (
+        f"height steps across its border are {ratio:.2f} times those inside (far above 1: look for a seam in "
+        "the preview)"
+    )
 
 
 def _sampling(pixels: float) -> str:

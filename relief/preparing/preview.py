@@ -60,8 +60,9 @@ def preview(prepared: Prepared, figures: Sequence[tuple[str, str]] = ()) -> byte
     in_mm = prepared.relief_mm is not None
     light = f"{repeats} x {repeats} repeats under raking light" if tile else "under raking light"
     light = light if in_mm else f"{light}, relief assumed"
+    shown = "the square that was taken" if prepared.tile_square is None else "what the tile repeats (thick)"
     panels = {
-        "picture, and the square that was taken": _picture(prepared),
+        f"picture, and {shown}": _picture(prepared),
         "height map, white is high": _grey(heights),
         light: _shaded(np.tile(heights, (repeats, repeats)), repeats * size_mm),
     }
@@ -103,15 +104,16 @@ def _wrapped(text: str, width: int, size: int) -> list[str]:
 
 
 def _picture(prepared: Prepared) -> Image.Image:
-    """The picture in a panel, with a frame around the square that was taken."""
+    """The picture in a panel, with a frame around what the height map shows, thin around the square taken."""
     small = small_picture(prepared.picture, PANEL)
     scale = PANEL / max(prepared.picture.width, prepared.picture.height)
     panel = Image.new("RGB", (PANEL, PANEL), PAPER)
     left, upper = (PANEL - small.width) // 2, (PANEL - small.height) // 2
     panel.paste(small, (left, upper))
-    box = [round(scale * edge) for edge in prepared.square]
-    frame = (left + box[0], upper + box[1], left + box[2] - 1, upper + box[3] - 1)
-    ImageDraw.Draw(panel).rectangle(frame, outline=ACCENT, width=3)
+    for part, width in ((prepared.square, 1), (prepared.tile_square or prepared.square, 3)):
+        box = [round(scale * edge) for edge in part]
+        frame = (left + box[0], upper + box[1], left + box[2] - 1, upper + box[3] - 1)
+        ImageDraw.Draw(panel).rectangle(frame, outline=ACCENT, width=width)
     return panel
 
 

@@ -11,6 +11,7 @@ meshes: STL, OBJ, PLY, GLB, 3MF, STEP (extra step), or an object that comes with
 masks, joined by & or |, with not and parentheses:
   "z>2"          above z = 2 mm; the texture grows over the falloff, "z>2..5" from z = 2 to z = 5; x and y too
   "angle<60"     normals within 60 degrees of +z; "angle:-x<30" within 30 degrees of -x
+  outside        what sees more than half of its surroundings: of a cup the outer wall and the rim
   "turn>90"      angle about z through the middle of the object, degrees from +x
   mask.png       a picture over the mesh's texture coordinates, white carries the texture
   colour         colours of PLY, OBJ, GLB, STEP, 3MF: white carries; "colour:red", "colour:#ff8000": there

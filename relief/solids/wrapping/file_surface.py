@@ -16,7 +16,8 @@ from relief.solids.meshes.shells import sealed_hollows
 from relief.solids.remeshing.creases import SHARPEST
 from relief.solids.remeshing.smooth_surface import corner_angles
 from relief.solids.wrapping.bare_places import Bare, PlaceError
-from relief.solids.wrapping.masks import ANGLE, Points, Regions, mask_at
+from relief.solids.wrapping.masks import ANGLE, OUTSIDE, Points, Regions, mask_at
+from relief.solids.wrapping.openness import Openness
 from relief.solids.wrapping.options import SurfaceOptions
 
 BASE_EDGE_MM = 1.0
@@ -79,7 +80,7 @@ class FileSurface:
         bottom: (faces,) those of a flat bottom that stays.
         bed_mm: Height of the bottom, mm, the lowest of all heights; minus infinity without a bottom.
         bare: (faces,) those that carry nothing: the bottom and sealed hollows.
-        by_angle: Whether a mask compares angles.
+        by_angle: Whether a mask needs the angles of round surfaces.
     """
 
     body: Body
@@ -92,7 +93,8 @@ class FileSurface:
 
     def __post_init__(self) -> None:
         body, settings = self.body, self.settings
-        self.by_angle = any(ANGLE in mask for mask in (settings.mask, *self.masks) if mask is not None)
+        texts = [mask for mask in (settings.mask, *self.masks) if mask is not None]
+        self.by_angle = any(ANGLE in text or OUTSIDE in text for text in texts)
         longest = float(np.ptp(body.vertices, axis=0).max())
         finest = min(BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
         draft = DRAFT_EDGE_MM * max(1.0, float(np.sqrt(body.areas.sum() / DRAFT_MM2)))
@@ -107,7 +109,7 @@ class FileSurface:
 
     @cached_property
     def _corner_normals(self) -> Array:
-        """(faces, 3, 3) unit normals at corners, for angles: means over triangles there that turn by little.
+        """(faces, 3, 3) unit normals at the corners, means over triangles there that turn by little.
 
         The square of the area weights them, so that long triangles of a wall keep their angle beside narrow
         ones of a fillet. Exact normals are taken as they are.
@@ -136,10 +138,15 @@ class FileSurface:
         places = np.einsum("nc,ncd->nd", share, self.body.vertices[self.body.faces[face]])
         return self.as_points(places, self.normals_at(face, share), uv, colours)
 
+    @cached_property
+    def _openness(self) -> Openness:
+        return Openness(self.body)
+
     def as_points(self, places: Array, normals: Array, uv: Array | None, colours: Array | None) -> Points:
         """Points with the regions and the box of the body."""
         low, high = self.body.vertices.min(axis=0), self.body.vertices.max(axis=0)
-        return Points(places, normals, uv, self.regions, colours, (low + high) / 2.0)
+        openness = lambda at, normals: self._openness.at(at, normals)  # noqa: E731
+        return Points(places, normals, uv, self.regions, colours, (low + high) / 2.0, openness)
 
     def share_at(self, points: Points) -> Array:
         """How much of any texture points carry, (n,) from 0 to 1, if they are on no bare triangle."""

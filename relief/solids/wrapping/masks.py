@@ -4,6 +4,7 @@ z>2             above z = 2 mm; the texture grows over the falloff
 z>2..5          grows from z = 2 to z = 5
 angle<60        normals within 60 degrees of +z; angle:-x<30 within 30 of -x
 turn>90         angle about z through the middle of the object, 0 to 360 degrees from +x
+outside         what is open to more than half of its surroundings: not the inside of a cup
 odd             a region by its name
 mask.png        a picture over the mesh's texture coordinates: white carries
 colour          colours of the file: white carries, black does not; colour:red where they are red
@@ -29,6 +30,10 @@ from relief.heightmap import load_field
 
 ANGLE = "angle"
 """The name of an angle in a mask."""
+OUTSIDE = "outside"
+"""The name of what is open to its surroundings."""
+OPEN = (0.55, 0.7)
+"""Ambient visibility at which a texture begins and is whole: on the inner side of a rim it is a half."""
 FALLOFF_DEGREES = 10.0
 """Width of the falloff of angles, degrees."""
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -54,8 +59,8 @@ GREY = (0.299, 0.587, 0.114)
 
 Regions = Mapping[str, Callable[[Array], Flags]]
 GRAMMAR = (
-    "z>2, z>2..5, angle<60, angle:-x<30, turn>90, a picture, colour, colour:red or a region's name, several "
-    "joined by & or |, with not and parentheses"
+    "z>2, z>2..5, angle<60, angle:-x<30, turn>90, outside, a picture, colour, colour:red or a region's name, "
+    "several joined by & or |, with not and parentheses"
 )
 """The grammar of masks, for messages."""
 LONGEST = 1000
@@ -106,6 +111,7 @@ class Points:
         regions: Regions of the object by name.
         colours: (n, 3) red, green and blue in sRGB, from 0 to 1; None if the mesh has none.
         middle: (3,) of the box around the object, mm; None: the points are all over it.
+        openness: Gives the ambient visibility (n,) at places with normals; None: it is 1.
     """
 
     places: Array
@@ -114,6 +120,7 @@ class Points:
     regions: Regions
     colours: Array | None = None
     middle: Array | None = None
+    openness: Callable[[Array, Array], Array] | None = None
 
     def at(self, chosen: Index) -> "Points":
         """Some of the points, by their numbers (k,)."""
@@ -175,7 +182,13 @@ def _one(text: str, inverted: bool, points: Points, falloff_mm: float) -> Array:
         return _compared(name, sign, first, second, points=points, falloff_mm=falloff_mm)
     if text in points.regions:
         return _inside(points.regions[text](points.places) != inverted, points.places, falloff_mm)
-    if match := COLOUR.fullmatch(text):
+    if text == OUTSIDE:
+        low, high = OPEN
+        open_ = np.ones(len(points.places))
+        if points.openness is not None:
+            open_ = points.openness(points.places, points.normals)
+        share = smooth_step((open_ - low) / (high - low))
+    elif match := COLOUR.fullmatch(text):
         share = _coloured(match[1], points)
     elif _is_picture(text):
         share = _pictured(text, points)

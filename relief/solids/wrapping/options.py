@@ -49,7 +49,7 @@ class SurfaceOptions:
     mask: Annotated[
         str | None,
         Option(
-            "part of the surface that carries texture",
+            "part of the surface that carries texture, as in outside & z>2",
             "MASK",
             default="all",
             label="Where, as in z>2 & angle<80",

@@ -13,6 +13,7 @@ from relief.ground.errors import InputError, naming
 from relief.ground.files import write_atomically
 from relief.ground.lengths import within
 from relief.ground.limits import LARGEST_SIDE, PATCH_SIDE_MM
+from relief.preparing.choices import Box
 from retouch.app.computing.warnings_kept import kept_warnings, warning_lines
 from retouch.app.values.document import USUAL_RELIEF_MM, PictureChoice
 from retouch.app.values.findings import Lines, PreparedPicture, Source
@@ -74,9 +75,14 @@ def prepare(picture: PictureChoice) -> PreparedPicture:
         relief_mm = within("relief_mm", picture.relief_mm) or USUAL_RELIEF_MM
     prepared, warnings = _prepared(replace(picture, relief_mm=1.0))
     lines = {**prepared.done, "relief": f"{relief_mm:.3g} mm"}
-    left, upper, right, _ = prepared.square
     relief = replace(prepared.relief, heights=relief_mm * prepared.heights)
-    return PreparedPicture(relief, (*lines.items(), *warnings), (left, upper, right - left))
+    tile = None if prepared.tile_square is None else _corner_and_side(prepared.tile_square)
+    return PreparedPicture(relief, (*lines.items(), *warnings), _corner_and_side(prepared.square), tile)
+
+
+def _corner_and_side(square: Box) -> tuple[int, int, int]:
+    left, upper, right, _ = square
+    return left, upper, right - left
 
 
 def save(picture: PictureChoice, out: str) -> None:

@@ -114,7 +114,9 @@ class PictureStage(PageStage):
             self._thumbnail = (id(source), f"data:image/png;base64,{data}")
         square = None if prepared is None else prepared.square
         crop = list(picture.crop[:3]) if picture.crop else square and list(square)
-        self._crop.give(picture=self._thumbnail[1], width=source.width, height=source.height, crop=crop)
+        tile = prepared and prepared.tile and list(prepared.tile)
+        size = {"width": source.width, "height": source.height}
+        self._crop.give(picture=self._thumbnail[1], **size, crop=crop, tile=tile)
         name = "" if picture.file in self._textures.names else f"{picture.file}: "
         self._notes.set_text(name + source.notes)
 

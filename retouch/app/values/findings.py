@@ -38,11 +38,13 @@ class PreparedPicture:
     Attributes:
         lines: what was done.
         square: x, y and side of the part of the picture that was taken, pixels.
+        tile: of the part of it that a tile repeats; None: the whole.
     """
 
     relief: Relief
     lines: Lines
     square: tuple[int, int, int]
+    tile: tuple[int, int, int] | None
 
 
 @dataclass(frozen=True)

@@ -168,7 +168,37 @@ def test_a_tile_has_the_samples_that_were_asked_for(stone: Path, method: str) ->
     told = prepared.numbers["tile"]
     assert told["method"] == method or method == "auto"
     assert told["pixels"] <= 40 / 1.25
+    assert f"{told['pixels']:.0f} x {told['pixels']:.0f} of the square's 40 x 40" in prepared.done["tile"]
     assert {"blend", "cut"} == told["seam_errors"].keys()
+
+
+def test_a_tile_tells_what_part_of_the_square_it_repeats_and_how_it_magnifies_it(tmp_path: Path) -> None:
+    y, x = np.mgrid[:200, :200] / 200
+    weave = np.where(
+        (np.floor(10 * x) + np.floor(10 * y)) % 2, np.sin(10 * np.pi * x), np.sin(10 * np.pi * y)
+    )
+    weave = np.abs(weave) + 0.5 * x + 0.3 * y**2
+    Image.fromarray((255 * weave / weave.max()).astype(np.uint8)).save(tmp_path / "weave.png")
+    corners = set()
+    for rotate in (0, 90, 180, 270):
+        prepared = prepare(tmp_path / "weave.png", centre=180, tile="cut", rotate=rotate, samples=SIDE)
+        assert prepared.square == (10, 10, 190, 190) and prepared.tile_square is not None
+        left, upper, right, lower = prepared.tile_square
+        side = prepared.numbers["tile"]["pixels"]
+        assert right - left == lower - upper == round(side) < 150
+        assert f"{180 / round(side):.3g} times as large" in prepared.done["scale"]
+        assert f"--size-mm {round(side) / 18:.3g} " in prepared.done["scale"]
+        corners.add((left == 10, upper == 10))
+        # Far from the joint at the upper and left border the tile is that part of the picture.
+        part = np.asarray(Image.open(tmp_path / "weave.png"), float)[upper:lower, left:right]
+        turned = np.rot90(part, rotate // 90)
+        shrunk = np.asarray(Image.fromarray(turned).resize((SIDE, SIDE), Image.Resampling.BILINEAR))
+        middle = slice(SIDE // 2, -2)
+        fit = np.corrcoef(shrunk[middle, middle].ravel(), prepared.heights[middle, middle].ravel())[0, 1]
+        assert fit > 0.95
+    assert len(corners) == 4
+    whole = prepare(tmp_path / "weave.png", samples=SIDE)
+    assert whole.tile_square is None and "scale" not in whole.done
 
 
 @pytest.mark.parametrize(

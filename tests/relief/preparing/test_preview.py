@@ -7,7 +7,8 @@ import pytest
 
 from mitsuba_scenes import find_texture
 from relief.heightmap import load_heights
-from relief.preparing.preview import BRIGHT, DARK, _shaded
+from relief.preparing.picture_preparation import prepare
+from relief.preparing.preview import ACCENT, BRIGHT, DARK, PANEL, _picture, _shaded
 
 
 @pytest.mark.parametrize("texture", ["gravel", "knit"])
@@ -18,3 +19,12 @@ def test_a_relief_is_neither_black_nor_white(texture: str, relief_mm: float) -> 
     level = (grey - np.mean(DARK)) / (np.mean(BRIGHT) - np.mean(DARK))
     assert np.mean(level < 0.15) < 0.1 and np.mean(level > 0.85) < 0.5
     assert 0.4 < level.mean() < 0.85
+
+
+def test_the_thick_frame_is_around_what_the_tile_repeats() -> None:
+    prepared = prepare(find_texture(Path("gravel")), tile="blend", samples=32)
+    assert prepared.tile_square is not None
+    marked = (np.asarray(_picture(prepared)) == ACCENT).all(axis=-1)
+    middle = np.flatnonzero(marked[PANEL // 4])
+    edge = round(PANEL * prepared.tile_square[2] / prepared.picture.width) - 1
+    assert {edge, edge - 1, edge - 2} <= set(middle.tolist()) and edge < 0.9 * PANEL

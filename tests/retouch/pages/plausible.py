@@ -102,7 +102,7 @@ def of_a_print(design: float, change: float, **sections: dict[str, Any]) -> Veri
         **{"faults_before": faults, "faults_after": faults, "seen_change_percent": change},
         "design": {"jnd_of_print": 1.0, "seen_change_percent": design, "too_steep_percent": 0.0},
     }
-    return verified(print=numbers, **sections)
+    return verified(3, print=numbers, **sections)
 
 
 def relief(n: int, seed: int, wavelength_mm: float = 1.5) -> np.ndarray:

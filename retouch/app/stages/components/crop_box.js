@@ -1,10 +1,12 @@
-// A square over a picture: which part of it becomes the relief. Dragged by the pointer, or moved by the keys.
+// A square over a picture: which part of it is taken, and in it what a tile repeats. Dragged by the pointer, or
+// moved by the keys.
 export default {
   template: `
     <div class="crop-box" ref="box" @pointerdown="begin">
       <img :src="picture" alt="the picture" draggable="false" @load="sized">
       <svg v-if="width" class="crop-shade" :viewBox="'0 0 ' + width + ' ' + height" preserveAspectRatio="none" aria-hidden="true">
         <path fill-rule="evenodd" :d="shade"></path>
+        <rect v-if="tile && !own" class="crop-tile" :x="tile[0]" :y="tile[1]" :width="tile[2]" :height="tile[2]"></rect>
       </svg>
       <div class="crop-square" tabindex="0" role="slider" aria-label="part of the picture that is taken"
         aria-valuemin="0" :aria-valuemax="Math.min(width, height)" :aria-valuenow="square.side" :aria-valuetext="text"
@@ -12,7 +14,7 @@ export default {
         <i v-for="corner in ['nw', 'ne', 'sw', 'se']" :class="corner" :data-part="corner"></i>
       </div>
     </div>`,
-  props: { picture: String, width: Number, height: Number, crop: Array },
+  props: { picture: String, width: Number, height: Number, crop: Array, tile: Array },
   data: () => ({ own: null }),
   computed: {
     square() {

@@ -1,6 +1,8 @@
-"""A hollow cup, for masks: conical or cylindrical walls between a rounded foot and a rounded rim."""
+"""Hollow parts for masks: a cup with conical or cylindrical walls, a rounded foot and a rounded rim, and
+prisms."""
 
 import numpy as np
+from manifold3d import CrossSection
 
 from relief.ground.arrays import Array
 from relief.solids.body import Body
@@ -47,3 +49,10 @@ def _revolved(section: Array, sides: int = 48) -> Body:
         np.stack([here[-1], beside[-1], middle + 1], axis=-1),
     ]
     return Body(np.concatenate([*rings, ends]), np.concatenate(faces))
+
+
+def extruded(section: Array, long_mm: float) -> Body:
+    """A prism along y, around the origin, with a section (n, 2) in x and z, counter-clockwise."""
+    mesh = CrossSection([section]).extrude(long_mm).to_mesh()
+    x, z, y = np.asarray(mesh.vert_properties, float)[:, :3].T
+    return Body(np.stack([x, 0.5 * long_mm - y, z], axis=1), np.asarray(mesh.tri_verts, np.int64))
