@@ -11,13 +11,13 @@ from relief.ground.arrays import Array, Flags, FloatArray, Index, units
 from relief.solids.body import Body
 from relief.solids.mending.holes import RIM_MM, Holes
 from relief.solids.meshes.neighbourhood import edge_ends, edge_pairs, points_along
+from relief.solids.meshes.openness import Openness
 from relief.solids.meshes.refining import refined
 from relief.solids.meshes.shells import sealed_hollows
 from relief.solids.remeshing.creases import SHARPEST
 from relief.solids.remeshing.smooth_surface import corner_angles
 from relief.solids.wrapping.bare_places import Bare, PlaceError
 from relief.solids.wrapping.masks import ANGLE, OUTSIDE, Points, Regions, mask_at
-from relief.solids.wrapping.openness import Openness
 from relief.solids.wrapping.options import SurfaceOptions
 
 BASE_EDGE_MM = 1.0
