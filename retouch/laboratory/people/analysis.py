@@ -9,7 +9,7 @@ from typing import Any
 from relief.ground.errors import InputError
 from retouch.laboratory.people.comparisons import QUANTITIES, PairResults, Question, compared
 from retouch.laboratory.people.plan import planned
-from retouch.laboratory.people.plates import SetPlate, read_plates
+from retouch.laboratory.people.plates import SetPlate, labels_of, read_plates
 from retouch.laboratory.people.power import Power, power
 from retouch.laboratory.people.ranks import (
     RatingResults,
@@ -104,7 +104,8 @@ def analysed(
         InputError: the folder is no finished set, or the answers are not to it.
     """
     plates = read_plates(folder, fingers=bool(files))
-    plans, textures = planned(folder), tuple(dict.fromkeys(plate.texture for plate in plates.values()))
+    plans = planned(folder, labels_of(plates))
+    textures = tuple(dict.fromkeys(plate.texture for plate in plates.values()))
     plan_power = _power(plans, plates)
     if not files:
         if not any(plan_power.values()):

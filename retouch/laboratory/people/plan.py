@@ -55,8 +55,8 @@ class TrialPlan:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Names of the plates."""
-        return tuple(plate.label for plate in self.plates)
+        """Names of the plates to people: their codes, if they have any."""
+        return tuple(plate.code or plate.label for plate in self.plates)
 
     @property
     def textures(self) -> tuple[str, ...]:
@@ -214,8 +214,12 @@ def write_plan(folder: Path, experiment: Experiment) -> TrialPlan | None:
     return trial_plan
 
 
-def planned(folder: Path) -> dict[str, dict[tuple[str, int], tuple[str, ...]]]:
+def planned(folder: Path, labels: Mapping[str, str]) -> dict[str, dict[tuple[str, int], tuple[str, ...]]]:
     """Labels of each trial of a set's plan, by question, person and number; empty without a plan.
+
+    Args:
+        folder: of the set.
+        labels: by code.
 
     Raises:
         InputError: a table of the plan is damaged.
@@ -235,5 +239,6 @@ def planned(folder: Path) -> dict[str, dict[tuple[str, int], tuple[str, ...]]]:
             key = row.text("person"), row.whole(TRIAL)
             if key in trials and question != SORTS:
                 raise row.fault(f"trial: {key[1]} of {key[0]} is there twice")
-            trials[key] = (*trials.get(key, ()), *(row.text(name) for name in PLATES[question]))
+            plates = [row.text(name) for name in PLATES[question]]
+            trials[key] = (*trials.get(key, ()), *(labels.get(plate, plate) for plate in plates))
     return found

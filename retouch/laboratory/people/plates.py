@@ -1,5 +1,6 @@
 """The plates of a set as experiments need them: what each measures, and what each finger feels of it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -20,6 +21,7 @@ class SetPlate:
 
     Attributes:
         label: its name.
+        code: that stands for it on its back and in the experiment; empty without codes.
         texture: name of its texture.
         kind: as in `retouch.laboratory.stimulus_sets.levels`.
         level: JND, or ratio of contact areas.
@@ -38,6 +40,7 @@ class SetPlate:
     contact_area_mm2: float
     picture_change_percent: float | None
     folder: Path
+    code: str = ""
     by_finger: dict[str, float] = field(default_factory=dict, repr=False)
 
 
@@ -89,6 +92,7 @@ def _plate(row: CsvRow, folder: Path, fingers: bool) -> SetPlate:
             else None
         ),
         folder=run,
+        code=row.cells.get("code", ""),
         by_finger=_by_finger(run) if fingers else {},
     )
 
@@ -104,6 +108,11 @@ def _by_finger(folder: Path) -> dict[str, float]:
     if result.touch.measured is not None:
         felt[MEASURED] = result.touch.measured.roughness
     return {name: value for name, value in felt.items() if value >= SMOOTH_BELOW}
+
+
+def labels_of(plates: Mapping[str, SetPlate]) -> dict[str, str]:
+    """Labels by code."""
+    return {plate.code: plate.label for plate in plates.values() if plate.code}
 
 
 def levels_of(plates: dict[str, SetPlate]) -> dict[str, list[SetPlate]]:

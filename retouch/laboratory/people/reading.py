@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from relief.ground.errors import InputError
-from retouch.laboratory.people.plates import SetPlate
+from retouch.laboratory.people.plates import SetPlate, labels_of
 from retouch.laboratory.people.tables import (
     ANSWER,
     MAGNITUDES,
@@ -123,7 +123,11 @@ def read_answers(
             f"{left_out} rows of the files are no answers: a plate, trial or answer is empty"
         )
     known = {row.text("person") for rows in by_question.values() for row in rows}
+    labels = labels_of(plates)
     for question, each in by_question.items():
+        for row in each:
+            named = (*PLATES[question], ANSWER[question])
+            row.cells.update({name: labels.get(row.cells[name].upper(), row.cells[name]) for name in named})
         rows = [row for row in each if row.cells["person"] not in without]
         rows = _answered(question, rows, plans.get(question, {}), partial, answers.notes)
         _check_labels(question, rows, plates)

@@ -40,6 +40,7 @@ class PlateNumbers:
 
     Attributes:
         label, kind, level: of the plate.
+        code: that stands for the label on its back and in the experiment; empty without codes.
         roughness, contact_area_mm2: as verified.
         jnd: from its texture as found; None where one of the two is smooth.
         places: of the finger.
@@ -52,6 +53,7 @@ class PlateNumbers:
     """
 
     label: str
+    code: str
     kind: str
     level: float
     roughness: float | None
@@ -226,6 +228,7 @@ def numbers_of(plate: FinishedPlate, original: float | None) -> PlateNumbers:
 
     return PlateNumbers(
         label=plate.plan.label,
+        code=plate.plan.settings.code_of(plate.plan.label),
         kind=plate.plan.kind,
         level=plate.plan.level,
         roughness=felt,

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.printers import Printer
 from relief.relief import Relief
@@ -43,13 +44,15 @@ def cut_square(field: NDArray[Any], width_mm: float, plate_mm: float) -> tuple[N
 
 
 def check_labels(labels: Sequence[str], settings: PrintSettings) -> None:
-    """Check that labels fit on their plates. Raises InputError."""
+    """Check that labels fit on their plates, and that their codes differ. Raises InputError."""
     for label in labels if settings.label_depth_mm is not None else ():
-        pixel_mm(_lines(label), settings.plate_mm, settings.plate_mm)
+        pixel_mm(_lines(label, settings), settings.plate_mm, settings.plate_mm)
+    if settings.codes and len({settings.code_of(label) for label in labels}) < len({*labels}):
+        raise InputError("codes: two plates have one code; rename a texture, or go without codes")
 
 
-def _lines(label: str) -> list[str]:
-    return label.upper().split(" ")
+def _lines(label: str, settings: PrintSettings) -> list[str]:
+    return (settings.code_of(label) or label).upper().split(" ")
 
 
 def plate_bodies(
@@ -79,7 +82,7 @@ def plate_bodies(
             base_mm = math.ceil((base_mm + raised_mm) / layer_mm - 1e-9) * layer_mm - raised_mm
         body = plate_mesh(heights, side_mm, base_mm, stepped=printer is not None)
         depth_mm = settings.label_depth_mm
-        body = body if depth_mm is None else labelled(body, _lines(label), depth_mm)
+        body = body if depth_mm is None else labelled(body, _lines(label, settings), depth_mm)
         low = float(body.vertices[:, 2].min())
         bodies[label] = Body(body.vertices - (0.0, 0.0, low), body.faces)
     return bodies

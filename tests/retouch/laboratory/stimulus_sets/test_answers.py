@@ -1,5 +1,6 @@
 """Answers to a set that was made: its plan, and what other fingers feel."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -19,7 +20,8 @@ def answered(folder: Path) -> Path:
     plates = read_plates(folder)
     observers = [Observer(0.19, lambda plate: plate.roughness) for _ in range(3)]
     of = plan(plates, Experiment(people=3, pairs=12))
-    return write_answers(folder / "answers", of, plates, observers, seed=2)[0]
+    shown = dict(zip(of.labels, plates.values(), strict=True))
+    return write_answers(folder / "answers", of, shown, observers, seed=2)[0]
 
 
 def test_a_redrawn_set_has_a_plan(copy: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -60,6 +62,21 @@ def test_plates_that_were_not_verified_have_no_plan(copy: Path, monkeypatch: pyt
 
     monkeypatch.setattr(stimulus_plates, "write_plan", refuse)
     assert retouch.redraw_stimuli(copy).experiment is None
+
+
+def test_codes_stand_for_the_names(copy: Path) -> None:
+    """On the page, in the plan and in answers; the analysis has the names again."""
+    assert main(["stimuli", "--redraw", "-o", str(copy), "--codes", "-q"]) == 0
+    plates = read_plates(copy)
+    codes = {plate.code for plate in plates.values()}
+    assert len(codes) == len(plates) and all(re.fullmatch("[A-Z]{4}", code) for code in codes)
+    file = answered(copy)
+    texts = [(copy / "experiment" / name).read_text() for name in ("index.html", "rougher.csv")]
+    assert all(code in texts[0] for code in codes)
+    for text in (*texts, file.read_text()):
+        assert any(code in text for code in codes) and not any(label in text for label in plates)
+    found = retouch.answers(copy, [file]).content["rougher"]
+    assert {row["above"] for row in found["matrix"]} <= set(plates)
 
 
 def test_fingers_are_compared(copy: Path) -> None:
