@@ -31,7 +31,7 @@ from retouch.app.state.activity import Activity
 from retouch.app.state.addresses import Addresses
 from retouch.app.state.runs import QueuedRun
 from retouch.app.state.session import Session
-from retouch.app.values.document import FeelChoice, usual_numbers
+from retouch.app.values.document import AppDocument, FeelChoice, usual_numbers
 from tests.retouch.app.test_stages import texts
 from tests.retouch.pages.plausible import of_a_print
 
@@ -120,7 +120,7 @@ def test_the_run_page_says_why_a_run_ended_short_and_what_its_printer_does(run: 
     verification = of_a_print(design=17.2, change=3.3, stop=stop)
     (run / RESULT).write_text(verification.model_dump_json(by_alias=True))
     session = Session()
-    session.history.look_at(str(run))
+    session.history.document = AppDocument(run=str(run))
     session.running.queue.jobs.append(QueuedRun(run, FeelChoice(printer="filament")))
     with Client(page("")) as client:
         stage = RunStage(AppWindow(session, Addresses(), lambda _: None))
