@@ -3,7 +3,7 @@
 Makes a height map of a picture: square, grey, white is high. The picture may be a photograph, a scan or a
 drawing of any sides: PNG, JPEG, TIFF, WebP, BMP, GIF or PGM; or numbers: TIFF, EXR, NPY, text, a measured
 surface. Every step is reported. Beside the height map lies a preview, NAME-preview.png, with the picture, the
-relief under raking light and the numbers.
+relief under raking light and the numbers. Earlier files of these names are replaced.
 
 A photograph knows brightness, not height: bright is taken as high, dark with --invert.
 
