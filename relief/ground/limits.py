@@ -13,8 +13,8 @@ EYE_DISTANCE_CM = 40.0
 """Default distance from the eye to the plate, cm: that of a small thing in the hand."""
 NEAREST_EYE_CM, FARTHEST_EYE_CM = 5.0, 1000.0
 """Least and greatest distance from the eye to the plate, cm: that under a strong loupe, and across a room."""
-MOST_MESH_PLACES = 300
-"""Most contact locations of a mesh."""
+MOST_MESH_PLACES, MOST_TRIED = 300, 450
+"""Most contact locations of a mesh, and most places that are looked at, as many may lie on edges."""
 SMALLEST_PLATE_MM, LARGEST_PLATE_MM = 0.1, 1000.0
 """Shortest and longest side of a plate, mm, that is rendered or printed: 1 % and 100 times the patch."""
 SMALLEST_SIDE, LARGEST_SIDE = 16, 4096

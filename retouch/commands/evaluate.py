@@ -9,12 +9,12 @@ its pictures in the scene change by 2 % of white, the limit of the paper; on the
 comes out within a tenth of that of whole runs. That takes about ten seconds for 128 x 128 samples in the
 studio, and minutes where the fast look cannot show the scene. Without --reach nothing is rendered.
 
-A print file ({FILES}) must be closed. Fingers press on it at most
-{MOST_MESH_PLACES} times, 2.5 mm apart, along the outward axis of each place; the flat side that lies on the
-printer's bed is left out. Roughness is the mean over the places whose 10 mm patch reaches over no edge, and
-that of the texture alone: the object's own curvature is taken out, by --object, the object without texture,
-or as estimated from each patch. A plate, with a flat back and upright sides, is felt as its height map unless
-there is --object. Parts that pass through one another are felt from outside.
+A print file ({FILES}) must be closed. Fingers press on it at most {MOST_MESH_PLACES} times, 2.5 mm apart,
+along the outward axis of each place, after a look at up to {MOST_TRIED} places; the flat side that lies on
+the printer's bed is left out. Roughness is the mean over the places whose 10 mm patch reaches over no edge,
+and that of the texture alone: the object's own curvature is taken out, by --object, the object without
+texture, or as estimated from each patch. A plate, with a flat back and upright sides, is felt as its height
+map unless there is --object. Parts that pass through one another are felt from outside.
 
 G-code (.gcode, .gcode.3mf, .bgcode) is felt as the beads that it lays, and by the sides of the part: top,
 slope, side, overhang, bottom. Beads know nothing of sagging, oozing and the blobs of seams.
@@ -46,6 +46,7 @@ from relief.ground.errors import InputError, naming
 from relief.ground.formats import MESHES, is_gcode, is_mesh, is_solid
 from relief.ground.formatting import number
 from relief.ground.limits import MOST_MESH_PLACES as MOST_MESH_PLACES
+from relief.ground.limits import MOST_TRIED as MOST_TRIED
 from relief.ground.options import add_option, given
 from relief.ground.progress import stage
 from relief.plate_options import fill_option, level_option

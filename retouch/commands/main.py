@@ -32,6 +32,8 @@ INTERNAL_ERROR = 1
 """Exit status of an error that no check foresaw."""
 LONGEST_ERROR = 200
 """Most characters of such an error in the line that is printed."""
+ALIKE = 0.6
+"""Least similarity (difflib) of an option that is suggested."""
 BROKEN_PIPE = 1
 """Exit status when the reader of the output has left, as in Python's documentation of SIGPIPE."""
 
@@ -269,7 +271,9 @@ def _unknown(argument: str, parser: argparse.ArgumentParser) -> str:
     if not name.startswith("-"):
         return f"{argument}: one argument too many"
     options = [option for action in parser._actions for option in action.option_strings]
-    return f"{name}: no such option; the nearest is {difflib.get_close_matches(name, options, 1, 0.0)[0]}"
+    by_words = {option.lstrip("-"): option for option in options}
+    near = difflib.get_close_matches(name.lstrip("-"), by_words, 1, ALIKE)
+    return f"{name}: no such option" + (f"; the nearest is {by_words[near[0]]}" if near else "")
 
 
 class _Version(argparse.Action):

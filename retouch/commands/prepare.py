@@ -3,7 +3,7 @@
 Makes a height map of a picture: square, grey, white is high. The picture may be a photograph, a scan or a
 drawing of any sides: PNG, JPEG, TIFF, WebP, BMP, GIF or PGM; or numbers: TIFF, EXR, NPY, text, a measured
 surface. Every step is reported. Beside the height map lies a preview, NAME-preview.png, with the picture, the
-relief under raking light and the numbers.
+relief under raking light and the numbers. Earlier files of these names are replaced.
 
 A photograph knows brightness, not height: bright is taken as high, dark with --invert.
 
@@ -18,6 +18,7 @@ examples:
 
 import argparse
 from dataclasses import replace
+from math import atan, degrees, radians, tan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -41,6 +42,9 @@ NATURAL_ROUGHNESS = (0.03, 0.12)
 """Least and greatest roughness of natural surfaces, no unit (docs/explanation/finger.md)."""
 HIGH_MM = 2.0
 """Relief, mm, at which every bundled texture of 10 mm is natural: what is smoother has too fine features."""
+
+STEEP_DEG = 60.0
+"""Median slope, degrees, above which no higher relief is advised: its bumps would be needles."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -120,7 +124,7 @@ def _feel(prepared: "Prepared", felt: "Evaluation | None") -> dict[str, str]:
 def _how_to_be_rougher(prepared: "Prepared", felt: "Evaluation") -> str:
     """What makes a smooth relief natural: a higher one, unless its features are too fine for the finger."""
     relief, relief_mm = prepared.relief, prepared.relief_mm
-    assert relief is not None and relief_mm is not None
+    assert relief is not None and relief_mm is not None and prepared.relief_mm is not None
     touch = felt.touch
     if relief_mm < HIGH_MM:
         higher = replace(relief, heights=relief.heights * (HIGH_MM / relief_mm))
@@ -131,9 +135,16 @@ def _how_to_be_rougher(prepared: "Prepared", felt: "Evaluation") -> str:
             touch, relief_mm = measure_touch(higher, retouch.Skin(), "layer"), HIGH_MM
     roughness = touch.means[ROUGHNESS.name]
     at_most = f"roughness {number(roughness)} at {relief_mm:g} mm"
+    rise = tan(radians(prepared.numbers["slopes_deg"]["median"])) * relief_mm / prepared.relief_mm
+    slope = degrees(atan(rise))
+    if steep := slope > STEEP_DEG:
+        at_most += f", where half of the slopes are above {slope:.0f}°"
     # A finger that rests on the tops alone gains little by higher tops; one that follows gains in proportion.
-    if roughness >= NATURAL_ROUGHNESS[0] or touch.contact_fraction > 0.5:
+    if not steep and (roughness >= NATURAL_ROUGHNESS[0] or touch.contact_fraction > 0.5):
         return f"a higher --relief-mm helps ({at_most})"
     # Of a picture whose size is known, a part keeps its scale.
     part = "" if "size_mm" in prepared.picture.lengths else "--crop or --centre a smaller part, or "
-    return f"features are too fine for the finger ({at_most}): {part}take a larger --size-mm"
+    return (
+        f"features are too fine for the finger ({at_most}): {part}take a larger --size-mm, so that bumps are "
+        "1 to 3 mm apart"
+    )

@@ -14,7 +14,7 @@ from optimize.verification.solids.own_shape import textures_alone
 from optimize.verification.solids.plates import plates_of
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
-from relief.ground.limits import HEIGHT_LIMIT_MM, MOST_MESH_PLACES, PATCH_SIDE_MM
+from relief.ground.limits import HEIGHT_LIMIT_MM, MOST_MESH_PLACES, MOST_TRIED, PATCH_SIDE_MM
 from relief.ground.progress import stage
 from relief.places import SPACING_MM, cut, patch_shape, places
 from relief.solids.body import Body
@@ -28,9 +28,6 @@ from tactile.jnd import jnd_unless_smooth
 from tactile.measures import collected, each, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import QUANTITIES, ROUGHNESS, means
-
-MOST_TRIED = 450
-"""Most places whose surroundings are looked at, many of which may lie on edges."""
 
 PART, ESTIMATED, TAKEN_OUT = "part of the roughness", "estimated and taken out", "taken out"
 UNDER = "under the texture; the strain under the bare object is taken out"
@@ -275,7 +272,7 @@ def _looked_at(cropped: Iterator[SurfaceCrop], count: int, most: int) -> list[Su
     """Crops until as many as are wanted are neither on edges nor flat."""
     crops: list[SurfaceCrop] = []
     left = most
-    with stage("looking at places", count, at_most=True) as advance:
+    with stage("looking at places", count) as advance:
         for crop in cropped:
             crops.append(crop)
             advance()

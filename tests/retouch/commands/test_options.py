@@ -74,12 +74,27 @@ def test_an_unknown_option_is_answered_with_the_nearest_and_the_verbs_own_help(
     required |= {"stimuli": "wave.exr -o set", "wrap": "wave.exr ball -o a.stl"}
     required |= {"palette": "wave.exr -o set", "fuzzy": "part.stl --profile a.ini"}
     arguments = required.get(verb, "" if verb == "doctor" else "wave.exr").split()
-    assert main([verb, *arguments, "--verbse"]) == 2
+    assert main([verb, *arguments, "--hepl"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("retouch: --verbse: no such option; the nearest is ")
+    assert line.startswith("retouch: --hepl: no such option; the nearest is --help")
     assert line.endswith(f"(see retouch {verb} --help)")
     assert main([verb, *arguments, "--help=no"]) == 2
     assert capsys.readouterr().err.endswith(f"(see retouch {verb} --help)\n")
+
+
+@pytest.mark.parametrize(
+    ("option", "told"),
+    [
+        ("--force", "--force: no such option (see"),
+        ("--gray=mean", "--gray: no such option; the nearest is --grey (see"),
+        ("--relief", "--relief: no such option; the nearest is --relief-mm (see"),
+    ],
+)
+def test_only_options_that_are_like_an_unknown_one_are_suggested(
+    option: str, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["prepare", "a.jpg", "-o", "a.png", option]) == 2
+    assert capsys.readouterr().err == f"retouch: {told} retouch prepare --help)\n"
 
 
 def test_an_argument_too_many_is_told(capsys: pytest.CaptureFixture[str]) -> None:

@@ -74,10 +74,12 @@ def test_a_tile_and_an_exr(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.slow
 def test_what_helps_a_smooth_relief_is_told(capsys: pytest.CaptureFixture[str]) -> None:
-    """Of hills a higher relief, of features too fine for the finger larger features."""
+    """Of hills a higher relief, of features too fine for the finger larger ones."""
     row, col = np.indices((32, 32))
     hills = (127 + 120 * np.sin(0.5 * row) * np.sin(0.5 * col)).astype(np.uint8)
     Image.fromarray((200 * ((row + col) % 2)).astype(np.uint8)).save("fine.png")
+    weave = (127 + 120 * np.sin(1.3 * row) * np.sin(1.3 * col)).astype(np.uint8)
+    Image.fromarray(weave).save("weave.png")
     Image.fromarray(hills).save("hills.png")
     told = "smoother than natural surfaces (0.03 to 0.12); "
     argv = ["prepare", "fine.png", "-o", "a.exr", "--relief-mm", "0.6", "--size-mm", "10"]
@@ -89,6 +91,11 @@ def test_what_helps_a_smooth_relief_is_told(capsys: pytest.CaptureFixture[str]) 
     assert "at 2 mm): take a larger --size-mm" in lines
     lines = " ".join(printed(capsys, "prepare", "hills.png", "-o", "a.exr", "--relief-mm", "0.05").split())
     assert f"{told}a higher --relief-mm helps (roughness " in lines
+    # A higher relief would be rough enough, of walls.
+    lines = " ".join(printed(capsys, "prepare", "weave.png", "-o", "w.exr", "--relief-mm", "0.5").split())
+    assert f"{told}features are too fine for the finger (roughness 0.0" in lines
+    assert "at 2 mm, where half of the slopes are above " in lines
+    assert "a smaller part, or take a larger --size-mm, so that bumps are 1 to 3 mm apart" in lines
 
 
 @pytest.mark.parametrize(

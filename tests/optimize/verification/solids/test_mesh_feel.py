@@ -7,14 +7,17 @@ import pytest
 import trimesh
 
 from mitsuba_scenes import find_texture
-from optimize.verification.solids.mesh_feel import MeshFeel, feel_of
+from optimize.verification.solids.mesh_feel import MeshFeel, _looked_at, feel_of
 from optimize.verification.solids.over_object import over_object, textured
+from relief.ground import progress as stages
 from relief.ground.errors import InputError
+from relief.ground.limits import MOST_MESH_PLACES, MOST_TRIED
 from relief.heightmap import load_heights
 from relief.relief import Relief
 from relief.solids.body import Body
 from relief.solids.export.plate_export import plate_mesh
 from relief.solids.files.mesh import Mesh, read_mesh
+from relief.solids.meshes.crops import Frame, SurfaceCrop
 from relief.solids.meshes.refining import refined
 from relief.solids.meshes.solid import outer_body
 from relief.solids.meshes.unrolling import Unroller
@@ -185,3 +188,14 @@ def test_a_texture_covers_a_patch_unless_it_ends_or_has_not_grown_there(name: st
 
 def test_without_any_texture_a_patch_is_not_textured() -> None:
     assert not textured(np.zeros((128, 128)))
+
+
+def test_the_look_at_places_says_how_long_it_will_take_and_the_guide_how_many_there_are(monkeypatch):
+    monkeypatch.setattr(stages, "INTERVAL_S", 0.0)
+    told: list[stages.Progress] = []
+    crop = SurfaceCrop(Frame(np.zeros(3), np.eye(3)), np.zeros((4, 4)), on_edge=True)
+    with stages.progress(told.append):
+        assert len(_looked_at(iter([crop] * 10), 10, 3)) == 10
+    assert told[5].fraction == 0.5 and told[5].remaining is not None
+    page = Path("docs/howto/objects.md").read_text(encoding="utf-8")
+    assert f"looks at {MOST_TRIED} places" in page and f"on {MOST_MESH_PLACES} of the others" in page
