@@ -3,7 +3,7 @@
 import numpy as np
 
 from relief.ground.arrays import Array
-from relief.ground.progress import this_stage
+from relief.ground.progress import stage, this_stage
 from relief.solids.body import Body
 from relief.solids.meshes.raster import Covered
 
@@ -29,7 +29,11 @@ class Openness:
         self._directions = np.stack([out * np.cos(turn), out * np.sin(turn), height], axis=1)
         low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
         self._middle, self._pitch_mm = 0.5 * (low + high), 1.02 * float(np.linalg.norm(high - low)) / SAMPLES
-        self._maps = [self._depths(body, direction) for direction in self._directions]
+        self._maps = []
+        with stage("looking at the part from all sides", DIRECTIONS) as advance:
+            for direction in self._directions:
+                self._maps.append(self._depths(body, direction))
+                advance()
 
     def _seen(self, places: Array, direction: Array) -> tuple[Array, Array]:
         """Columns and rows (..., 2) of places in the depth map, and their depths (...,), mm."""
