@@ -66,7 +66,8 @@ def test_plates_that_were_not_verified_have_no_plan(copy: Path, monkeypatch: pyt
 
 def test_codes_stand_for_the_names(copy: Path) -> None:
     """On the page, in the plan and in answers; the analysis has the names again."""
-    assert main(["stimuli", "--redraw", "-o", str(copy), "--codes", "-q"]) == 0
+    experiment = ("--people", "3", "--pairs", "12", "--seed", "0")
+    assert main(["stimuli", "--redraw", "-o", str(copy), "--codes", *experiment, "-q"]) == 0
     plates = read_plates(copy)
     codes = {plate.code for plate in plates.values()}
     assert len(codes) == len(plates) and all(re.fullmatch("[A-Z]{4}", code) for code in codes)
