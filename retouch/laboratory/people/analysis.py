@@ -108,7 +108,12 @@ def analysed(
     textures = tuple(dict.fromkeys(plate.texture for plate in plates.values()))
     plan_power = _power(plans, plates)
     if not files:
-        if not any(plan_power.values()):
+        if plans and not any(plan_power.values()):
+            raise InputError(
+                f"{folder}: its plan has one difference of levels, which does not tell the JND from "
+                "lapses and a preference for a side; plates at a third level do"
+            )
+        if not plans:
             raise InputError(f"{folder}: has no plan; retouch stimuli --redraw -o {folder} writes one")
         return AnswersResults(folder, (), textures, plan_power)
     answers = read_answers(files, plates, plans, partial, without, mapped)

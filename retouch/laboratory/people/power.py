@@ -24,6 +24,8 @@ LAPSES = 0.02
 """Lapse rate that is assumed."""
 TRIALS = (20, 40, 80, 120, 240, 480)
 """Trials of a person for which the people are counted."""
+LEAST_INFORMATION = 1e-6
+"""Information of an answer, from which rounding is far: pairs of one difference alone have none."""
 SIGMAS = float(stats.norm.ppf(0.975))
 
 
@@ -75,8 +77,8 @@ class Power:
     spread_assumed: float
 
 
-def power(differences: Sequence[float], ratio: float, people: int) -> Power:
-    """What a plan can say of the JND.
+def power(differences: Sequence[float], ratio: float, people: int) -> Power | None:
+    """What a plan can say of the JND; None if it cannot tell the JND from lapses and a preference.
 
     Args:
         differences: logarithms of the ratios of the values of all planned pairs.
@@ -85,6 +87,8 @@ def power(differences: Sequence[float], ratio: float, people: int) -> Power:
     """
     noise = math.log(ratio)
     of_one = information(np.array(differences), noise)
+    if of_one < LEAST_INFORMATION:
+        return None
     trials = round(len(differences) / people)
     factor = (SIGMAS * noise * math.exp(noise) / math.expm1(noise) / PRECISION) ** 2
     return Power(

@@ -9,7 +9,7 @@ from scipy.special import ndtr
 from relief.ground.arrays import Array
 from retouch.laboratory.people.likelihood import LikelihoodGrid, PairAnswers, log_likelihoods
 from retouch.laboratory.people.population import Estimate, fit, weber
-from retouch.laboratory.people.power import half_width, information
+from retouch.laboratory.people.power import half_width, information, power
 
 JND = math.log(1.19)
 PAIRS = np.array([(i - j) * JND for i in range(5) for j in range(5) if i != j])
@@ -94,3 +94,10 @@ def test_the_plan_tells_the_width_beforehand(rng: np.random.Generator) -> None:
         assert one.high is not None and one.low is not None
         found.append(0.5 * (one.high - one.low) / 0.19)
     assert np.median(found) == pytest.approx(planned, rel=0.35)
+
+
+def test_one_difference_does_not_tell_a_jnd_from_lapses() -> None:
+    """Two levels in both orders give two shares of answers, for three unknowns."""
+    step = math.log(1.19)
+    assert power([step, -step] * 30, 1.19, people=2) is None
+    assert power([step, -step, 2 * step, -2 * step] * 30, 1.19, people=2) is not None

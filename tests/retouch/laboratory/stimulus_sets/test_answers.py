@@ -76,7 +76,7 @@ def test_codes_stand_for_the_names(copy: Path) -> None:
     assert all(code in texts[0] for code in codes)
     for text in texts:
         assert any(code in text for code in codes) and not any(label in text for label in plates)
-    found = retouch.answers(copy, [file]).content["rougher"]
+    found = retouch.answers(copy, [file]).content
     assert {row["above"] for row in found["matrix"]} <= set(plates)
 
 
