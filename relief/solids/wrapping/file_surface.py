@@ -17,7 +17,7 @@ from relief.solids.remeshing.creases import SHARPEST
 from relief.solids.remeshing.smooth_surface import corner_angles
 from relief.solids.wrapping.bare_places import Bare, PlaceError
 from relief.solids.wrapping.masks import ANGLE, OUTSIDE, Points, Regions, mask_at
-from relief.solids.wrapping.openness import Openness
+from relief.solids.wrapping.measures.openness import Openness
 from relief.solids.wrapping.options import SurfaceOptions
 
 BASE_EDGE_MM = 1.0
