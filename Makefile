@@ -110,7 +110,7 @@ $(DOCS): docs/site/requirements.txt
 	@touch $@
 
 docs: $(DOCS)  ## build the site of the documentation, build/site/index.html, in an environment of its own
-	.venv-docs/bin/python -m sphinx -q -W --keep-going -b html -c docs/site . build/site
+	.venv-docs/bin/python -m sphinx -q -E -W --keep-going -b html -c docs/site . build/site
 
 dist: $(TESTS)  ## build the source archive and the wheel of the last commit into dist/, the same bytes each time
 	@rm -rf dist && umask 022 && export SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct) && \

@@ -18,24 +18,18 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from relief.corrections import filled, levelled, plane
+from relief.ground import limits
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError, PictureError, naming, option_error
 from relief.ground.files import partial_file
 from relief.ground.formats import GRIDS, HEIGHT_MAPS, HEIGHTS, MEASURED, PICTURES
 from relief.ground.lengths import Lengths, header_of, within
-from relief.ground.limits import (
-    DEEPEST_RELIEF_MM,
-    HEIGHT_LIMIT_MM,
-    LARGEST_SIDE,
-    PATCH_SIDE_MM,
-    SMALLEST_SIDE,
-)
 from relief.ground.progress import say
 from relief.reading.data_colours import no_heights
 from relief.reading.pictures import read_picture
 from relief.reading.profilometers import is_measured
 from relief.reading.readers import by_content, read_samples
-from relief.reading.samples import TILE, TILE_MARKS, Check, Samples
+from relief.reading.samples import LAYER, TILE, TILE_MARKS, Check, Samples
 from relief.reading.terraces import terraces
 from relief.reading.tiff import holds_numbers, read_tiff
 from relief.seam import misfit
@@ -80,7 +74,7 @@ class HeightMap:
     @property
     def side_mm(self) -> float:
         """Side of the plate, mm, the usual one if unknown."""
-        return PATCH_SIDE_MM if self.size_mm is None else self.size_mm
+        return limits.PATCH_SIDE_MM if self.size_mm is None else self.size_mm
 
 
 def load_height_map(
@@ -137,7 +131,8 @@ def load_height_map(
     stated = content.unit_mm is not None and height_scale is None
     corrected = _corrected(path, heights, ends, fill, level)
     checked = _in_range(path, corrected, content.holds_numbers, unit, stated)
-    if (warning := terraces(checked)) is not None:
+    # A print is meant to have its printer's steps.
+    if not content.printed and (warning := terraces(checked)) is not None:
         _warn_once(f"{path}: {warning}")
     kind = "heights times" if content.holds_numbers else "a picture, white is"
     _log.info("%s: %d x %d samples read, %s %g mm", path, *checked.shape, kind, unit)
@@ -213,7 +208,7 @@ def _in_range(path: Path, heights: Array, holds_mm: bool, unit: float, stated: b
     """
     with np.errstate(invalid="ignore"):
         span = float(np.ptp(heights)) if holds_mm else unit
-    factor = next((one for one in LIKELIER if LEAST_FELT_MM <= one * span <= DEEPEST_RELIEF_MM), 1.0)
+    factor = next((one for one in LIKELIER if LEAST_FELT_MM <= one * span <= limits.DEEPEST_RELIEF_MM), 1.0)
     likely = f"{factor * unit:g}"
     key, (name, units) = (
         "height_scale" if holds_mm else "relief_mm",
@@ -229,8 +224,8 @@ def _in_range(path: Path, heights: Array, holds_mm: bool, unit: float, stated: b
         return check_heights(heights, path)
     except InputError as error:
         faults = [f"{error}{ask}" for ask in asks]
-        outside = heights.min() < -TOLERANCE_MM or heights.max() * factor > DEEPEST_RELIEF_MM
-        if holds_mm and outside and span * factor <= DEEPEST_RELIEF_MM:
+        outside = heights.min() < -TOLERANCE_MM or heights.max() * factor > limits.DEEPEST_RELIEF_MM
+        if holds_mm and outside and span * factor <= limits.DEEPEST_RELIEF_MM:
             scaled = likely != "1"
             calls = _mending(path, f" {option}" * scaled, f", {argument}" * scaled, ".exr")
             ways = zip(faults, ("level=True", "--level"), calls, strict=True)
@@ -410,7 +405,9 @@ def check_heights(heights: ArrayLike, name: str | os.PathLike[str]) -> NDArray[n
     lowest, highest = heights.min(), heights.max()
     if lowest < -TOLERANCE_MM:
         raise InputError(f"{name}: heights go down to {lowest:g} mm; the lowest allowed is 0")
-    limit = HEIGHT_LIMIT_MM if highest <= HEIGHT_LIMIT_MM + TOLERANCE_MM else DEEPEST_RELIEF_MM
+    limit = limits.HEIGHT_LIMIT_MM
+    if highest > limit + TOLERANCE_MM:
+        limit = limits.DEEPEST_RELIEF_MM
     if highest > limit + TOLERANCE_MM:
         raise InputError(f"{name}: heights reach {highest:g} mm; the highest allowed is {limit:g}")
     return np.clip(heights, 0.0, limit)
@@ -422,6 +419,7 @@ def save_heights_exr(
     size_mm: float | None = None,
     relief_mm: float | None = None,
     repeats: Repeats = False,
+    layer_um: float | None = None,
 ) -> None:
     """Write heights as a float32 EXR, channel Y; the file appears whole or not at all.
 
@@ -431,11 +429,12 @@ def save_heights_exr(
         size_mm: Side of the plate, mm; ``retouch.size_mm`` of the header.
         relief_mm: Height of white above black, mm, if the heights are made a picture; ``retouch.relief_mm``.
         repeats: Whether they are a tile, along both axes, "x" or "y"; ``retouch.repeats``.
+        layer_um: Layers of the print that they are; ``retouch.layer_um``.
 
     Raises:
         InputError: A length is out of `RANGES`.
     """
-    header = header_of(path, size_mm=size_mm, relief_mm=relief_mm) | _tile_mark(repeats)
+    header = header_of(path, size_mm=size_mm, relief_mm=relief_mm) | _marks(repeats, layer_um)
     with partial_file(path) as partial:
         write_exr(partial, heights, header)
 
@@ -468,6 +467,7 @@ def save_heights_png(
     relief_mm: float | None,
     size_mm: float | None = None,
     repeats: Repeats = False,
+    layer_um: float | None = None,
 ) -> None:
     """Write heights as a 16 bit grey PNG; the file appears whole or not at all.
 
@@ -478,6 +478,7 @@ def save_heights_png(
             unknown, leaves the text out and takes heights from 0 to 1.
         size_mm: Side of the plate, mm; text ``retouch.size_mm`` of the file.
         repeats: Whether they are a tile, along both axes, "x" or "y"; text ``retouch.repeats`` of the file.
+        layer_um: Layers of the print that they are; text ``retouch.layer_um``.
 
     Raises:
         InputError: A height is outside the range that the picture can hold, or a length out of `RANGES`.
@@ -485,7 +486,7 @@ def save_heights_png(
     text = PngInfo()
     for key, length in header_of(path, size_mm=size_mm, relief_mm=relief_mm).items():
         text.add_text(key, repr(length))
-    for key, mark in _tile_mark(repeats).items():
+    for key, mark in _marks(repeats, layer_um).items():
         text.add_text(key, mark)
     heights = np.asarray(heights, dtype=np.float64)
     low, high = heights.min(), heights.max()
@@ -499,20 +500,23 @@ def save_heights_png(
         Image.fromarray(grey).save(partial, format="PNG", pnginfo=text)
 
 
-def _tile_mark(repeats: Repeats) -> dict[str, str]:
-    """The entry of a header for a tile; none for a plate."""
+def _marks(repeats: Repeats, layer_um: float | None) -> dict[str, str]:
+    """The entries of a header for a tile, and for a print; none for the design of a plate."""
     marks = {stated: mark for mark, stated in TILE_MARKS.items()}
-    return {TILE: marks[repeats]} if repeats else {}
+    tile = {TILE: marks[repeats]} if repeats else {}
+    return tile if layer_um is None else tile | {LAYER: f"{layer_um:g}"}
 
 
 def _check_shape(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:
     if len(shape) != 2:
         raise PictureError(f"{name}: {len(shape)} dimensions; a height map has 2")
     rows, cols = shape
-    if min(rows, cols) < SMALLEST_SIDE:
-        raise InputError(f"{name}: {cols} x {rows} samples; at least {SMALLEST_SIDE} a side are needed")
-    if max(rows, cols) > LARGEST_SIDE:
-        raise PictureError(f"{name}: {cols} x {rows} samples; at most {LARGEST_SIDE} a side are read")
+    if min(rows, cols) < limits.SMALLEST_SIDE:
+        raise InputError(
+            f"{name}: {cols} x {rows} samples; at least {limits.SMALLEST_SIDE} a side are needed"
+        )
+    if max(rows, cols) > limits.LARGEST_SIDE:
+        raise PictureError(f"{name}: {cols} x {rows} samples; at most {limits.LARGEST_SIDE} a side are read")
 
 
 def _check_extent(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:

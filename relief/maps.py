@@ -32,10 +32,9 @@ def load_map(path: str | os.PathLike[str], surface: Surface) -> tuple[Array, boo
     values = content.values
     (rows, cols), shape = values.shape, surface.shape
     if abs(rows * shape[1] - cols * shape[0]) > 0.5 * max(shape):
-        raise InputError(
-            f"{path}: {cols} x {rows} samples have not the proportions of the surface, "
-            f"{surface.width_mm:g} x {surface.height_mm:g} mm in {shape[1]} x {shape[0]} samples"
-        )
+        size = f"{surface.width_mm:g} x {surface.height_mm:g} mm in {shape[1]} x {shape[0]} samples"
+        fault = f"{cols} x {rows} samples have not the proportions of the surface"
+        raise InputError(f"{path}: {fault}, {size}")
     if not np.isfinite(values).all():
         raise InputError(f"{path}: {np.count_nonzero(~np.isfinite(values))} values are not finite")
     sizes = zip(shape, values.shape, strict=True)

@@ -84,12 +84,8 @@ class Patches:
     @property
     def plate_mm(self) -> float:
         """Side of the square of a patch below which there is the plate, mm."""
-        bounded = [
-            size
-            for size, repeats in zip(self.surface.size_mm, self.surface.repeats, strict=True)
-            if not repeats
-        ]
-        return min([self.size_mm, *bounded])
+        sides = zip(self.surface.size_mm, self.surface.repeats, strict=True)
+        return min([self.size_mm, *(size for size, repeats in sides if not repeats)])
 
     @property
     def samples(self) -> int:

@@ -107,10 +107,9 @@ def print_of(
     with naming(name):
         layers = printed(heights_mm, pitch_mm, printer, repeats)
         if (relief_mm := float(np.ptp(layers))) > printer.max_relief_mm + printer.layer_mm * SAME:
-            raise InputError(
-                f"printer: the relief is {relief_mm:.4g} mm high, and the printer makes "
-                f"{printer.max_relief_mm:g} mm; make it lower (relief_mm or height_scale)"
-            )
+            makes = f"the printer makes {printer.max_relief_mm:g} mm"
+            fault = f"the relief is {relief_mm:.4g} mm high, and {makes}"
+            raise InputError(f"printer: {fault}; make it lower (relief_mm or height_scale)")
     limit = HEIGHT_LIMIT_MM if heights_mm.max() <= HEIGHT_LIMIT_MM else DEEPEST_RELIEF_MM
     return np.minimum(layers, printer.top_mm(limit))
 

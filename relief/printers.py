@@ -153,9 +153,8 @@ def read_printer(path: str | os.PathLike[str]) -> Printer:
         if key not in (*RANGES, "keep_features"):
             raise InputError(f"{path}: {shown(key)}: no such number of a printer; known: {', '.join(RANGES)}")
         if type(value) not in kinds:
-            raise InputError(
-                f"{path}: {key}: {shown(value)} is not {'true or false' if bool in kinds else 'a number'}"
-            )
+            expected = "true or false" if bool in kinds else "a number"
+            raise InputError(f"{path}: {key}: {shown(value)} is not {expected}")
     for key in ("pixel_um", "layer_um"):
         if key not in values:
             raise InputError(f"{path}: {key}: missing; a printer needs pixel_um and layer_um")

@@ -41,9 +41,9 @@ if TYPE_CHECKING:
     from retouch.verbs.learning import train as train
     from retouch.verbs.machine import Diagnosis as Diagnosis
     from retouch.verbs.machine import doctor as doctor
-    from retouch.verbs.objects.wrap_preview import WrapPreview as WrapPreview
-    from retouch.verbs.objects.wrap_preview import preview_wrap as preview_wrap
     from retouch.verbs.objects.wrapping import WrappedObject as WrappedObject
+    from retouch.verbs.objects.wrapping import WrapPreview as WrapPreview
+    from retouch.verbs.objects.wrapping import preview_wrap as preview_wrap
     from retouch.verbs.objects.wrapping import wrap as wrap
     from retouch.verbs.palettes.palette_fills import PaletteFills as PaletteFills
     from retouch.verbs.palettes.palette_fills import palette as palette

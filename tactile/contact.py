@@ -355,7 +355,7 @@ class _Press(torch.autograd.Function):
         mean_pressure: float,
         start: Tensor | None,
         solve: Solver,
-        tolerance: float,
+        tolerance: float | None,
     ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         state = solve(body, heights, mean_pressure, start)
         ctx.body, ctx.tolerance = body, tolerance
@@ -403,9 +403,10 @@ def press(
     Raises:
         ContactError: the contact, or in the backward pass its adjoint, did not converge.
     """
-    tolerance = GRADIENT_TOLERANCE[heights.dtype] if gradient_tolerance is None else gradient_tolerance
-    pressure, gap, approach, bound = _Press.apply(heights, body, mean_pressure, start, solve, tolerance)
-    return pressure, gap, approach, bound
+    felt: tuple[Tensor, Tensor, Tensor, Tensor] = _Press.apply(
+        heights, body, mean_pressure, start, solve, gradient_tolerance
+    )
+    return felt
 
 
 @stage("gradient of the touch", total=1.0)

@@ -205,12 +205,10 @@ ALLOWED = {room: set(names.split()) for room, names in _ALLOWED.items()}
 
 PART_OF = {
     **dict.fromkeys(("tactile.structured", "tactile.elements", "tactile.layer"), "tactile"),
-    **dict.fromkeys(
-        ("relief.solids.wrapping.coordinates", "relief.solids.wrapping.measures"), "relief.solids.wrapping"
-    ),
+    "relief.solids.wrapping.coordinates": "relief.solids.wrapping",
 }
-"""Folders that belong to another room: builders of its operators, loaded only where nothing is cached, the
-coordinates in which textures are laid, and measures of what came out."""
+"""Folders that belong to another room: builders of its operators, loaded only where nothing is cached, and
+the coordinates in which textures are laid."""
 
 WITHOUT_MITSUBA = ("relief", "surrogate", "tactile")
 """Packages that never import a renderer, not even inside a function."""

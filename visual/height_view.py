@@ -5,7 +5,6 @@
 All conditions are alike. Unit and level make the squares comparable with those of pictures.
 """
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -15,6 +14,8 @@ from torch import Tensor
 
 from relief.ground.arrays import Array
 from visual.exact.view import Pictures
+from visual.looks import FixedSamples, Rendering, StepView
+from visual.scene import Scene
 
 LEVEL = 0.2
 """Value of a height that has not changed. Mean pictures of gravel, grass and brick in the studio are 0.14 to
@@ -24,24 +25,29 @@ PER_MM = 20.0
 times their mean for a millimetre of one height (root of the sum of squares over the pixels)."""
 
 
-@dataclass(frozen=True, eq=False)
-class HeightView:
-    """Height differences in the form of a view's pictures.
+class HeightsLook:
+    """No pictures of a scene but height differences, which are their own view.
 
     Attributes:
-        original: (rows, cols) mm, heights that count as unchanged.
-        conditions: number of pictures, all alike.
         overhead: that the picture ends where the plate ends, as from straight above.
     """
 
-    original: Array
-    conditions: int
     overhead: ClassVar[bool] = True
 
-    def pictures(self, heights: Tensor) -> Tensor:
+    def __init__(self, scene: Scene) -> None:
+        self._original, self._conditions = scene.heights, len(scene.conditions)
+
+    def check(self) -> None:
+        """Every scene has heights."""
+
+    def pictures(self, heights: Tensor, rendering: Rendering | None = None) -> Tensor:
         """Values (..., conditions, rows, cols) of heights (..., rows, cols) in mm, differentiable."""
-        difference = heights - torch.as_tensor(self.original, dtype=heights.dtype)
-        return torch.stack([LEVEL * (1.0 + PER_MM * difference)] * self.conditions, dim=-3)
+        difference = heights - torch.as_tensor(self._original, dtype=heights.dtype)
+        return torch.stack([LEVEL * (1.0 + PER_MM * difference)] * self._conditions, dim=-3)
+
+    def views(self, samples: FixedSamples) -> tuple[StepView, ...]:
+        """The look itself; see the protocol."""
+        return (self,)
 
     def evaluate(self, heights: Array, jacobian: bool = True, edges: bool = True) -> Pictures:
         """Values of a relief, and their Jacobians.
@@ -53,4 +59,8 @@ class HeightView:
         """
         identity = LEVEL * PER_MM * sp.identity(heights.size, format="csr")
         values = self.pictures(torch.as_tensor(heights, dtype=torch.float64)).numpy()
-        return Pictures(np.asarray(values), (identity,) * self.conditions if jacobian else ())
+        return Pictures(np.asarray(values), (identity,) * self._conditions if jacobian else ())
+
+    def plate_weights(self, pictures: Array) -> Array:
+        """1, because every sample is of the plate; see the protocol."""
+        return np.ones_like(pictures)

@@ -109,7 +109,7 @@ LOOKS: Mapping[str, LookModel] = {
     "exact": LookModel("visual.scene_looks:ExactLook", 8e-5, 1.5e-5, sampled=True, shadows=True),
     "fast": LookModel("visual.scene_looks:FastLook", 3e-5, 0.8e-5, shadows=True),
     "shading": LookModel("visual.scene_looks:ShadingLook", 3e-5, 0.8e-5),
-    "heights": LookModel("visual.scene_looks:HeightsLook", 3e-5, radiance=False),
+    "heights": LookModel("visual.height_view:HeightsLook", 3e-5, radiance=False),
 }
 """Looks by their names. "shading", the fast look without shadows and ambient occlusion, and "heights", height
 differences in place of pictures, exist to compare with."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +20,8 @@ from visual.lights.parallel import LUMINANCE
 
 if TYPE_CHECKING:
     from torch import Tensor
+
+    from visual.scene import Scene
 
 
 BATCHES = 4
@@ -69,23 +71,11 @@ class Batches:
         return replace(self, pictures=self.pictures[:, number : number + 1])
 
 
-class Renderable(Protocol):
-    """Scene that pictures are rendered of: a `visual.scene.Scene`."""
-
-    @property
-    def samples(self) -> int:
-        """Samples a pixel, as the scene file says."""
-
-    def render(self, heights: Any, *, samples: int, seed: int, resolution: int | None) -> Tensor:
-        """Pictures (conditions, rows, cols), radiance; with another seed, other random numbers."""
-
-
 def batched(
-    scene: Renderable,
+    scene: Scene,
     heights: Tensor | ArrayLike | None = None,
     samples: int | None = None,
     seed: int = 0,
-    batches: int = BATCHES,
     resolution: int | None = None,
 ) -> Batches:
     """Render a relief in batches.
@@ -95,27 +85,23 @@ def batched(
         heights: (rows, cols) mm; default the scene's own.
         samples: a pixel, of all batches together, at least one in each; default as the scene file says.
         seed: the same seed, the same random numbers in each batch, whatever the relief.
-        batches: number of batches, even, 4 or more.
         resolution: pixels along the film's longer side instead of its own.
 
     Raises:
         InputError: as `Scene.render`.
-        ValueError: another number of batches.
     """
-    if batches < 4 or batches % 2:
-        raise ValueError(f"{batches} batches; an even number, 4 or more, is needed")
-    each = -(-(samples or scene.samples) // batches)
-    seeds = np.random.SeedSequence(seed).generate_state(batches)
+    each = -(-(samples or scene.samples) // BATCHES)
+    seeds = np.random.SeedSequence(seed).generate_state(BATCHES)
     pictures = []
-    with stage("rendering", batches) as advance:
+    with stage("rendering", BATCHES) as advance:
         for s in seeds:
             rendered = scene.render(heights, samples=each, seed=int(s), resolution=resolution)
             pictures.append(rendered.detach().numpy())
             advance()
-    return Batches(np.array(pictures, dtype=np.float64), each * batches)
+    return Batches(np.array(pictures, dtype=np.float64), each * BATCHES)
 
 
-def batched_colour(scene: Any, samples: int | None = None, seed: int = 0) -> tuple[Batches, Array]:
+def batched_colour(scene: Scene, samples: int | None = None, seed: int = 0) -> tuple[Batches, Array]:
     """Batches of a scene's own relief, and the mean pictures in colour, (conditions, rows, cols, 3)."""
     each = -(-(samples or scene.samples) // BATCHES)
     seeds = np.random.SeedSequence(seed).generate_state(BATCHES)

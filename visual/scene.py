@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import torch
@@ -23,7 +23,6 @@ from relief.ground.progress import stage
 from relief.relief import Relief
 from visual.backend import variants
 from visual.backend.user_settings import keeping_user_settings, user_settings_kept
-from visual.exact.discontinuities import EdgeSamples
 from visual.exact.light_scene import Illumination, LightScene
 from visual.exact.render import RenderSettings, scene_pictures
 from visual.explain import explain
@@ -35,7 +34,7 @@ from visual.lights.kind import Light
 from visual.lights.near import LightSet
 from visual.lights.quadrature import kind_of
 from visual.loading import SceneLoader
-from visual.looks import EXACT, FIXED_DIRECTIONS, FixedSamples, Rendering, SceneLook, StepView, look_model
+from visual.looks import EXACT, FixedSamples, Rendering, SceneLook, StepView, look_model
 from visual.models import HIDDEN, PictureModel, obstacles
 from visual.needs import camera_name, check_effort, needs_of
 from visual.scene_file.check import check_scene
@@ -149,14 +148,7 @@ class Scene:
             self._looks[name] = make(self)
         return self._looks[name]
 
-    def views(
-        self,
-        resolution: int | None = None,
-        seed: int = 0,
-        strata: int = 4,
-        edge_samples: EdgeSamples | None = None,
-        directions: int = FIXED_DIRECTIONS,
-    ) -> tuple[StepView, ...]:
+    def views(self, *fixed: Any, **by_name: Any) -> tuple[StepView, ...]:
         """Exact pictures of each camera with explicit Jacobians, by fixed samples; for Gauss-Newton steps.
 
         The conditions of a view are those of its camera, in the order of `conditions`. Arguments are those of
@@ -165,8 +157,7 @@ class Scene:
         Raises:
             InputError: this scene or variant has no gradients.
         """
-        samples = FixedSamples(resolution, seed, strata, edge_samples, directions)
-        return self.look(EXACT).views(samples)
+        return self.look(EXACT).views(FixedSamples(*fixed, **by_name))
 
     def size_of(self, resolution: int | None) -> tuple[int, int]:
         """(rows, cols) of pictures with so many pixels along the film's longer side; None: its own."""

@@ -13,14 +13,15 @@ from visual.backend.user_settings import keeping_user_settings
 from visual.exact.lobes import lobes_of
 from visual.exact.render import RenderSettings, pictures
 from visual.exact.view import View
+from visual.fast.ambient_net import AmbientLight, UnoccludedLight, trained_ambient_light
+from visual.fast.bsdf_table import ambient_table, light_table
 from visual.fast.camera_view import CameraView
-from visual.fast.conversion import camera_view, fast_renderer
+from visual.fast.conversion import camera_view
 from visual.fast.jacobian import FastView
 from visual.fast.renderer import FastRenderer, FilmWeights, box_weights
 from visual.fast.view_lines import LINES
 from visual.geometry.halo import rise_of
-from visual.height_view import HeightView
-from visual.lights.parallel import ParallelLights
+from visual.lights.parallel import ParallelLights, joined
 from visual.looks import FIXED_DIRECTIONS, FixedSamples, Rendering, StepView
 from visual.scene import Scene
 from visual.step_pictures import fixed_pictures
@@ -28,6 +29,8 @@ from visual.step_pictures import fixed_pictures
 MOST_FIXED_SAMPLES = 2**24
 """Most samples of the pictures of `ExactLook.views`, those of a step on a film of 1024 x 1024 pixels: at some
 0.2 kB each these take 3 GB."""
+LEAST_RADIANCE = 1e-9
+"""Least radiance of ambient light that is not left out: below it no picture changes visibly."""
 STEP_LINES = 4
 """Lines in each pixel of a step's fast pictures from the side."""
 
@@ -127,12 +130,24 @@ class FastLook(_OfScene):
         scene.check_model("fast")
         variants.use(scene.variant)
         variants.require_gradients(scene.needs.spectral)
-        bsdf = scene.light_scenes()[0].bsdf
+        bsdf, ambient = scene.light_scenes()[0].bsdf, np.array(scene.description.ambient)
+        around: AmbientLight | UnoccludedLight | None = None
+        if ambient.max() > LEAST_RADIANCE:
+            table = ambient_table(bsdf, ambient)
+            around = trained_ambient_light(table) if self.shadows else UnoccludedLight(table)
         every = (scene.illumination(light) for light in scene.needs.alone)
         lights = [far for far in every if isinstance(far, ParallelLights)]
-        ambient, rise_mm = scene.description.ambient, rise_of(scene.heights)
-        return fast_renderer(
-            scene.surface, rise_mm, bsdf, lights, ambient, self._film_weights(), self.shadows
+        together = joined(lights)
+        return FastRenderer(
+            scene.surface,
+            tuple((float(x), float(y), float(z)) for x, y, z in together.toward),
+            tuple(number for number, alone in enumerate(lights) for _ in alone.toward),
+            max(len(lights), 1),
+            light_table(bsdf, together) if len(together) else None,
+            around,
+            self._film_weights(),
+            self.shadows,
+            rise_of(scene.heights),
         )
 
     def camera_view(
@@ -177,25 +192,3 @@ class ShadingLook(FastLook):
     """The fast look without shadows and ambient occlusion."""
 
     shadows = False
-
-
-class HeightsLook:
-    """No pictures but height differences (`visual.height_view`)."""
-
-    def __init__(self, scene: Scene) -> None:
-        self._view = HeightView(scene.heights, len(scene.conditions))
-
-    def check(self) -> None:
-        """Every scene has heights."""
-
-    def pictures(self, heights: Tensor, rendering: Rendering) -> Tensor:
-        """Height differences; see the protocol."""
-        return self._view.pictures(heights)
-
-    def views(self, samples: FixedSamples) -> tuple[StepView, ...]:
-        """One view; see the protocol."""
-        return (self._view,)
-
-    def plate_weights(self, pictures: Array) -> Array:
-        """1, because every sample is of the plate; see the protocol."""
-        return np.ones_like(pictures)

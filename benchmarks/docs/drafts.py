@@ -14,17 +14,15 @@ import asyncio
 import contextlib
 import json
 import math
-import os
 import statistics
-import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.shared.common import ROOT, again_given, kept, load, publish
+from benchmarks.shared.common import again_given, kept, load, publish
+from benchmarks.shared.processes import process
 from retouch.app.computing import pictures
 from retouch.app.state.session import Session
 from retouch.app.values.document import JND, FeelChoice, usual_numbers
@@ -68,11 +66,7 @@ def run(name: str, jnd: float) -> dict[str, Any]:
             pictures.source(name).picture.command("heights.png"),
             feel.command("heights.png", "run"),
         ):
-            command = [sys.executable, "-m", "retouch", *words]
-            path = os.environ | {"PYTHONPATH": str(ROOT)}
-            done = subprocess.run(command, env=path, capture_output=True, text=True)
-            if done.returncode not in (0, SHORT):
-                raise RuntimeError(done.stderr)
+            process(["-m", "retouch", *words], (0, SHORT), folder=Path.cwd())
         result = json.loads(Path("run", "result.json").read_text())
     return {
         "jnd": result["touch"]["jnd_from_original"],

@@ -15,12 +15,9 @@ import csv
 import io
 import json
 import math
-import os
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,7 +25,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.common import DOCS, ROOT, cpu_s, load, machine, parser_of, save
+from benchmarks.shared.common import DOCS, load, machine, parser_of, save
+from benchmarks.shared.processes import process
 from relief.ground.files import write_atomically
 from retouch.laboratory.people.plan import write_plan
 from retouch.laboratory.people.plates import read_plates
@@ -72,18 +70,10 @@ def run(page: Path, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
         shutil.copy(page.parent / link, folder)
     for words in commands(page):
         named = words[words.index("-o") + 1] if "-o" in words else words[-1]
-        began = cpu_s()
-        done = subprocess.run(
-            [sys.executable, "-m", *words, "--json"],
-            cwd=folder,
-            env=os.environ | {"PYTHONPATH": str(ROOT)},
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        seconds = round(cpu_s() - began, 1)
-        numbers = numbers_of(json.loads(done.stdout or "{}"))
-        print(shlex.join(words), done.returncode, f"{seconds} CPU s", flush=True)
-        row = {"cpu_s": seconds, "status": done.returncode, "numbers": numbers}
+        ended = process(["-m", *words, "--json"], folder=folder)
+        numbers = numbers_of(json.loads(ended.out or "{}"))
+        row = {"cpu_s": round(ended.cpu_s, 1), "status": ended.status, "numbers": numbers}
+        print(shlex.join(words), ended.status, f"{row['cpu_s']} CPU s", flush=True)
         yield f"{words[1]} {Path(named).name}", row
 
 

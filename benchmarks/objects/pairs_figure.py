@@ -6,17 +6,15 @@ Writes docs/images/starfish.png, under a low sun from the side.
 from __future__ import annotations
 
 import numpy as np
-from PIL import Image, ImageDraw
 
 from benchmarks.objects.paper_objects import CASES, object_of, wrapped
-from benchmarks.objects.views import image_of, pictures, sheet
+from benchmarks.objects.views import pictures
 from benchmarks.shared.common import IMAGES
-from relief.ground.arrays import Array
+from benchmarks.shared.picture_sheets import image_of, sheet
+from relief.ground.srgb import srgb
 
-MARGIN, LINE = 12, 20
-"""White around an object, and height of a line of text, pixels."""
-
-
+MARGIN = 12
+"""White around an object, pixels."""
 TITLES = {"starfish-smooth": "roughness 0.050", "starfish-rough": "roughness 0.092"}
 """Names of cases, and what is written below each."""
 VIEW, SUN, SIZE = (-90.0, 60.0), (165.0, 25.0), 480
@@ -29,25 +27,15 @@ def main() -> None:
         case = CASES[shape]
         body, (bare, _) = wrapped(case.bare, case.coverings).body, object_of(case.bare)
         looks.append(pictures(body, bare, {"": VIEW}, {"": SUN}, SIZE))
-    save(np.split(sheet(looks, 0), len(looks)))
-
-
-def save(found: list[Array]) -> None:
-    """Pictures side by side without their white margins, a line of text below each."""
+    white = float(np.percentile(looks[0].radiance, 99.7))
+    lit = (np.clip(srgb(each.radiance[0, 0], white), 0.0, 1.0) for each in looks)
+    found = [1.0 - each.cover[0] * (1.0 - grey) for each, grey in zip(looks, lit, strict=True)]
+    # Without white margins.
     ink = np.min(found, axis=0) < 0.999
     rows, cols = (np.flatnonzero(ink.any(axis=axis)) for axis in (1, 0))
-    cut = [each[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1] for each in found]
-    height, width = cut[0].shape
-    size = (MARGIN + len(cut) * (width + MARGIN), height + 2 * MARGIN + LINE)
-    picture = Image.new("L", size, 255)
-    pen = ImageDraw.Draw(picture)
-    for number, (grey, title) in enumerate(zip(cut, TITLES.values(), strict=True)):
-        left = MARGIN + number * (width + MARGIN)
-        picture.paste(image_of(grey), (left, MARGIN))
-        pen.text((left + width // 2, height + MARGIN + LINE // 2), title, fill=40, anchor="mm", font_size=14)
-    path = IMAGES / "starfish.png"
-    picture.save(path, optimize=True)
-    print(path)
+    cut = (image_of(each[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]) for each in found)
+    picture = sheet([[*zip(cut, TITLES.values(), strict=True)]], MARGIN, 14)
+    picture.convert("L").save(IMAGES / "starfish.png", optimize=True)
 
 
 if __name__ == "__main__":

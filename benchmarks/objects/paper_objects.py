@@ -23,8 +23,6 @@ from benchmarks.objects.bundled import tile_of
 from benchmarks.objects.views import Pictures, change_percent, pictures
 from benchmarks.shared.common import parts_of, publish, rows_parser, table
 from benchmarks.shared.finished_studies import Row, folder_of, rows_in
-from optimize.run_directory.key import SETTINGS
-from optimize.settings.run_file import load_run
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.mesh_feel import feel_of
 from relief.ground.arrays import Array
@@ -188,10 +186,6 @@ def felt(case: Case) -> dict[str, Any]:
             "off_jnd": None if target is None else jnd_apart(mean, target),
         }
     return {
-        "object": case.bare,
-        "faces": len(textured.body.faces),
-        "edge_mm": textured.edge_mm,
-        "lowered_percent": 100.0 * textured.lowering.part,
         "groups": groups,
         "at_mm": np.round(at, 2).tolist(),
         "roughness": np.round(values, 5).tolist(),
@@ -222,16 +216,8 @@ def change_of(pair: str) -> dict[str, Any]:
 
 def tile_row(row: Row) -> dict[str, Any]:
     """Numbers of the run of a tile, by finite elements."""
-    return {
-        "texture": load_run(folder_of(RUNS, row) / SETTINGS).texture.stem,
-        "stop": row["reason"],
-        "target": row["target_roughness"],
-        "before": row["initial_roughness"],
-        "roughness": row["verified_roughness"],
-        "any_place_jnd": row["places.farthest_from_target_jnd"],
-        "change_percent": row["change_percent"],
-        "cpu_s": row["cpu_s"],
-    }
+    keys = ("target_roughness", "verified_roughness", "change_percent")
+    return {key: row[key] for key in keys}
 
 
 def main() -> None:

@@ -9,13 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
 from optimize.verification.jod import jod
 from optimize.verification.picture_change import change
 from optimize.verification.picture_metrics import pixels_per_degree
-from relief.ground.arrays import Array, FloatArray
-from relief.ground.srgb import srgb
+from relief.ground.arrays import Array
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
 from visual.backend.variants import choose_variant
@@ -122,53 +120,40 @@ def _sensor(middle: Array, at: tuple[float, float], half: float, size: int) -> A
     """A camera that looks at a point, and sees as far as `half` mm around it."""
     import mitsuba as mi
 
-    up = [0.0, 1.0, 0.0] if at[1] > 80.0 else [0.0, 0.0, 1.0]
     film = {
-        "type": "hdrfilm",
         "width": size,
         "height": size,
         "pixel_format": "luminance_alpha",
         "component_format": "float32",
         "rfilter": {"type": "box"},
     }
-    return mi.load_dict(
-        {
-            "type": "perspective",
-            "fov": float(2.0 * np.degrees(np.arctan(half / DISTANCE_MM))),
-            "to_world": mi.ScalarTransform4f().look_at(middle + DISTANCE_MM * direction(*at), middle, up),
-            "film": film,
-            "sampler": {"type": "multijitter", "sample_count": SKY_SAMPLES},
-        }
-    )
+    fov = float(2.0 * np.degrees(np.arctan(half / DISTANCE_MM)))
+    return mi.load_dict(perspective(middle + DISTANCE_MM * direction(*at), middle, fov, SKY_SAMPLES, film))
 
 
 def perspective(
-    origin: Array, target: Array, fov: float, size: tuple[int, int], pixels: str, samples: int
+    origin: Array, target: Array, fov: float, samples: int, film: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Mitsuba's description of an upright camera.
+    """Mitsuba's description of an upright camera; one that looks down has +y above.
 
     Args:
         origin: (3,) where the camera stands, mm.
         target: (3,) the point in the middle of the picture, mm.
         fov: Angle of view across the picture, degrees.
-        size: Width and height of the picture in pixels.
-        pixels: Mitsuba's name of the channels of a pixel.
         samples: Samples a pixel.
+        film: Mitsuba's description of the film, without its type.
     """
     import mitsuba as mi
 
+    way = origin - target
+    up = [0.0, 1.0, 0.0] if way[2] > 0.985 * np.linalg.norm(way) else [0.0, 0.0, 1.0]
     return {
         "type": "perspective",
         "fov": fov,
-        "to_world": mi.ScalarTransform4f().look_at(origin.tolist(), target.tolist(), [0.0, 0.0, 1.0]),
-        "film": {"type": "hdrfilm", "width": size[0], "height": size[1], "pixel_format": pixels},
-        "sampler": {"type": "independent", "sample_count": samples},
+        "to_world": mi.ScalarTransform4f().look_at(origin.tolist(), target.tolist(), up),
+        "film": {"type": "hdrfilm", **film},
+        "sampler": {"type": "multijitter", "sample_count": samples},
     }
-
-
-def image_of(values: FloatArray) -> Image.Image:
-    """Image of 8 bits a channel of (rows, cols[, 3]) values, which are clipped to 0 to 1."""
-    return Image.fromarray((255.0 * np.clip(values, 0.0, 1.0) + 0.5).astype(np.uint8))
 
 
 def change_percent(before: Pictures, after: Pictures) -> Array:
@@ -197,18 +182,3 @@ def jod_of(before: Pictures, after: Pictures, distance_cm: float) -> Array:
             for lit in zip(before.radiance, after.radiance, strict=True)
         ]
     )
-
-
-def sheet(rows: list[Pictures], light: int) -> Array:
-    """Pictures as displayed, grey 0 to 1 on white: a row for each body, a column for each view.
-
-    Args:
-        rows: Pictures of the bodies; white is the same for all.
-        light: Number of the light.
-    """
-    white = float(np.percentile(rows[0].radiance[light], 99.7))
-    lines = []
-    for each in rows:
-        shown = np.clip(srgb(each.radiance[light], white), 0.0, 1.0)
-        lines.append(np.concatenate(list(1.0 - each.cover * (1.0 - shown)), axis=1))
-    return np.concatenate(lines)

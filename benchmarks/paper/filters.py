@@ -11,11 +11,12 @@ from matplotlib import pyplot
 from scipy import fft, ndimage, optimize
 
 import tactile
-from benchmarks.paper.textures import TEXTURES, change_percent, heights, image, optimised, result, scene
+from benchmarks.bundled.textures import TEXTURES
+from benchmarks.paper.textures import change_percent, heights, optimised, result, scene
+from benchmarks.shared.chart_style import show, write
 from optimize.descent.problem import within_limits
 from relief.ground.arrays import Array
 from relief.ground.limits import PATCH_SIDE_MM
-from relief.ground.srgb import srgb
 from relief.heightmap import load_heights
 from relief.relief import Relief
 from tactile.measures import measure_touch
@@ -141,10 +142,9 @@ def _draw(reliefs: dict[str, list[Array]]) -> None:
         pictures = [scene(name).render(relief, samples=64, seed=1).numpy()[0] for relief in each]
         exposure = float(np.percentile(pictures[0], 99.5))
         for axis, picture in zip(row, pictures, strict=True):
-            axis.imshow(srgb(picture, exposure), cmap="gray", vmin=0.0, vmax=1.0)
-            axis.set(xticks=[], yticks=[])
-            axis.spines[:].set_visible(False)
+            show(axis, picture, exposure)
         row[0].set_ylabel(name)
     for axis, head in zip(axes[0], heads, strict=True):
         axis.set_title(head, fontsize=9)
-    image(figure_, "paper-filters.png")
+    figure_.tight_layout()
+    write(figure_, "paper-filters.png", dpi=110)

@@ -8,14 +8,12 @@ import numpy as np
 from matplotlib import pyplot
 
 from benchmarks.paper.study_rows import rows_of
-from benchmarks.paper.textures import image
-from benchmarks.shared.chart_style import INK, frame
+from benchmarks.shared.chart_style import INK, frame, show, write
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
 from optimize.verification.picture_metrics import mean_change
 from relief.ground.arrays import Array
 from relief.ground.limits import PATCH_SIDE_MM
-from relief.ground.srgb import srgb
 from relief.heightmap import load_heights
 from visual.scene import load_scene
 
@@ -53,15 +51,13 @@ def figure() -> dict[str, Any]:
                 turned[method].append(100.0 * mean_change(pictures[0], picture) / float(pictures[0].mean()))
         exposure = float(np.percentile(pictures[0], 99.5))
         for axis, picture in zip(line, pictures, strict=True):
-            axis.set(xticks=[], yticks=[])
-            axis.spines[:].set_visible(False)
-            if picture is not None:
-                axis.imshow(srgb(picture, exposure), cmap="gray", vmin=0.0, vmax=1.0)
+            show(axis, picture, exposure)
         line[0].set_ylabel(name)
     heads = ["original", *(f"{'optimised' if m == OPTIMISED else 'scaled'} {goal:g}" for m, goal in columns)]
     for axis, head in zip(axes[0], heads, strict=True):
         axis.set_title(head, fontsize=9)
-    image(figure_, "paper-roughness.png")
+    figure_.tight_layout()
+    write(figure_, "paper-roughness.png", dpi=110)
     return {
         method: _summary([row for row in rows if row["descent.method"] == method])
         | {"other_light_percent": float(np.median(turned[method]))}
@@ -84,7 +80,6 @@ def _summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "change_percent": [
             float(n) for n in np.percentile([r["change_percent"] for r in rows], [0, 50, 100])
         ],
-        "dssim": float(np.median([row["dssim"] for row in rows])),
     }
 
 
@@ -118,5 +113,6 @@ def profiles() -> dict[str, Any]:
     axis.set(xlabel="mm", ylabel="height above the mean, mm", xlim=(0, PATCH_SIDE_MM))
     axis.legend(ncols=4, frameon=False, fontsize=8, loc="upper center", bbox_to_anchor=(0.5, 1.2))
     frame(axis)
-    image(figure_, "paper-profiles.png")
+    figure_.tight_layout()
+    write(figure_, "paper-profiles.png", dpi=110)
     return {"texture": name, "rms_change_mm": changes}

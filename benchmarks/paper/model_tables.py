@@ -8,7 +8,7 @@ from statistics import fmean, median
 from typing import Any
 
 from benchmarks.paper.study_rows import rows_of
-from retouch.laboratory.studies.statistics import interval
+from retouch.laboratory.studies.plots import interval
 
 COLUMNS = (
     *("change_percent", "change_rms_percent", "change_lights_percent", "dssim"),

@@ -35,7 +35,6 @@ def by_eye() -> dict[str, Any]:
         jods = [row["jod"] for row in each if row.get("jod") is not None]
         found[method] = {
             "plates": len(each),
-            "change_percent": median(row["change_percent"] for row in each),
             "dssim": median(row["dssim"] for row in each),
             "jod": median(jods) if jods else None,
             "told_apart": sum(jod < JOD_LIMIT for jod in jods) if jods else None,
@@ -73,19 +72,15 @@ def by_cold() -> dict[str, Any]:
         if row["descent.method"] == OPTIMISED:
             areas = plates.setdefault(row["texture"], {1.0: row["initial_contact_area_mm2"]})
             areas[row["touch.contact_area_scale"]] = row["verified_contact_area_mm2"]
-    one, two, missed = [], [], []
+    one, two = [], []
     for areas in plates.values():
         ordered = [area for _, area in sorted(areas.items())]
         one += [probability(cold_jnd(b, a)) for a, b in pairwise(ordered)]
         if len(ordered) == 3:
             two.append(probability(cold_jnd(ordered[2], ordered[0])))
-        missed += [abs(area / (scale * areas[1.0]) - 1.0) for scale, area in areas.items() if scale != 1.0]
     return {
-        "textures": len(plates),
         "one_jnd_percent": 100.0 * fmean(one),
         "two_jnd_percent": 100.0 * fmean(two) if two else None,
-        "off_target_percent": 100.0 * fmean(missed),
-        "most_off_target_percent": 100.0 * max(missed),
     }
 
 

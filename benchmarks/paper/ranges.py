@@ -82,7 +82,6 @@ def views() -> dict[str, Any]:
     middles = {name: np.median(values, axis=0) for name, values in changes.items()}
     return {
         "percent_of_white": {name: fmean(values) for name, values in apart.items()},
-        "largest_percent_of_white": float(np.max([max(values) for values in apart.values()])),
         "change_percent": {
             name: {"above": float(above), "sides": float(sides)} for name, (above, sides) in middles.items()
         },

@@ -7,11 +7,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from matplotlib import pyplot
-from matplotlib.figure import Figure
-
-from benchmarks.bundled.textures import TEXTURES
-from benchmarks.shared.common import IMAGES
 from mitsuba_scenes import FOLDER, find_texture
 from optimize.run_directory.key import RESULT
 from optimize.settings.run_file import run_from_scene
@@ -20,8 +15,6 @@ from relief.ground.arrays import Array
 from relief.heightmap import load_heights
 from retouch.verbs.runs import optimize as run
 from visual.scene import Scene, load_scene
-
-__all__ = ["TEXTURES", "change_percent", "heights", "image", "optimised", "result", "scene"]
 
 RUNS = Path("runs/paper")
 SAMPLES = 64
@@ -61,11 +54,3 @@ def result(folder: Path) -> dict[str, Any]:
     """The content of result.json."""
     content: dict[str, Any] = json.loads((folder / RESULT).read_text())
     return content
-
-
-def image(figure: Figure, name: str) -> None:
-    """Write a figure into the documentation."""
-    figure.tight_layout()
-    figure.savefig(IMAGES / name, dpi=110, facecolor="#fdfcfa")
-    pyplot.close(figure)
-    print(IMAGES / name)

@@ -33,7 +33,7 @@ from relief.solids.export.parts import write_parts
 from relief.solids.filament.beads import SlicedPart
 from relief.solids.filament.gcode_reader import read_gcode
 from relief.solids.filament.object_place import offset_of
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 from relief.solids.meshes.crops import Cropper, reachable
 from relief.solids.objects.table import OBJECTS
 from tactile.jnd import SMOOTH_BELOW

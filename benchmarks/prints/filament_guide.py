@@ -19,11 +19,11 @@ from matplotlib.patches import FancyBboxPatch
 
 from benchmarks.prints.filament import profile, sliced
 from benchmarks.shared.chart_style import GRID, frame, pyplot, style, write
-from benchmarks.shared.common import IMAGES, parts_of, rows_parser, table
+from benchmarks.shared.common import parts_of, rows_parser, table
 from optimize.verification.solids.bead_feel import feel_of_beads
 from relief.solids.filament.beads import Beads, Role
 from relief.solids.filament.gcode_reader import read_gcode
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 from tactile.jnd import SMOOTH_BELOW
 from tactile.skin import Skin
 
@@ -96,7 +96,7 @@ def picture(felt: Mapping[tuple[float, float], float]) -> None:
     axes[3].set(ylim=0.0, xlim=(0.05, 0.55), xlabel="thickness of the fuzzy skin, mm", ylabel="V of sides")
     axes[3].legend(frameon=False)
     frame(axes[3])
-    write(figure, IMAGES / "filament.png", dpi=110)
+    write(figure, "filament.png", dpi=110)
 
 
 def main() -> None:

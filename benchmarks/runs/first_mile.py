@@ -1,7 +1,8 @@
 """The first mile: twelve pictures from outside the project, by the commands of the README alone.
 
-python -m benchmarks.runs.first_mile           # every picture that is not in the results yet
-python -m benchmarks.runs.first_mile --sheet   # only draws docs/images/first-mile.png again
+python -m benchmarks.runs.first_mile [NAME ...] [--again]
+
+Once all are there, docs/images/first-mile.png is drawn anew.
 
 For each picture `retouch prepare`, `retouch evaluate` and `retouch optimize --jnd 2`, by the real command
 line, with one thread. Photographs are those of scikit-image that are not bundled textures; drawings are made
@@ -14,10 +15,8 @@ import io
 import json
 import math
 import os
-import subprocess
-import sys
-import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -25,7 +24,8 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from benchmarks.shared.common import IMAGES, load, machine, parser_of, save, table
+from benchmarks.shared.common import IMAGES, rows_of
+from benchmarks.shared.processes import process
 from optimize.run_directory.finished_run import read_verification
 from relief.ground.files import write_atomically
 from relief.ground.limits import PATCH_SIDE_MM
@@ -129,62 +129,31 @@ PICTURES: dict[str, Callable[[Path], Path]] = {
 
 
 def main() -> None:
-    parser = parser_of(__doc__)
-    parser.add_argument("--sheet", action="store_true", help="only draw the sheet")
-    parser.add_argument("--again", action="store_true", help="forget earlier results")
-    arguments = parser.parse_args()
-    results = ({} if arguments.again else load("first-mile")) or {"rows": {}}
-    results |= {"machine": machine(), "relief_mm": RELIEF_MM, "jnd": JND}
-    for name, make in PICTURES.items():
-        if name not in results["rows"] and not arguments.sheet:
-            results["rows"][name] = travel(name, make)
-            save("first-mile", results)
-            print(name, results["rows"][name]["outcome"], flush=True)
-    print(table(HEAD, [cells(name, row) for name, row in results["rows"].items()]))
-    write_atomically(SHEET, sheet(results["rows"]))
+    os.environ["OMP_NUM_THREADS"] = "1"
+    measures = {name: partial(travel, make) for name, make in PICTURES.items()}
+    rows = rows_of(__doc__, "first-mile", "rows", measures)
+    if all((WORK / row["file"]).is_file() for row in rows.values()):
+        write_atomically(SHEET, sheet(rows))
 
 
-def retouch(*argv: str) -> tuple[int, str, str, float]:
-    """Exit status, stdout, stderr and seconds of one command in the folder of the pictures."""
-    environment = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": str(Path.cwd())}
-    began = time.perf_counter()
-    child = subprocess.run(
-        [sys.executable, "-m", "optimize", *argv],
-        cwd=WORK,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    return child.returncode, child.stdout, child.stderr, time.perf_counter() - began
-
-
-def travel(name: str, make: Callable[[Path], Path]) -> dict[str, Any]:
+def travel(make: Callable[[Path], Path]) -> dict[str, Any]:
     """What becomes of one picture."""
     WORK.mkdir(parents=True, exist_ok=True)
     picture = make(WORK).name
-    texture, seconds = f"{Path(picture).stem}-heights.png", dict[str, float]()
-    row: dict[str, Any] = {
-        "file": picture,
-        "heights": texture,
-        "load": os.getloadavg()[0],
-        "seconds": seconds,
-    }
-    relief = ["--relief-mm", str(RELIEF_MM)]
-    status, said, error, seconds["prepare"] = retouch("prepare", picture, "-o", texture, *relief, "--json")
-    if status == 0:
-        row["prepared"] = json.loads(said)
-        status, said, error, seconds["evaluate"] = retouch("evaluate", texture, "--json")
-    if status != 0:
-        return row | {"outcome": error.strip()}
-    (felt,) = json.loads(said)
-    row |= {"roughness": felt["roughness"], "contact_fraction": felt["contact_fraction"]}
-    run = Path("out") / Path(texture).stem
-    options = ["--jnd", f"{JND:g}", "-o", str(run), "--force", "-q"]
-    status, _, error, seconds["optimize"] = retouch("optimize", texture, *options)
-    row["status"] = status
-    if status not in (0, 3):
-        return row | {"outcome": error.strip()}
+    texture, run = f"{Path(picture).stem}-heights.png", Path("out") / f"{Path(picture).stem}-heights"
+    row: dict[str, Any] = {"file": picture, "heights": texture, "load": os.getloadavg()[0], "seconds": {}}
+    for verb, options in (
+        ("prepare", (picture, "-o", texture, "--relief-mm", str(RELIEF_MM), "--json")),
+        ("evaluate", (texture, "--json")),
+        ("optimize", (texture, "--jnd", f"{JND:g}", "-o", str(run), "--force", "-q")),
+    ):
+        ended = process(["-m", "retouch", verb, *options], folder=WORK)
+        row["seconds"][verb] = ended.wall_s
+        if ended.status not in (0, 3):
+            return row | {"outcome": ended.err.strip()}
+        if verb == "evaluate":
+            (felt,) = json.loads(ended.out)
+            row |= {"roughness": felt["roughness"], "contact_fraction": felt["contact_fraction"]}
     result = read_verification(WORK / run)
     assert result is not None
     touch, look = result.touch, result.look
@@ -195,23 +164,8 @@ def travel(name: str, make: Callable[[Path], Path]) -> dict[str, Any]:
         "jnd": touch.jnd_from_original,
         "off_target_percent": 100.0 * (verified / target - 1.0),
         "change_percent_of_mean": look.change_percent,
-        "change_percent_of_white": look.noise.change_percent_of_white.mean,
         "run": str(run),
     }
-
-
-HEAD = (
-    *("picture", "prepare, s", "evaluate, s", "optimize, s", "V", "JND", "off target, %"),
-    *("pictures, % of mean", "outcome"),
-)
-
-
-def cells(name: str, row: dict[str, Any]) -> list[Any]:
-    seconds = row["seconds"]
-    verbs = ("prepare", "evaluate", "optimize")
-    times = [f"{seconds[verb]:.0f}" if verb in seconds else None for verb in verbs]
-    numbers = [row.get(key) for key in ("roughness", "jnd", "off_target_percent", "change_percent_of_mean")]
-    return [name, *times, *numbers, row["outcome"]]
 
 
 def panels(row: dict[str, Any]) -> Iterator[Image.Image]:

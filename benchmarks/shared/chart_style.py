@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -12,6 +11,10 @@ matplotlib.use("Agg")
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+
+from benchmarks.shared.common import IMAGES
+from relief.ground.arrays import Array
+from relief.ground.srgb import srgb
 
 INK, GRID, FAINT = "#26262b", "#dcdad4", "#8a877f"
 
@@ -30,9 +33,16 @@ def frame(axis: Axes) -> None:
         axis.spines[side].set_visible(False)
 
 
-def write(figure: Figure, path: Path, **how: Any) -> None:
-    """Save a figure, close the figure and print its path; `how` is what `Figure.savefig` takes."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, **how)
+def show(axis: Axes, look: Array | None, white: float) -> None:
+    """Draw a picture (rows, cols) of radiance in grey, without axes; `white` is shown as white."""
+    axis.set(xticks=[], yticks=[])
+    axis.spines[:].set_visible(False)
+    if look is not None:
+        axis.imshow(srgb(look, white), cmap="gray", vmin=0.0, vmax=1.0)
+
+
+def write(figure: Figure, name: str, **how: Any) -> None:
+    """Save a figure in docs/images, close it and print its path; `how` is what `Figure.savefig` takes."""
+    figure.savefig(IMAGES / name, **how)
     pyplot.close(figure)
-    print(path)
+    print(IMAGES / name)

@@ -11,6 +11,8 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
+from typing import Any
 
 from benchmarks.shared.common import ROOT
 
@@ -35,14 +37,18 @@ class Ended:
 
 
 def process(
-    arguments: Sequence[str], statuses: Sequence[int] | None = None, most: tuple[int, int] | None = None
+    arguments: Sequence[str],
+    statuses: Sequence[int] | None = None,
+    most: tuple[int, int] | None = None,
+    folder: Path = ROOT,
 ) -> Ended:
-    """Run Python with these arguments, in the root of the checkout.
+    """Run Python with these arguments and the code of this checkout.
 
     Args:
         arguments: of Python.
         statuses: exit statuses that are expected; None: every one.
         most: CPU seconds after which it is ended, and the memory that it can have, GB.
+        folder: in which it runs.
 
     Raises:
         RuntimeError: the exit status is another.
@@ -50,9 +56,9 @@ def process(
     began = time.perf_counter()
     limit = None if most is None else partial(_limit, *most)
     with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
-        child = subprocess.Popen(
-            [sys.executable, *arguments], cwd=ROOT, stdout=out, stderr=err, preexec_fn=limit
-        )
+        given: dict[str, Any] = {"cwd": folder, "env": os.environ | {"PYTHONPATH": str(ROOT)}}
+        command = [sys.executable, *arguments]
+        child = subprocess.Popen(command, stdout=out, stderr=err, preexec_fn=limit, **given)
         _, code, usage = os.wait4(child.pid, 0)
         wall_s, status = time.perf_counter() - began, os.waitstatus_to_exitcode(code)
         child.returncode = status

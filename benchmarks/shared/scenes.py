@@ -146,12 +146,55 @@ def _sky(path: Path) -> None:
     OpenEXR.File({"type": OpenEXR.scanlineimage}, {"RGB": radiance.astype(np.float32)}).write(str(path))
 
 
+def write_scene(
+    path: Path,
+    lights: str,
+    bsdf: str,
+    side: int,
+    camera: str = "above",
+    size_mm: float = SIZE_MM,
+    depth: int = 2,
+) -> None:
+    """Write a scene of the plate in heights.npy beside it.
+
+    Args:
+        path: of the scene.
+        lights: XML of them all.
+        bsdf: XML of the material.
+        side: Pixels along a side of the film.
+        camera: name of one of `CAMERAS`; "above" sees the whole plate.
+        size_mm: side of the plate.
+        depth: longest light paths, in edges.
+    """
+    kind = "perspective" if camera.startswith("perspective") else "orthographic"
+    where = CAMERAS[camera].replace('x="5" y="5"', f'x="{0.5 * size_mm}" y="{0.5 * size_mm}"')
+    path.write_text(
+        f"""<scene version="3.9.1">
+        <integrator type="path"><integer name="max_depth" value="{depth}"/></integrator>
+        <sensor type="{kind}">
+            <transform name="to_world">{where}</transform>
+            <sampler type="multijitter"><integer name="sample_count" value="64"/></sampler>
+            <film type="hdrfilm">
+                <integer name="width" value="{side}"/><integer name="height" value="{side}"/>
+                <string name="pixel_format" value="luminance"/>
+                <string name="component_format" value="float32"/><rfilter type="box"/>
+            </film>
+        </sensor>
+        {lights}
+        <shape type="heightfield">
+            <string name="filename" value="heights.npy"/><float name="size_mm" value="{size_mm}"/>
+            {bsdf}
+        </shape>
+    </scene>""",
+        encoding="utf-8",
+    )
+
+
 def scene_of(
     heights: Array,
     shining: str | Sequence[tuple[str, float]],
     camera: str,
     material: str,
-    side: int = SIDE,
     depth: int = 2,
 ) -> Scene:
     """A scene of a light (or several, each with its azimuth), one camera and one material, by names above."""
@@ -160,27 +203,8 @@ def scene_of(
         folder = Path(temporary)
         np.save(folder / "heights.npy", heights)
         path = folder / "scene.xml"
-        kind = "perspective" if camera.startswith("perspective") else "orthographic"
-        path.write_text(
-            f"""<scene version="3.9.1">
-            <integrator type="path"><integer name="max_depth" value="{depth}"/></integrator>
-            <sensor type="{kind}">
-                <transform name="to_world">{CAMERAS[camera]}</transform>
-                <sampler type="multijitter"><integer name="sample_count" value="64"/></sampler>
-                <film type="hdrfilm">
-                    <integer name="width" value="{side}"/><integer name="height" value="{side}"/>
-                    <string name="pixel_format" value="luminance"/>
-                    <string name="component_format" value="float32"/><rfilter type="box"/>
-                </film>
-            </sensor>
-            {" ".join(light(name, folder, azimuth) for name, azimuth in lights)}
-            <shape type="heightfield">
-                <string name="filename" value="heights.npy"/><float name="size_mm" value="{SIZE_MM}"/>
-                {MATERIALS[material]}
-            </shape>
-        </scene>""",
-            encoding="utf-8",
-        )
+        shown = " ".join(light(name, folder, azimuth) for name, azimuth in lights)
+        write_scene(path, shown, MATERIALS[material], SIDE, camera, depth=depth)
         scene = load_scene(path)
         # Made while the files are there.
         scene.render(samples=1)

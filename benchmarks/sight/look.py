@@ -8,7 +8,7 @@ from __future__ import annotations
 import itertools
 import statistics
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -16,14 +16,12 @@ import numpy as np
 import torch
 
 from benchmarks.shared.common import again_given, load, machine, publish, save, table
-from benchmarks.shared.scenes import altered, mitsubas_integrator, reliefs, scene_of
-from benchmarks.sight.gradients import GRAVEL, directions
+from benchmarks.shared.scenes import mitsubas_integrator, reliefs, scene_of
+from benchmarks.sight.gradients import GRAVEL, Method, Truth, truth_of
 from relief.ground.arrays import Array
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.render import RenderSettings, pictures
 from visual.scene import Scene
-
-Method = Callable[[Array, Array, int], Array]
 
 STUDIO = "studio"
 ROUND_LIGHTS = "studio with disks for suns and a perspective camera"
@@ -80,12 +78,17 @@ def cost(costs: dict[str, Any]) -> dict[str, Any]:
         ]
         if not left and "own_error" in costs[name]:
             continue
-        adjoint, truth, costs[name]["own_error"] = truth_of(scene, scene.heights)
+
+        def shown(at: Array, seed: int, scene: Scene = scene) -> Array:
+            return np.asarray(scene.render(at, samples=TRUTH_SAMPLES, seed=seed).numpy())
+
+        truth = truth_of(scene.heights, shown, STEP_MM, TRUTH_SEEDS, TRUTH_SEEDS)
+        costs[name]["own_error"] = 100.0 * truth.own_error()
         for kind, samples, method in left:
             if any(row["method"] == kind and row["seconds"] > PATIENCE_S for row in rows):
                 continue
             try:
-                seconds, error = medians(method, scene.heights, adjoint, truth)
+                seconds, error = medians(method, scene.heights, truth)
                 rows.append(Cost(kind, samples, seconds, error)._asdict())
             except RuntimeError as problem:
                 print(f"{name}, {kind}, {samples}: {str(problem).splitlines()[0]}", flush=True)
@@ -95,35 +98,18 @@ def cost(costs: dict[str, Any]) -> dict[str, Any]:
     return costs
 
 
-def medians(method: Method, heights: Array, adjoint: Array, truth: Array) -> tuple[float, float]:
+def medians(method: Method, heights: Array, truth: Truth) -> tuple[float, float]:
     """Medians of several calls after a first one, which alone counts if it takes longer than PATIENCE_S."""
     taken: list[float] = []
     errors: list[float] = []
     for seed in range(REPEATS + 1):
         began = time.perf_counter()
-        gradient = method(heights, adjoint, seed)
+        gradient = method(heights, truth.adjoint, seed)
         taken.append(time.perf_counter() - began)
-        estimate = [float((gradient * d).sum()) for d in directions(heights)]
-        errors.append(100.0 * float(np.linalg.norm(estimate - truth) / np.linalg.norm(truth)))
+        errors.append(100.0 * truth.off(truth.along(gradient)))
         if taken[0] > PATIENCE_S:
             return taken[0], errors[0]
     return statistics.median(taken[1:]), statistics.median(errors[1:])
-
-
-def truth_of(scene: Scene, heights: Array) -> tuple[Array, Array, float]:
-    """Adjoint pictures (conditions, rows, cols), directional derivatives, and these' own error in %."""
-
-    def pictures(at: Array, seed: int) -> Array:
-        return np.asarray(scene.render(at, samples=TRUTH_SAMPLES, seed=seed).numpy())
-
-    target = pictures(altered(heights), 77)
-    adjoint = (pictures(heights, 78) - target) / target.size
-    derivatives = []
-    for seed in range(TRUTH_SEEDS):
-        ends = [[pictures(heights + s * STEP_MM * d, seed) for s in (1, -1)] for d in directions(heights)]
-        derivatives.append([float((adjoint * (up - down)).sum() / (2.0 * STEP_MM)) for up, down in ends])
-    truth, spread = np.mean(derivatives, axis=0), np.std(derivatives, axis=0, ddof=1) / np.sqrt(TRUTH_SEEDS)
-    return adjoint, truth, 100.0 * float(np.linalg.norm(spread) / np.linalg.norm(truth))
 
 
 def methods(name: str, scene: Scene) -> Iterator[tuple[str, str, Method]]:

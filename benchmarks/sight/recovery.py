@@ -24,7 +24,7 @@ from matplotlib import pyplot
 from scipy.ndimage import gaussian_filter, zoom
 
 from benchmarks.shared.chart_style import frame, style, write
-from benchmarks.shared.common import IMAGES, rows_of
+from benchmarks.shared.common import rows_of
 from optimize.descent.gauss_newton.laplacian import laplacian
 from relief.ground.arrays import Array
 from relief.heightmap import load_heights
@@ -33,7 +33,6 @@ from visual.exact import render
 from visual.exact.light_scene import LightScene
 from visual.scene import Scene, load_scene
 
-PICTURE = IMAGES / "recovery.png"
 SIDE, RELIEF_MM, BLUR, STEPS, GAUSS_NEWTON_STEPS = 64, 1.2, 2.0, 100, 40
 SMOOTHING, LEAST_DAMPING = 10.0, 1e-5
 RATE_MM, SAMPLES, CHECK_SAMPLES, CHECK_SEED = 0.02, 16, 64, 1000
@@ -153,7 +152,7 @@ def draw(runs: dict[str, list[dict[str, float]]]) -> None:
         axis.set_title(label, fontsize=10, loc="left")
     handles, names = axes[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=4, frameon=False)
-    write(figure, PICTURE, dpi=160)
+    write(figure, "recovery.png", dpi=160)
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.shared.common import publish, rows_of, table
-from benchmarks.shared.scenes import light
+from benchmarks.shared.scenes import light, write_scene
 from mitsuba_scenes import find_texture
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
@@ -87,25 +87,9 @@ def waves() -> Array:
 
 def scene_of(material: str, shining: str, relief: str, folder: Path) -> Scene:
     """A plate of 10 mm from straight above, by the names of material, light and relief."""
-    np.save(folder / "waves.npy", waves())
+    np.save(folder / "heights.npy", waves())
     path = folder / "scene.xml"
-    path.write_text(
-        f"""<scene version="3.0.0">
-        <integrator type="path"><integer name="max_depth" value="2"/></integrator>
-        <sensor type="orthographic">
-            <transform name="to_world">
-                <scale x="5" y="5"/><lookat origin="0, 0, 20" target="0, 0, 0" up="0, 1, 0"/>
-            </transform>
-            <sampler type="independent"><integer name="sample_count" value="64"/></sampler>
-            <film type="hdrfilm"><integer name="width" value="{RELIEFS[relief]}"/>
-                <integer name="height" value="{RELIEFS[relief]}"/>
-                <rfilter type="box"/></film>
-        </sensor>
-        {lights()[shining](folder)}
-        <shape type="heightfield"><string name="filename" value="waves.npy"/>{MATERIALS[material]}</shape>
-        </scene>""",
-        encoding="utf-8",
-    )
+    write_scene(path, lights()[shining](folder), MATERIALS[material], RELIEFS[relief])
     return load_scene(path, texture=None if relief == "waves" else find_texture(relief))
 
 
@@ -153,8 +137,6 @@ def measure(material: str, shining: str, relief: str) -> dict[str, Any]:
     return {
         "bias_percent": by_condition(scene, bias),
         "noise_percent": by_condition(scene, noise),
-        "mean_of_steps": by_condition(scene, steps.mean((0, 2, 3))),
-        "mean_of_pictures": by_condition(scene, pictures.mean((0, 2, 3))),
         "line": line,
     }
 

@@ -9,10 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from benchmarks.shared.chart_style import INK, frame, pyplot, style, write
-from benchmarks.shared.common import IMAGES
 from benchmarks.skin.sources import GROOVES, SPHERE, Mechanical
 
-PICTURE = IMAGES / "skin-finger.png"
 COLOURS = {
     "paper": "#26262b",
     "measured": "#3f6fb0",
@@ -44,7 +42,7 @@ def draw(done: dict[str, Any]) -> None:
     handles.append(pyplot.Line2D([], [], color=COLOURS["measured"], alpha=0.25, lw=5, label="posterior"))
     handles.append(pyplot.Line2D([], [], color=INK, marker="D", ms=4.5, lw=0, label="people"))
     figure.legend(handles=handles, frameon=False, fontsize=8.5, loc="outside lower center", ncols=6)
-    write(figure, PICTURE, dpi=120)
+    write(figure, "skin-finger.png", dpi=120)
 
 
 def _fit(axis: Axes, done: dict[str, Any], source: Mechanical) -> None:

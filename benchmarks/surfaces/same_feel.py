@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.shared.chart_style import pyplot, style, write
-from benchmarks.shared.common import IMAGES, folder_named
+from benchmarks.shared.chart_style import pyplot, show, style, write
+from benchmarks.shared.common import folder_named
 from benchmarks.shared.finished_studies import committed, folder_of
 from benchmarks.shared.scenes import picture
 from optimize.run_directory.key import SETTINGS
@@ -20,13 +20,11 @@ from optimize.settings.run_file import Run, load_run
 from relief.ground.arrays import Array
 from relief.ground.formats import RUN_HEIGHTS
 from relief.ground.limits import PATCH_SIDE_MM
-from relief.ground.srgb import srgb
 from relief.heightmap import load_heights
 from tactile.jnd import jnd_apart
 from tactile.quantities import ROUGHNESS
 from visual.scene import load_scene
 
-IMAGE = IMAGES / "same-feel.png"
 FIRST = "roughness"
 """Table of the study that is drawn."""
 RESOLUTION = 256
@@ -57,13 +55,11 @@ def draw(other: tuple[Array, str], before: list[tuple[Array, str]], after: list[
     style()
     figure, axes = pyplot.subplots(2, 1 + len(before), figsize=(10.2, 4.1), layout="constrained")
     white = float(np.percentile(other[0], 99.5))
-    for axis, (look, title) in zip(axes.flat, (other, *before, (np.zeros((0, 0)), ""), *after), strict=True):
-        axis.set_axis_off()
-        if look.size:
-            axis.imshow(srgb(look, white), cmap="gray", vmin=0.0, vmax=1.0)
-            axis.set_title(title, fontsize=9)
+    for axis, (look, title) in zip(axes.flat, (other, *before, (None, ""), *after), strict=True):
+        show(axis, look, white)
+        axis.set_title(title, fontsize=9)
     axes[1, 0].text(1.0, 0.5, "with the feel\nof knit", ha="right", va="center", fontsize=11)
-    write(figure, IMAGE, dpi=92)
+    write(figure, "same-feel.png", dpi=92)
 
 
 def _render(run: Run, file: Path) -> Array:

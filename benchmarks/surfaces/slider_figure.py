@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.shared.chart_style import FAINT, INK, frame, pyplot, style, write
-from benchmarks.shared.common import IMAGES, folder_named, load
+from benchmarks.shared.common import folder_named, load
 from benchmarks.shared.finished_studies import folder_of, rows_in
 from benchmarks.shared.scenes import picture
 from optimize.run_directory.finished_run import FinishedRun
@@ -20,7 +20,6 @@ from relief.ground.arrays import Array
 from relief.ground.srgb import srgb
 from visual.scene import load_scene
 
-IMAGE = IMAGES / "slider.png"
 RESOLUTION = 768
 LINES: dict[str, tuple[str, dict[str, Any]]] = {
     "initial": ("original", {"color": FAINT, "marker": ".", "linestyle": "-"}),
@@ -61,7 +60,7 @@ def draw(looks: list[Array], places: dict[str, dict[str, list[float]]], size_mm:
         chart.plot(along, values, label=label, **look_of)
     chart.set(xlabel="middle of the finger, mm from the left end", ylabel="roughness", xlim=(0.0, size_mm))
     chart.legend(frameon=False, loc="upper left")
-    write(figure, IMAGE, dpi=100)
+    write(figure, "slider.png", dpi=100)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ with FOLDER on PYTHONPATH. Writes results/half_space.json and a place of docs/ev
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -19,7 +19,6 @@ import torch
 from scipy.ndimage import zoom
 
 from benchmarks.shared.common import publish, rows_of, table_of
-from benchmarks.shared.pairs import in_pairs, ratio
 from benchmarks.touch.pressed_reliefs import SIDE, SIZE_MM
 from benchmarks.touch.relief_pressing import MEAN, SKIN
 from mitsuba_scenes import find_texture
@@ -35,6 +34,8 @@ FACTOR = 10.0**0.25
 """Step of Tamaas's own tolerance, on the search of the largest one that meets `TOLERANCE`."""
 PAIRS = {128: 15, 512: 7, 1024: 5}
 """Pairs of runs by the samples along a side."""
+RESAMPLES = 2000
+"""Number of bootstrap resamples of the pairs."""
 
 
 COLUMNS = {
@@ -72,6 +73,32 @@ def beside_tamaas(samples: int, pairs: int) -> dict[str, Any]:
         "ours": measured(body, heights, pressures[0]),
         "tamaas": measured(body, heights, pressures[1]),
         "pressures_off": float(np.abs(pressures[0] - pressures[1]).max() / pressures[1].max()),
+    }
+
+
+def in_pairs(
+    one: Callable[[], float], other: Callable[[], float], pairs: int
+) -> tuple[list[float], list[float]]:
+    """CPU seconds that both calls return, pair by pair; the order changes from pair to pair."""
+    seconds: tuple[list[float], list[float]] = ([], [])
+    for number in range(pairs):
+        for which in (0, 1) if number % 2 == 0 else (1, 0):
+            seconds[which].append((one, other)[which]())
+    return seconds
+
+
+def ratio(seconds: Sequence[float], over: Sequence[float]) -> dict[str, Any]:
+    """Median of the ratios of pairs, with its 95 % bootstrap interval, and both medians."""
+    logs = np.log(np.asarray(seconds) / np.asarray(over))
+    draws = np.random.default_rng(0).integers(0, len(logs), (RESAMPLES, len(logs)))
+    low, high = np.quantile(np.median(logs[draws], axis=1), (0.025, 0.975))
+    return {
+        "cpu_s": float(np.median(seconds)),
+        "over_cpu_s": float(np.median(over)),
+        "ratio": float(np.exp(np.median(logs))),
+        "low": float(np.exp(low)),
+        "high": float(np.exp(high)),
+        "pairs": len(logs),
     }
 
 

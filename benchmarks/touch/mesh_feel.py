@@ -23,9 +23,9 @@ from relief.places import places
 from relief.relief import Relief
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
-from relief.solids.files import Mesh, read_mesh
-from relief.solids.meshes import check_solid
+from relief.solids.files.mesh import Mesh, read_mesh
 from relief.solids.meshes.refining import refined
+from relief.solids.meshes.solid import check_solid
 from relief.solids.remeshing.smooth_surface import EDGE_MM
 from relief.surface import Surface
 from tactile import jnd_apart

@@ -21,7 +21,7 @@ from mitsuba_scenes import find_texture
 from optimize.settings.skins import load_skin
 from relief.relief import Relief
 from relief.solids.body import Body
-from relief.solids.files import Mesh
+from relief.solids.files.mesh import Mesh
 from retouch.verbs.fingers import own_finger
 from tactile.jnd import jnd_apart
 from tactile.unstructured.meshing import Sizing
@@ -64,9 +64,6 @@ def measured(radius_mm: float, kind: str) -> dict[str, Any]:
         }
     own_finger.Sizing = Sizing  # type: ignore[misc]
     return {
-        "radii mm": finger.skin.radii_mm,
-        "square mm": finger.square_mm,
-        "volume mm3": finger.surface.volume_mm3,
         "first texture CPU s": spent[0],
         "next textures CPU s": 0.5 * (spent[2] - spent[0]),
         "textures": touches,

@@ -125,16 +125,18 @@ class DescentMethod(Protocol):
 
 
 class StepRecord(NamedTuple):
-    """A step for the stopping rules: relative error, whether the targets are met, `Iterate.cost`."""
+    """A step for the stopping rules: relative error, whether the targets are met, `Iterate.cost`, and
+    `Targets.sides`."""
 
     relative_error: float
     met: bool
     cost: float
+    sides: tuple[int, ...] = ()
 
 
 def record_of(targets: Targets, values: Values, cost: float) -> StepRecord:
     """The record of a step with these values of touch."""
-    return StepRecord(targets.relative_error(values), targets.met(values), cost)
+    return StepRecord(targets.relative_error(values), targets.met(values), cost, targets.sides(values))
 
 
 @dataclass(frozen=True)
@@ -214,7 +216,7 @@ def _stop_reason(records: Sequence[StepRecord], method: DescentMethod, current: 
     if method.patience is not None and _settled(records, method.patience):
         return StopReason.CONVERGED
     if method.patience is not None and _hopeless(records):
-        return StopReason.UNREACHABLE
+        return StopReason.SWINGING if _swinging(records) else StopReason.UNREACHABLE
     return method.reason_to_stop(current)
 
 
@@ -232,3 +234,9 @@ def _hopeless(records: Sequence[StepRecord]) -> bool:
         return False
     errors = [record.relative_error for record in records]
     return min(errors[-HOPELESS_STEPS:]) > (1.0 - STALL) * min(errors[:-HOPELESS_STEPS])
+
+
+def _swinging(records: Sequence[StepRecord]) -> bool:
+    """Whether a target was missed on both sides by the recent steps, each at least twice."""
+    recent = [record.sides for record in records[-HOPELESS_STEPS:]]
+    return any(min(sides.count(-1), sides.count(1)) > 1 for sides in zip(*recent, strict=True))

@@ -72,6 +72,11 @@ class Target:
         """Whether the mean lies within the tolerance, and every touch near its own goal."""
         return self.relative_error(values) <= self.tolerance
 
+    def side(self, values: Mapping[str, ArrayLike]) -> int:
+        """On which side of its goal the mean lies: -1 below, 1 above, 0 within the tolerance."""
+        off = float(_each(values[self.quantity.name]).mean()) / self.mean_goal - 1.0
+        return 0 if abs(off) <= self.tolerance else 1 if off > 0.0 else -1
+
     @property
     def sentence(self) -> str:
         """The target in words, as in `roughness 0.0689 within 1 %`."""
@@ -119,6 +124,15 @@ class Targets:
     def met(self, values: Mapping[str, ArrayLike]) -> bool:
         """Whether every target is met."""
         return all(target.met(values) for target in self.each)
+
+    def sides(self, values: Mapping[str, ArrayLike]) -> tuple[int, ...]:
+        """On which side of each goal the mean lies (`Target.side`)."""
+        return tuple(target.side(values) for target in self.each)
+
+    def crossed(self, before: Mapping[str, ArrayLike], after: Mapping[str, ArrayLike]) -> bool:
+        """Whether a target is missed on one side before, and on the other after."""
+        pairs = zip(self.sides(before), self.sides(after), strict=True)
+        return any(one * other < 0 for one, other in pairs)
 
     def scaled(self, factors: Mapping[str, ArrayLike]) -> Targets:
         """The same targets with every goal times the factors of its quantity, (k,) or one for all touches."""

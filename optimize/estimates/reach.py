@@ -120,24 +120,27 @@ def picture_change(scene: Scene, look: str) -> tuple[Changed, float]:
 
     Both are means over the plate in % of white.
     """
-    weights = pixel_weights(scene.plate_weights(), scene.weights)
-    original = scene.render(scene.heights, model=look).numpy()
-
-    def changed(heights: Array) -> float:
-        difference = scene.render(scene.levelled(heights), model=look).numpy() - original
-        return 100.0 * float((weights * np.abs(difference)).mean()) / scene.white
-
-    return changed, 100.0 * float((weights * original).mean()) / scene.white
+    return _change(
+        scene, lambda heights: scene.render(heights, model=look).numpy(), lambda one: np.abs(one).mean()
+    )
 
 
 def _rendered_change(scene: Scene) -> tuple[Changed, float]:
     """The same by rendered pictures: mean of an estimate that noise enlarges and one that noise lowers."""
-    weights = pixel_weights(scene.plate_weights(), scene.weights)
-    original = batched(scene, scene.heights, SAMPLES).pictures
+
+    def size(difference: Array) -> float:
+        return float(np.mean((np.abs(difference.mean(axis=0)).mean(), crossed_magnitude(difference))))
+
+    return _change(scene, lambda heights: batched(scene, heights, SAMPLES).pictures, size)
+
+
+def _change(
+    scene: Scene, pictures: Callable[[Array], Array], size: Callable[[Array], float]
+) -> tuple[Changed, float]:
+    """`picture_change` by pictures of heights, and the size of their weighted difference."""
+    weights, original = pixel_weights(scene.plate_weights(), scene.weights), pictures(scene.heights)
 
     def changed(heights: Array) -> float:
-        difference = weights * (batched(scene, scene.levelled(heights), SAMPLES).pictures - original)
-        bounds = np.abs(difference.mean(axis=0)).mean(), crossed_magnitude(difference)
-        return 100.0 * float(np.mean(bounds)) / scene.white
+        return 100.0 * float(size(weights * (pictures(scene.levelled(heights)) - original))) / scene.white
 
     return changed, 100.0 * float((weights * original).mean()) / scene.white

@@ -70,11 +70,6 @@ class FinishedRun:
         """The relief that the run began with: its design, or the print of it. Raises InputError."""
         return self.settings.relief(self.result.width_mm)
 
-    @cached_property
-    def design(self) -> Relief:
-        """The relief of the texture, before a printer makes it. Raises InputError."""
-        return self.settings.design(self.result.width_mm)
-
 
 def holds_run(run_dir: Path) -> bool:
     """Whether a folder holds a run: a run.toml under its mark, or a checkpoint."""

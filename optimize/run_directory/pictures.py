@@ -57,7 +57,7 @@ def write_pictures(
         for name, picture in zip(names, pictures, strict=True):
             written += [temporary / f"{name}.exr", temporary / f"{name}.png"]
             write_exr(written[-2], picture)
-            _write_png(written[-1], srgb(picture, white))
+            Image.fromarray(np.rint(srgb(picture, white) * 255.0).astype(np.uint8)).save(written[-1])
         folder.mkdir(exist_ok=True)
         for path in written:
             path.replace(folder / path.name)
@@ -88,7 +88,3 @@ def read_grey(path: Path, shape: tuple[int, int] | None = None) -> FloatArray:
     if not np.isfinite(picture).all():
         raise InputError(f"{path}: holds values that are not finite")
     return picture
-
-
-def _write_png(path: Path, shown: FloatArray) -> None:
-    Image.fromarray(np.rint(shown * 255.0).astype(np.uint8)).save(path)

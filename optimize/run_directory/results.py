@@ -4,7 +4,6 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-from optimize.descent.problem import Problem
 from optimize.run_directory.clock import Moment
 from optimize.run_directory.finished_run import MARK
 from optimize.run_directory.history import HISTORY
@@ -44,37 +43,32 @@ def write_relief(run_dir: Path, relief: Relief) -> None:
     """heights.exr, heights.png and the plates of a relief; each file appears whole.
 
     The plates of a print are of the layers and pixels of its printer, and slicers read them as such. The
-    headers of the height maps say along which axes the relief repeats.
+    headers of the height maps say along which axes the relief repeats, and a print's layers.
     """
     heights, size_mm, printer = relief.heights, relief.width_mm, relief.printer
     white, repeats = white_mm(heights), repeats_along(relief.repeats)
-    save_heights_exr(run_dir / RUN_HEIGHTS, heights, size_mm, white, repeats)
-    save_heights_png(run_dir / "heights.png", heights, white, size_mm, repeats)
+    layer_um = None if printer is None else printer.layer_um
+    save_heights_exr(run_dir / RUN_HEIGHTS, heights, size_mm, white, repeats, layer_um)
+    save_heights_png(run_dir / "heights.png", heights, white, size_mm, repeats, layer_um)
     for name in PLATES:
         base_mm = BASE_MM if printer is None else printer.base_mm
         export_plate(run_dir / name, heights, size_mm, base_mm, stepped=printer is not None)
 
 
-def write(
-    run_dir: Path,
-    settings: Run,
-    problem: Problem,
-    outcome: Outcome,
-    times: Mapping[str, Moment],
-) -> Verification:
+def write(run_dir: Path, outcome: Outcome, times: Mapping[str, Moment]) -> Verification:
     """Write pictures and result.json beside the relief; returns the content of result.json.
 
     CPU seconds of `times`, parts and total by name, are of the process that finished the run alone.
     """
-    conditions = problem.scene.conditions
+    scene = outcome.original.problem.scene
     before, after = outcome.pictures_before.mean, outcome.pictures_after.mean
     colours = outcome.colours or (None, None)
     for stage, grey, coloured in (("before", before, colours[0]), ("after", after, colours[1])):
         pictures = grey if coloured is None else coloured
-        write_pictures(run_dir / "renders", conditions, pictures, problem.scene.white, suffix=stage)
+        write_pictures(run_dir / "renders", scene.conditions, pictures, scene.white, suffix=stage)
     time_s = {name: part.wall_s for name, part in times.items()}
     cpu_s = {name: part.cpu_s for name, part in times.items()}
-    verification = summarise(settings, problem, outcome, time_s, cpu_s)
+    verification = summarise(outcome, time_s, cpu_s)
     content = json.dumps(verification.as_json(), indent=2) + "\n"
     write_atomically(run_dir / RESULT, content.encode())
     return verification

@@ -243,7 +243,7 @@ def _descend_and_write(
         times["total"] = times["total"]._replace(wall_s=earlier_seconds + times["total"].wall_s)
         times["descent"] = times["descent"]._replace(wall_s=descent_seconds)
         with stage("writing the results and the report"):
-            verification = results.write(run_dir, settings, problem, outcome, times)
+            verification = results.write(run_dir, outcome, times)
             if publish is not None:
                 publish(Finished(run_dir, prepared, outcome, verification, history.rows))
     return Result(relief, descent.reason, verification, run_dir)

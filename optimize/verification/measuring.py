@@ -79,9 +79,9 @@ class Outcome:
     """Measurements of a finished descent.
 
     Attributes:
+        original: the run as it began.
         descent: its best relief is what the run gives.
         relief: that relief.
-        steering_values: of the original by the model that steered.
         touch: of the original and of the best relief at the steered places; by the verification, if any.
         between: the same between those places; None if there is one place.
         iterations: of descent and verification; none if verification was not wanted.
@@ -91,15 +91,13 @@ class Outcome:
         surface_bands: change of the skin's surface by bands of wavelength.
         printed: numbers and pictures of printing; None without a printer.
         colours: before and after in linear RGB, (conditions, rows, cols, 3); None if the scene is grey.
-        feel_of: the feel of another relief that is the target; None if none is.
         baseline_pictures: (conditions, rows, cols) radiance, converged; None where linear scaling cannot
             reach the target.
-        steps_seen: of the original; None as in `Original`.
     """
 
+    original: Original
     descent: DescentResult
     relief: Relief
-    steering_values: Values
     touch: FeltPlaces
     between: FeltPlaces | None
     iterations: tuple[OuterIteration, ...]
@@ -109,10 +107,8 @@ class Outcome:
     fingers: Fingers | None = None
     measured: Measured | None = None
     surface_bands: tuple[SurfaceBand, ...] | None = None
-    feel_of: FeelOf | None = None
     printed: AsPrinted | None = None
     colours: tuple[Array, Array] | None = None
-    steps_seen: StepsSeen | None = None
 
 
 @stage("rendering the final pictures")
@@ -142,9 +138,9 @@ def measure(
     goals = {target.quantity.name: target.goal for target in problem.targets.each}
     touch = FeltPlaces(places, original.touch_before, felt, goals)
     return Outcome(
+        original=original,
         descent=descent,
         relief=relief,
-        steering_values=original.steering.values,
         touch=touch,
         between=_between(original, best, felt.model),
         iterations=iterations,
@@ -154,10 +150,8 @@ def measure(
         fingers=felt_by_fingers(problem.relief, relief, problem.skin),
         measured=felt_by_measured(problem.relief, relief, places, smooth=touch.mean_jnd is None),
         surface_bands=skin_bands(touch, problem.skin, problem.patches.size_mm),
-        feel_of=original.feel_of,
         printed=as_printed(settings, problem, best, (before.mean, after.mean)),
         colours=colour_pictures(problem.scene, problem.heights, best, seed) if problem.scene.colour else None,
-        steps_seen=original.steps_seen,
     )
 
 

@@ -31,21 +31,14 @@ PACKAGES = ("retouch", "mitsuba", "drjit", "torch", "numpy", "scipy")
 """Packages whose versions belong to a verification."""
 
 
-def summarise(
-    settings: Run,
-    problem: Problem,
-    outcome: Outcome,
-    time_s: Mapping[str, float],
-    cpu_s: Mapping[str, float],
-) -> Verification:
+def summarise(outcome: Outcome, time_s: Mapping[str, float], cpu_s: Mapping[str, float]) -> Verification:
     """The verification of a result.
 
     Args:
-        settings: of the run.
-        problem: with the original.
         outcome: measurements of the result.
         time_s, cpu_s: seconds of each part and in total, of the clock and of the processor.
     """
+    settings, problem = outcome.original.settings, outcome.original.problem
     best, reason = outcome.descent.best, outcome.descent.reason
     felt = outcome.touch.after
     verified = felt if outcome.iterations else None
@@ -56,16 +49,16 @@ def summarise(
             steps=outcome.descent.last.step,
             best_step=best.step,
         ),
-        touch=_touch(settings, problem, outcome),
+        touch=_touch(outcome),
         outer=OuterIterations(
             resolution=None if verified is None else verified.mesh,
             miss_percent=None
             if verified is None
             else 100.0 * problem.targets.relative_error(verified.values),
-            surrogate_initial=means(outcome.steering_values),
+            surrogate_initial=means(outcome.original.steering.values),
             each=tuple(map(iteration_values, outcome.iterations)),
         ),
-        look=_look(settings, problem, outcome),
+        look=_look(outcome),
         heights=_heights(problem, best.heights),
         printed=None if outcome.printed is None else outcome.printed.numbers,
         time_s=time_s,
@@ -78,7 +71,8 @@ def summarise(
     )
 
 
-def _touch(settings: Run, problem: Problem, outcome: Outcome) -> Touch:
+def _touch(outcome: Outcome) -> Touch:
+    problem = outcome.original.problem
     first, felt = outcome.touch.before, outcome.touch.after
     return Touch(
         model=problem.touch,
@@ -91,8 +85,8 @@ def _touch(settings: Run, problem: Problem, outcome: Outcome) -> Touch:
         initial_contact_fraction=first.contact_fraction,
         contact_error_bound=max(first.error_bound, felt.error_bound),
         jnd_from_original=outcome.touch.mean_jnd,
-        feel_of=outcome.feel_of,
-        fingers=_weighted(outcome.fingers, settings),
+        feel_of=outcome.original.feel_of,
+        fingers=_weighted(outcome.fingers, outcome.original.settings),
         measured=outcome.measured,
         surface_bands=outcome.surface_bands,
         places=place_numbers(problem.surface, outcome.touch, outcome.between),
@@ -121,11 +115,12 @@ def iteration_values(iteration: OuterIteration) -> IterationValues:
     )
 
 
-def _look(settings: Run, problem: Problem, outcome: Outcome) -> PictureChange:
-    pictures, verify = (outcome.pictures_before, outcome.pictures_after), settings.verify
+def _look(outcome: Outcome) -> PictureChange:
+    problem, verify = outcome.original.problem, outcome.original.settings.verify
+    pictures = outcome.pictures_before, outcome.pictures_after
     change = metrics.look(*pictures, problem.scene, verify.distance_cm, verify.jod)
     own = {"conditions": tuple(problem.scene.conditions), "model": problem.look}
-    seen = outcome.steps_seen
+    seen = outcome.original.steps_seen
     of_steps = {} if seen is None else seen.numbers(outcome.relief.heights, change)
     return change.model_copy(update=own | of_steps)
 

@@ -33,7 +33,7 @@ class Stop(Section):
 
     Attributes:
         reason: `converged`, `within_bounds`, `step_limit` (target met); `short_of_target`, `not_confirmed`,
-            `unreachable`, `non_finite`, `contact_failed` or `interrupted`.
+            `unreachable`, `swinging`, `non_finite`, `contact_failed` or `interrupted`.
         message: the same in a sentence.
         steps: steps made.
         best_step: the step whose relief is the result.

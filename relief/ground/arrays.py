@@ -59,9 +59,21 @@ def extents(rows: AnyArray) -> tuple[AnyArray, AnyArray]:
 
 def renumbered(faces: Index, count: int) -> tuple[Index, Index]:
     """Numbers (k,), rising, of the vertices that faces use, and the faces by their places among them."""
-    used = np.zeros(count, bool)
-    used[faces] = True
+    used = flagged(faces, count)
     return np.flatnonzero(used), (np.cumsum(used) - 1)[faces]
+
+
+def flagged(some: AnyArray, count: int) -> Flags:
+    """(count,) which of so many things are meant, by their numbers, of any shape."""
+    flags = np.zeros(count, bool)
+    flags[some] = True
+    return flags
+
+
+def runs(counts: Index, first: Index | int = 0) -> tuple[Index, Index]:
+    """Numbers of runs (k,), and the members of each, `counts` numbers from `first` on."""
+    run = np.repeat(np.arange(len(counts)), counts)
+    return run, np.arange(len(run)) - np.repeat(np.cumsum(counts) - counts - first, counts)
 
 
 def in_blocks(rows: AnyArray, most: int | None = None) -> Iterator[AnyArray]:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError
 from relief.ground.files import cache_folder, locked, remove_partial, write_atomically
 from relief.ground.tensors import Arrays, read_tensors, tensor_bytes
@@ -127,7 +128,7 @@ def _read(path: Path, kind: str, text: str, layout: Layout) -> Arrays | None:
     if path.exists():
         with suppress(InputError):
             arrays, stored = read_tensors(path)
-            if stored == text and _has_layout(arrays, layout) and _are_finite(arrays):
+            if stored == text and _has_layout(arrays, layout):
                 _log.info("%s: %s read from the cache, not built", path, kind)
                 return arrays
     return None
@@ -157,14 +158,11 @@ def _one_builder(folder: Path) -> Iterator[None]:
 
 
 def _has_layout(arrays: Arrays, layout: Layout) -> bool:
-    if arrays.keys() != layout.keys():
-        return False
-    for name, (shape, kind) in layout.items():
-        fits = [wanted in (length, -1) for length, wanted in zip(arrays[name].shape, shape, strict=False)]
-        if arrays[name].ndim != len(shape) or not all(fits) or arrays[name].dtype != np.dtype(kind):
-            return False
-    return True
+    """Whether arrays are those of a layout, and hold finite numbers."""
+    return arrays.keys() == layout.keys() and all(_fits(arrays[name], *of) for name, of in layout.items())
 
 
-def _are_finite(arrays: Arrays) -> bool:
-    return all(np.isfinite(array).all() for array in arrays.values())
+def _fits(array: AnyArray, shape: tuple[int, ...], kind: str) -> bool:
+    alike = all(wanted in (length, -1) for length, wanted in zip(array.shape, shape, strict=False))
+    alike = alike and array.ndim == len(shape) and array.dtype == np.dtype(kind)
+    return alike and bool(np.isfinite(array).all())

@@ -6,22 +6,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypedDict
 
+from relief.ground import limits
 from relief.ground.errors import InputError, naming
 from relief.ground.formats import UNITS
-from relief.ground.limits import (
-    LARGEST_HEIGHT_SCALE,
-    LARGEST_PLATE_MM,
-    LARGEST_RELIEF_MM,
-    SMALLEST_PLATE_MM,
-    SMALLEST_RELIEF_MM,
-)
 
 LONGEST_SHOWN = 160
 """Most characters that a message repeats of a file or of another package's error."""
 RANGES = {
-    "size_mm": (SMALLEST_PLATE_MM, LARGEST_PLATE_MM),
-    "relief_mm": (SMALLEST_RELIEF_MM, LARGEST_RELIEF_MM),
-    "height_scale": (1.0 / LARGEST_HEIGHT_SCALE, LARGEST_HEIGHT_SCALE),
+    "size_mm": (limits.SMALLEST_PLATE_MM, limits.LARGEST_PLATE_MM),
+    "relief_mm": (limits.SMALLEST_RELIEF_MM, limits.LARGEST_RELIEF_MM),
+    "height_scale": (1.0 / limits.LARGEST_HEIGHT_SCALE, limits.LARGEST_HEIGHT_SCALE),
 }
 """Least and greatest value, both allowed, of each number that turns a height map into a plate."""
 
@@ -86,11 +80,8 @@ def header_of(path: str | os.PathLike[str], **lengths: float | None) -> dict[str
 def lengths_of(header: Mapping[Any, Any], path: Path) -> dict[str, float]:
     """Lengths of a hostile header, by the names of `relief.reading.samples.Samples`."""
     with naming(f"{path}: header"):
-        return {
-            key: in_range(key, header[HEADER + key])
-            for key in ("size_mm", "relief_mm")
-            if HEADER + key in header
-        }
+        keys = [key for key in ("size_mm", "relief_mm") if HEADER + key in header]
+        return {key: in_range(key, header[HEADER + key]) for key in keys}
 
 
 def shown(value: object) -> str:

@@ -14,7 +14,7 @@ import functools
 import inspect
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Concatenate, Generic, ParamSpec, TypeVar, get_args, overload
@@ -119,16 +119,10 @@ def declared(options: type) -> dict[str, Declared]:
     by_name = {field.name: field for field in fields(options)}
     return {
         name: _declared(by_name[name], getattr(base, "GROUP", ""))
-        for base in _groups(options)
+        for base in (*(base for base in options.__mro__[1:] if base is not object), options)
         for name, annotation in inspect.get_annotations(base).items()
         if hasattr(annotation, "__metadata__")
     }
-
-
-def _groups(options: type) -> Iterator[type]:
-    """The class and its bases, the class last and its bases in the order in which they are named."""
-    yield from (base for base in options.__mro__[1:] if base is not object)
-    yield options
 
 
 def _declared(field: "Field[Any]", group: str) -> Declared:

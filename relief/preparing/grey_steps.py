@@ -5,6 +5,8 @@ as the surface of least weighted curvature within half a step of the stored heig
 curvature of the picture nearby: flat terraces become slopes, while crests and edges stay.
 """
 
+from typing import Any
+
 import numpy as np
 import scipy
 
@@ -98,14 +100,7 @@ def _estimate(stored: Array, local: Array, start: Array, squared_curvature: Arra
         return 0.5 * float(terms), gradient.ravel()
 
     bounds = np.stack([(stored - 0.5 * local).ravel(), (stored + 0.5 * local).ravel()], axis=1)
-    options = {"maxiter": ITERATIONS, "maxcor": REMEMBERED, "ftol": 1e-7}
-    result = scipy.optimize.minimize(
-        energy,
-        start.ravel(),
-        jac=True,
-        method="L-BFGS-B",
-        bounds=bounds,
-        callback=lambda _: advance(),
-        options=options,
-    )
+    settings: Any = {"jac": True, "method": "L-BFGS-B", "callback": lambda _: advance()}
+    settings["options"] = {"maxiter": ITERATIONS, "maxcor": REMEMBERED, "ftol": 1e-7}
+    result = scipy.optimize.minimize(energy, start.ravel(), bounds=bounds, **settings)
     return np.asarray(result.x).reshape(stored.shape)

@@ -7,15 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.corrections import filled, plane
+from relief.ground import limits
 from relief.ground.arrays import Array
 from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
-from relief.ground.limits import (
-    DEEPEST_RELIEF_MM,
-    HEIGHT_LIMIT_MM,
-    PATCH_SIDE_MM,
-    SMALLEST_SIDE,
-)
 from relief.ground.progress import stage
 from relief.heightmap import LEAST_FELT_MM
 from relief.preparing.choices import AUTO, GREYS, MOST_USUAL_SAMPLES, Box, PrepareOptions
@@ -74,8 +69,8 @@ class Preparation:
         picture, crop, grey, rotate = self.picture, options.crop, options.grey, options.rotate
         self.square = left, upper, right, _ = square_in(picture.width, picture.height, crop, options.centre)
         side = right - left
-        if side < SMALLEST_SIDE:
-            raise InputError(f"{side} x {side} pixels; at least {SMALLEST_SIDE} a side are needed")
+        if side < limits.SMALLEST_SIDE:
+            raise InputError(f"{side} x {side} pixels; at least {limits.SMALLEST_SIDE} a side are needed")
         if grey in ("luminance", "mean") and (fault := no_heights(picture.channels, picture.white)):
             raise InputError(f"holds {fault}")
         if side == picture.width == picture.height:
@@ -155,24 +150,24 @@ class Preparation:
 
     def height_of_numbers(self, span: float) -> float:
         """Height in mm of numbers that span so much. Raises InputError if they are hardly mm."""
-        height = span * (self.unit_mm or 1.0)
+        height, most = span * (self.unit_mm or 1.0), limits.HEIGHT_LIMIT_MM
         self.numbers["height_scale"] = self.unit_mm or 1.0
-        if self.unit_mm is not None or LEAST_FELT_MM <= height <= HEIGHT_LIMIT_MM:
+        if self.unit_mm is not None or LEAST_FELT_MM <= height <= most:
             return height
-        unit = "um" if height > HEIGHT_LIMIT_MM else "m"
+        unit = "um" if height > most else "m"
         likely = f"are these {unit}, {span * UNITS[unit]:.3g} mm?"
         if height < LEAST_FELT_MM:
             self.done["unit"] = f"{height:.3g} mm high, less than a finger feels; {likely} --units {unit}"
             return height
-        fault = f"missing; the numbers span {span:g}, more than {HEIGHT_LIMIT_MM:g} if they are mm; {likely}"
+        fault = f"missing; the numbers span {span:g}, more than {most:g} if they are mm; {likely}"
         raise InputError(f"relief_mm: {fault} units='{unit}'", f"--relief-mm: {fault} --units {unit}")
 
     def _too_high(self, relief_mm: float) -> InputError:
         """The refusal of a height that no option gave, with the unit that is likelier."""
-        fault = f"{relief_mm:g} mm high; the highest allowed is {DEEPEST_RELIEF_MM:g}"
+        fault = f"{relief_mm:g} mm high; the highest allowed is {limits.DEEPEST_RELIEF_MM:g}"
         number = relief_mm / (self.unit_mm or 1.0)
         for unit in LIKELY_UNITS if self.picture.bits is None else ():
-            if LEAST_FELT_MM <= number * UNITS[unit] <= DEEPEST_RELIEF_MM:
+            if LEAST_FELT_MM <= number * UNITS[unit] <= limits.DEEPEST_RELIEF_MM:
                 fault += f"; are these {unit}?"
                 return InputError(f"{fault} units='{unit}'", f"{fault} --units {unit}")
         return InputError(fault)
@@ -196,10 +191,10 @@ class Preparation:
             reach += OVERLAP
         if samples is None:
             samples = min(int(side), MOST_USUAL_SAMPLES)
-        if samples < SMALLEST_SIDE:
-            needed = int(np.ceil(SMALLEST_SIDE * reach))
+        if samples < limits.SMALLEST_SIDE:
+            needed = int(np.ceil(limits.SMALLEST_SIDE * reach))
             raise InputError(
-                f"tile: a tile of {SMALLEST_SIDE} pixels a side needs a picture of at least {needed}; "
+                f"tile: a tile of {limits.SMALLEST_SIDE} pixels a side needs a picture of at least {needed}; "
                 f"the part that repeats has {samples}"
             )
         count = round(samples * reach)
@@ -254,7 +249,7 @@ class Preparation:
         x, y = (right - side if turns in (1, 2) else left), (lower - side if turns in (2, 3) else upper)
         self.tile = x, y, x + side, y + side
         whole = right - left
-        size_mm = options.size_mm or PATCH_SIDE_MM
+        size_mm = options.size_mm or limits.PATCH_SIDE_MM
         # A picture of known size keeps its scale.
         if options.size_mm is not None or "size_mm" not in self.picture.lengths:
             self.done["scale"] = (
@@ -296,11 +291,8 @@ class Preparation:
         text += ", percentiles of the pixels that are taken" * (levels is not None and levels.percent)
         saturated = f"; {100.0 * outside:.2g} % lie outside and saturate" if outside > 0 else ""
         self.done["levels"] = f"{text}{', dark is high' * invert}{saturated}"
-        self.numbers["levels"] = {
-            "lowest": lowest * self._unit,
-            "highest": highest * self._unit,
-            "saturated_percent": 100.0 * outside,
-        }
+        numbers = {"lowest": lowest * self._unit, "highest": highest * self._unit}
+        self.numbers["levels"] = numbers | {"saturated_percent": 100.0 * outside}
         level = np.clip((heights - low) / (high - low), 0.0, 1.0)
         return 1.0 - level if invert else level
 
@@ -326,14 +318,14 @@ class Preparation:
 
         Raises InputError if the relief is too high, whether it was `given` as such or not.
         """
-        relief_mm, size_mm = lengths.get("relief_mm"), lengths.get("size_mm", PATCH_SIDE_MM)
+        relief_mm, size_mm = lengths.get("relief_mm"), lengths.get("size_mm", limits.PATCH_SIDE_MM)
         self.numbers |= {"relief_mm": relief_mm, "size_mm": lengths.get("size_mm")}
         if relief_mm is None:
             return
-        if relief_mm > DEEPEST_RELIEF_MM:
+        if relief_mm > limits.DEEPEST_RELIEF_MM:
             if given:
                 raise InputError(
-                    f"relief_mm: {relief_mm:g} is above {DEEPEST_RELIEF_MM:g}, the highest allowed"
+                    f"relief_mm: {relief_mm:g} is above {limits.DEEPEST_RELIEF_MM:g}, the highest allowed"
                 )
             raise self._too_high(relief_mm)
         rise = np.hypot(*np.gradient(relief_mm * heights, size_mm / len(heights)))

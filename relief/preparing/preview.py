@@ -59,20 +59,18 @@ def preview(prepared: Prepared, figures: Sequence[tuple[str, str]] = ()) -> byte
     heights = (prepared.heights - prepared.heights.min()) * unit
     in_mm = prepared.relief_mm is not None
     light = f"{repeats} x {repeats} repeats under raking light" if tile else "under raking light"
+    light = light if in_mm else f"{light}, relief assumed"
     shown = "the square that was taken" if prepared.tile_square is None else "what the tile repeats (thick)"
-    panels = [
-        (f"picture, and {shown}", _picture(prepared)),
-        ("height map, white is high", _grey(heights)),
-        (
-            light if in_mm else f"{light}, relief assumed",
-            _shaded(np.tile(heights, (repeats, repeats)), repeats * size_mm),
-        ),
-    ]
+    panels = {
+        f"picture, and {shown}": _picture(prepared),
+        "height map, white is high": _grey(heights),
+        light: _shaded(np.tile(heights, (repeats, repeats)), repeats * size_mm),
+    }
     lines = [(subject, text.translate(GLYPHS)) for subject, text in prepared.done.items()]
     sheet = Image.new("RGB", (WIDTH, 4000), PAPER)
     draw = ImageDraw.Draw(sheet)
     y = MARGIN
-    for place, (label, panel) in enumerate(panels):
+    for place, (label, panel) in enumerate(panels.items()):
         x = MARGIN + place * (PANEL + GAP)
         draw.text((x, y), label, FAINT, _font(17))
         sheet.paste(panel, (x, y + 28))

@@ -10,15 +10,8 @@ from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named
 from relief.ground.lengths import HEADER, lengths_of, shown
-from relief.reading.samples import (
-    Check,
-    Samples,
-    check_square,
-    grey_or_colours,
-    measured,
-    repeats_of,
-    without_transparent,
-)
+from relief.reading import samples
+from relief.reading.samples import Check, Samples
 
 MOST_CHANNELS = 8
 """Most channels of an EXR file; a height map has one."""
@@ -29,10 +22,11 @@ LARGEST_TILE = 2048
 def read_exr(path: Path, check: Check) -> Samples:
     """Read channel Y or Z of an EXR file, else R, G and B, else the only one; and A. Raises InputError."""
     channels, header, notes = exr_channels(path, check)
-    named = without_transparent(grey_or_colours(*map(measured, channels.values())))
+    named = samples.without_transparent(samples.grey_or_colours(*map(samples.measured, channels.values())))
     kind = "EXR of numbers" + ("" if "Y" in named else " in colour")
-    lengths, repeats = lengths_of(header, path), repeats_of(header, path)
-    return Samples(path, kind, named, notes=notes, lengths=lengths, repeats=repeats)
+    lengths, repeats = lengths_of(header, path), samples.repeats_of(header, path)
+    printed = samples.LAYER in header
+    return Samples(path, kind, named, notes=notes, lengths=lengths, repeats=repeats, printed=printed)
 
 
 def exr_channels(path: Path, check: Check) -> tuple[dict[str, AnyArray], dict[str, Any], tuple[str, ...]]:
@@ -83,7 +77,7 @@ def _checked_window(header: Any, path: Path, check: Check) -> list[str]:
     low, high = (np.asarray(corner, int) for corner in header["dataWindow"])
     cols, rows = (high - low + 1).tolist()
     check((rows, cols), path)
-    check_square(float(header.get("pixelAspectRatio", 1.0)), 1.0, path)
+    samples.check_square(float(header.get("pixelAspectRatio", 1.0)), 1.0, path)
     tiles = header.get("tiles")
     if tiles is not None and max(tiles.xSize, tiles.ySize) > LARGEST_TILE:
         raise InputError(f"{path}: tiles of {tiles.xSize} x {tiles.ySize}; at most {LARGEST_TILE}")

@@ -9,15 +9,8 @@ from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError, require_extra
 from relief.ground.files import damage_named
 from relief.ground.lengths import lengths_of
-from relief.reading.samples import (
-    MOST_PIXELS,
-    Check,
-    Samples,
-    check_square,
-    grey_or_colours,
-    measured,
-    repeats_of,
-)
+from relief.reading import samples
+from relief.reading.samples import Check, Samples
 from relief.reading.tiff import upright
 
 FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF", "PPM")
@@ -37,12 +30,11 @@ def read_picture(path: Path, check: Check) -> Samples:
             kinds = "PNG, JPEG, TIFF, WebP, BMP, GIF or PGM"
             raise InputError(f"{path}: is no {kinds}; save the picture as one of these first") from error
         except Image.DecompressionBombError as error:
-            raise InputError(
-                f"{path}: more than {MOST_PIXELS / 1e6:.0f} million pixels are in no picture that is read"
-            ) from error
+            most = f"{samples.MOST_PIXELS / 1e6:.0f} million pixels"
+            raise InputError(f"{path}: more than {most} are in no picture that is read") from error
         with image:
             check((image.height, image.width), path)
-            check_square(*_pixel(image), path)
+            samples.check_square(*_pixel(image), path)
             return _decoded(image, path)
 
 
@@ -58,13 +50,13 @@ def _decoded(image: Image.Image, path: Path) -> Samples:
     """The samples of an opened picture."""
     count = getattr(image, "n_frames", 1) if image.format != "MPO" else 1
     notes = [f"the first of {count} pictures"] * (count > 1)
-    lengths, repeats = lengths_of(image.info, path), repeats_of(image.info, path)
+    lengths, repeats = lengths_of(image.info, path), samples.repeats_of(image.info, path)
     name, stored = _NAMES.get(str(image.format), str(image.format)), _stored_bits(image)
     if image.getexif().get(_ORIENTATION, 1) != 1:
         notes.append("turned upright by its EXIF orientation")
     palette = image.mode in ("P", "PA")
     if image.mode == "F":
-        heights = {"Y": measured(np.asarray(ImageOps.exif_transpose(image)))}
+        heights = {"Y": samples.measured(np.asarray(ImageOps.exif_transpose(image)))}
         return Samples(path, "PFM of numbers", heights, notes=tuple(notes))
     if image.format == "PNG" and stored == 16 and image.mode in ("LA", "RGB", "RGBA"):
         channels = _png_of_16_bits(path, image)
@@ -79,7 +71,10 @@ def _decoded(image: Image.Image, path: Path) -> Samples:
     if stored < bits and not palette:
         bits = stored
     kind = "with a palette" if palette else "in grey" if "Y" in channels else "in colour"
-    return Samples(path, f"{name} {kind}", channels, bits, white, count, tuple(notes), lengths, None, repeats)
+    kind, printed = f"{name} {kind}", samples.LAYER in image.info
+    return Samples(
+        path, kind, channels, bits, white, count, tuple(notes), lengths, None, repeats, printed=printed
+    )
 
 
 def _stored_bits(image: Image.Image) -> int:
@@ -95,14 +90,14 @@ def _channels(image: Image.Image) -> dict[str, AnyArray]:
     if image.mode.startswith("I"):
         grey = np.asarray(image).astype(np.uint16)
         clear = image.info.get("transparency")
-        return grey_or_colours(grey, *([] if clear is None else [np.uint16(65535) * (grey != clear)]))
+        return samples.grey_or_colours(grey, *([] if clear is None else [np.uint16(65535) * (grey != clear)]))
     if "transparency" in image.info or image.mode in ("LA", "La", "PA", "RGBA", "RGBa"):
         image = image.convert("RGBA")
     elif image.mode in ("1", "L"):
         return {"Y": np.asarray(image.convert("L"))}
     else:
         image = image.convert("RGB")
-    return grey_or_colours(*map(np.asarray, image.split()))
+    return samples.grey_or_colours(*map(np.asarray, image.split()))
 
 
 def _png_of_16_bits(path: Path, image: Image.Image) -> dict[str, AnyArray]:
@@ -113,4 +108,4 @@ def _png_of_16_bits(path: Path, image: Image.Image) -> dict[str, AnyArray]:
     image.load()  # Pillow checks the file's parts, and whether it ends early.
     stored = np.atleast_3d(imagecodecs.png_decode(path.read_bytes()))
     layers = [*np.moveaxis(upright(stored, image.getexif().get(_ORIENTATION, 1)), -1, 0)]
-    return grey_or_colours(*layers)
+    return samples.grey_or_colours(*layers)

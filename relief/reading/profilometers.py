@@ -70,12 +70,9 @@ def read_measured(path: Path, check: Check) -> Samples | None:
     state = path.stat()
     header, heights = _read(path, state.st_mtime_ns, state.st_size)
     check(heights.shape, path)
-    stated: dict[str, Any] = {
-        "notes": tuple(header["notes"]),
-        "lengths": header["lengths"],
-        "unit_mm": header["unit_mm"],
-    }
-    return Samples(path, header["kind"], {"Y": heights.copy()}, **stated, instrument=True)
+    stated: dict[str, Any] = {name: header[name] for name in ("lengths", "unit_mm")}
+    notes, channels = tuple(header["notes"]), {"Y": heights.copy()}
+    return Samples(path, header["kind"], channels, notes=notes, **stated, instrument=True)
 
 
 @lru_cache(maxsize=1)

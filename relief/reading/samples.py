@@ -36,6 +36,10 @@ TILE_MARKS: Mapping[str, Repeats] = {"xy": True, "x": "x", "y": "y"}
 """Texts of `TILE`. PNG and EXR carry it; nothing in a TIFF or NPY says that it is a tile."""
 
 
+LAYER = f"{HEADER}layer_um"
+"""Name in a header of the layers that a print's heights are of, um."""
+
+
 Check = Callable[[tuple[int, ...], Path], None]
 """A function that raises InputError for a shape (rows, cols) that must not be read."""
 
@@ -58,6 +62,7 @@ class Samples:
         unit_mm: mm for a number of 1, where the file states its unit.
         repeats: axes along which the header says that the relief repeats.
         instrument: whether an instrument measured the numbers, from a zero of its own.
+        printed: whether the header says that the heights are a print's, of whole layers.
     """
 
     path: Path
@@ -71,6 +76,7 @@ class Samples:
     unit_mm: float | None = None
     repeats: Repeats = False
     instrument: bool = False
+    printed: bool = False
 
     @property
     def width(self) -> int:

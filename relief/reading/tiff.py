@@ -14,14 +14,8 @@ from relief.ground.arrays import AnyArray
 from relief.ground.errors import InputError, require_extra
 from relief.ground.files import damage_named
 from relief.ground.lengths import shown
-from relief.reading.samples import (
-    Check,
-    Samples,
-    check_square,
-    grey_or_colours,
-    measured,
-    without_transparent,
-)
+from relief.reading import samples
+from relief.reading.samples import Check, Samples
 
 MAGIC = (b"II*\0", b"II+\0", b"MM\0*", b"MM\0+")
 """First four bytes of TIFF and BigTIFF of either byte order."""
@@ -79,9 +73,10 @@ def read_tiff(path: Path, check: Check) -> Samples:
         bits = page.bitspersample if page.sampleformat == _UNSIGNED else None
         holes = _holes(stored, no_data, [_decoded(mask, path)[..., 0] for mask in masks])
         if bits is None or holes.any():
-            channels |= {name: measured(one, no_data, holes) for name, one in channels.items() if name != "A"}
+            numbers = ((name, one) for name, one in channels.items() if name != "A")
+            channels |= {name: samples.measured(one, no_data, holes) for name, one in numbers}
         if bits is None:
-            channels = without_transparent(channels)
+            channels = samples.without_transparent(channels)
         if "A" in channels and bits is not None:
             notes.append("transparent parts count as white")
     kind = "of numbers" if bits is None else "with a palette" if page.photometric == _PALETTE else "in grey"
@@ -130,10 +125,10 @@ def _check(page: Any, path: Path, check: Check) -> None:
         raise InputError(f"{path}: SampleFormat: {shown(page.sampleformat)} is none of real numbers")
     fractions = (page.tags.valueof(tag) for tag in (282, 283))
     across, down = (one[0] / one[1] if isinstance(one, tuple) and one[1] else 0.0 for one in fractions)
-    check_square(down, across, path)
+    samples.check_square(down, across, path)
     model_pixel_scale: tuple[float, ...] = page.tags.valueof(33550) or ()
     if len(model_pixel_scale) > 1:
-        check_square(model_pixel_scale[0], model_pixel_scale[1], path)
+        samples.check_square(model_pixel_scale[0], model_pixel_scale[1], path)
 
 
 def _decoded(page: Any, path: Path) -> AnyArray:
@@ -182,15 +177,15 @@ def _channels(page: Any, stored: AnyArray, path: Path) -> tuple[dict[str, AnyArr
         # Many writers fill the lower byte of a palette with 0 in place of the upper one again.
         table = np.asarray(page.colormap)
         table, white = (table, 65535.0) if (table & 255).any() else (table >> 8, 255.0)
-        channels = grey_or_colours(*(one[layers[0]] for one in table))
+        channels = samples.grey_or_colours(*(one[layers[0]] for one in table))
     elif colours == 1:
         # White is zero of grey alone; numbers are heights.
         channels = {"Y": (int(white) - layers[0]).astype(stored.dtype) if kind == 0 and grey else layers[0]}
     elif kind == _CMYK:
         light = [(white - one) * ((white - layers[3]) / white) for one in layers[:3]]
-        channels = grey_or_colours(*(np.rint(one).astype(stored.dtype) for one in light))
+        channels = samples.grey_or_colours(*(np.rint(one).astype(stored.dtype) for one in light))
     else:
-        channels = grey_or_colours(*layers[:3])
+        channels = samples.grey_or_colours(*layers[:3])
     if alpha and (alpha[0] != (white if grey else np.nanmax(alpha[0]))).any():
         channels = {name: _straight(one, alpha[0], white, extra) for name, one in channels.items()}
         channels["A"] = alpha[0]

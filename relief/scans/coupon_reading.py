@@ -147,9 +147,8 @@ def read_coupon(scan: Scan, scale: float) -> CouponNumbers:
 def _scale(found: Registration, pixel_um: float) -> Interval:
     """Lengths of the print over those of the coupon; edges that pixels round are few, and no noise."""
     rounded = 1e-3 * pixel_um / sqrt(12.0 * EDGES) / found.design.width_mm
-    return Interval.about(
-        found.scale.value, float(np.hypot(found.pose.scale * found.fitted.sigma("log_scale"), rounded))
-    )
+    sigma = found.pose.scale * found.fitted.sigma("log_scale")
+    return Interval.about(found.scale.value, float(np.hypot(sigma, rounded)))
 
 
 def _of(kind: str) -> list[Field]:
@@ -170,15 +169,13 @@ class _Read:
         rows, cols = plates.window(field)
         x, y = plates.places(field)
         rim = RAMP_RIM_MM if field.kind == "ramp" else RIM_MM
-        inside = (np.abs(x - 0.5 * field.wide) < 0.5 * field.wide - rim) & (
-            np.abs(y - 0.5 * field.high) < 0.5 * field.high - rim
-        )
+        inside = np.abs(x - 0.5 * field.wide) < 0.5 * field.wide - rim
+        inside &= np.abs(y - 0.5 * field.high) < 0.5 * field.high - rim
         own = (self._heights if heights is None else heights)[rows, cols]
         measured = inside & np.isfinite(own)
         if measured.sum() < 0.5 * inside.sum():
-            raise InputError(
-                f"{self._name}: more than half of the {field.kind} of {field.size:g} was not measured"
-            )
+            what = f"the {field.kind} of {field.size:g}"
+            raise InputError(f"{self._name}: more than half of {what} was not measured")
         return x[measured], y[measured], own[measured], self._design[rows, cols][measured]
 
     def contrast(self, field: Field) -> Interval:
@@ -337,17 +334,15 @@ def _footprint(contrasts: dict[float, Interval], name: str) -> Interval:
         raise InputError(f"{name}: its gratings are blurred away; take the coupon of a coarser printer")
     pitches = np.array(list(enough))
     shares = np.array([each.value for each in enough.values()])
-    sigmas = np.array(
-        [np.hypot((each.high - each.value) / NORMAL_95, MODEL_ERROR) for each in enough.values()]
-    )
+    errors = [(each.high - each.value) / NORMAL_95 for each in enough.values()]
+    sigmas = np.hypot(errors, MODEL_ERROR)
 
     def misfit(numbers: Array) -> Array:
         return (numbers[1] * np.sinc(numbers[0] / pitches) - shares) / sigmas
 
     # Heights of all gratings may differ from those of the plate by a common factor.
-    fitted = least_squares(
-        misfit, (0.3 * pitches.min(), 1.0), bounds=((1e-4, 0.5), (2.0 * pitches.max(), 1.5))
-    )
+    bounds = (1e-4, 0.5), (2.0 * pitches.max(), 1.5)
+    fitted = least_squares(misfit, (0.3 * pitches.min(), 1.0), bounds=bounds)
     inverse = np.linalg.pinv(fitted.jac.T @ fitted.jac)
     # Where the model explains less than the errors allow, the errors are larger.
     excess = max(1.0, 2.0 * fitted.cost / max(1, len(pitches) - 2))

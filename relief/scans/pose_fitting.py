@@ -163,14 +163,14 @@ def fit(
         LostError: scan and design do not overlap.
     """
     samples = _Samples(design, scan, np.isin(NAMES, free), robust)
-    prior = _Prior.about(start, design, samples.free & robust)
+    middle, precision = _prior(start, design, samples.free & robust)
     numbers = start.array()
     state = samples.at(Pose.of(numbers))
     for _ in range(steps):
-        jacobian, known = state.jacobian, state.alike_mm2 * prior.precision
+        jacobian, known = state.jacobian, state.alike_mm2 * precision
         hessian = jacobian.T @ (state.weights[:, None] * jacobian) + np.diag(known[samples.free])
         gradient = jacobian.T @ (state.weights * state.residuals)
-        gradient += (known * (prior.middle - numbers))[samples.free]
+        gradient += (known * (middle - numbers))[samples.free]
         step = np.zeros(len(numbers))
         step[samples.free] = _solve(hessian, gradient)
         numbers = numbers + _bounded(step, design)
@@ -178,22 +178,15 @@ def fit(
         deviations = state.spread_mm / np.sqrt(np.maximum(np.diag(hessian), np.finfo(float).tiny))
         if np.all(np.abs(step[samples.free]) <= DONE * deviations):
             break
-    return state.ended(samples, prior)
+    return state.ended(samples, precision)
 
 
-@dataclass(frozen=True, eq=False)
-class _Prior:
+def _prior(start: Pose, design: DesignSpectrum, free: NDArray[np.bool_]) -> tuple[Array, Array]:
     """What is known of the numbers of a pose beforehand: (n,) middles, and inverse variances."""
-
-    middle: Array
-    precision: Array
-
-    @classmethod
-    def about(cls, start: Pose, design: DesignSpectrum, free: NDArray[np.bool_]) -> "_Prior":
-        side, height = max(design.size_mm), max(abs(start.height_scale), 1e-9)
-        units = {"shift_x_mm": side, "shift_y_mm": side, "variance_mm2": side**2, "height_scale": height}
-        deviations = [PRIOR.get(name, np.inf) * units.get(name, 1.0) for name in NAMES]
-        return cls(replace(start, variance_mm2=0.0).array(), free * np.array(deviations) ** -2.0)
+    side, height = max(design.size_mm), max(abs(start.height_scale), 1e-9)
+    units = {"shift_x_mm": side, "shift_y_mm": side, "variance_mm2": side**2, "height_scale": height}
+    deviations = [PRIOR.get(name, np.inf) * units.get(name, 1.0) for name in NAMES]
+    return replace(start, variance_mm2=0.0).array(), free * np.array(deviations) ** -2.0
 
 
 def _solve(hessian: Array, gradient: Array) -> Array:
@@ -239,7 +232,7 @@ class _State:
         """Tukey's, 0 to 1."""
         return np.square(1.0 - self.ratios)
 
-    def ended(self, samples: "_Samples", prior: _Prior) -> Fit:
+    def ended(self, samples: "_Samples", known: Array) -> Fit:
         residuals, outliers = np.full((2, samples.size), np.nan)
         residuals[self.places], outliers[self.places] = self.residuals, self.weights <= 0.0
         return Fit(
@@ -250,16 +243,16 @@ class _State:
             self.spread_mm,
             samples.overlap(self.pose),
             self.box_mm,
-            prior.precision,
-            partial(self._covariance, samples, prior),
+            known,
+            partial(self._covariance, samples, known),
         )
 
-    def _covariance(self, samples: "_Samples", prior: _Prior) -> Array:
+    def _covariance(self, samples: "_Samples", precision: Array) -> Array:
         """(n, n) of all numbers of the pose, 0 of those that are not free."""
         # Tukey's influence falls off, so the mean of its derivative is less than that of the weights.
         slope = float(np.mean((1.0 - self.ratios) * (1.0 - 5.0 * self.ratios)))
         covariance, jacobian = np.zeros((len(NAMES), len(NAMES))), self.jacobian
-        known = self.alike_mm2 * np.diag(prior.precision[samples.free])
+        known = self.alike_mm2 * np.diag(precision[samples.free])
         inverse = np.linalg.pinv(slope * jacobian.T @ jacobian + known, hermitian=True)
         middle = samples.correlated(self.places, self.weights * self.residuals, jacobian)
         covariance[np.ix_(samples.free, samples.free)] = inverse @ (middle + self.alike_mm2 * known) @ inverse

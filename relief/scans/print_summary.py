@@ -62,6 +62,7 @@ class PrintScanned:
         found, scan = self.registration, self.registration.scan
         x, y, blur = found.shift_x_mm, found.shift_y_mm, found.blur_mm
         left = self.deviations[np.isfinite(self.deviations)]
+        outliers = float(found.fitted.outliers.sum() / max(1, found.working.measured.sum()))
         return {
             **found.turned_degrees.as_json("turned_degrees"),
             "shifted_mm": [x.value, y.value],
@@ -80,8 +81,7 @@ class PrintScanned:
             "pitch_um": 1000.0 * scan.pitch_mm,
             "noise_um": 1000.0 * scan.noise_mm,
             "holes_percent": 100.0 * scan.hole_share,
-            "outliers_percent": 100.0
-            * float(found.fitted.outliers.sum() / max(1, found.working.measured.sum())),
+            "outliers_percent": 100.0 * outliers,
             "covered_percent": self.covered_percent,
         }
 
@@ -107,22 +107,18 @@ class PrintScanned:
         if height.high < least or height.low > most:
             lines.append(f"heights are {height.value:.2g} times those of the design: is the unit of z right?")
         if self.covered_percent < LITTLE_COVERED:
-            lines.append(
-                f"{self.covered_percent:.0f} % of the plate is measured; elsewhere its design is pressed"
-            )
+            measured = f"{self.covered_percent:.0f} % of the plate is measured"
+            lines.append(f"{measured}; elsewhere its design is pressed")
         if found.rivals:
-            lines.append(
-                f"the scan fits its design as well {', '.join(found.rivals)}; it cannot tell which is right"
-            )
+            as_well = f"the scan fits its design as well {', '.join(found.rivals)}"
+            lines.append(f"{as_well}; it cannot tell which is right")
         if found.fitted.undetermined:
             names = ", ".join(NUMBERS[name] for name in found.fitted.undetermined)
-            lines.append(
-                f"the scan does not determine {names}: it shows one wavelength, or is alike along a line"
-            )
+            why = "it shows one wavelength, or is alike along a line"
+            lines.append(f"the scan does not determine {names}: {why}")
         if found.tilted_degrees > COARSE_DEGREES:
-            lines.append(
-                f"the scan is tilted by {found.tilted_degrees:.0f} degrees, which falsifies heights; level it"
-            )
+            tilted = f"the scan is tilted by {found.tilted_degrees:.0f} degrees"
+            lines.append(f"{tilted}, which falsifies heights; level it")
         if found.scan.pitch_mm > 2.0 * found.design.pitch_mm:
             lines.append(
                 f"the scan has a sample each {1000.0 * found.scan.pitch_mm:.0f} um, its design each "

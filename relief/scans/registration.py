@@ -158,15 +158,7 @@ class Registration:
         x, y = self.pose.on_design(*np.meshgrid(*scan.axes_mm()))
         left = scan.heights - self.pose.base(x, y) - self._model(x, y, self._blocks_mm2(times))
         left[~self.surface.inside(x, y) | (np.abs(left) > outlier * self.fitted.spread_mm)] = np.nan
-        x, y = self.pose.on_scan(*samples_mm(self.design))
-        rows, cols = scan.heights.shape
-        places = np.stack(
-            [
-                0.5 * (rows - 1) - (y - scan.middle_mm[1]) / scan.pitch_mm,
-                (x - scan.middle_mm[0]) / scan.pitch_mm + 0.5 * (cols - 1),
-            ]
-        )
-        deviations = _between_holes(left, places)
+        deviations = _between_holes(left, scan.places(*self.pose.on_scan(*samples_mm(self.design))))
         return deviations + self.model(), deviations
 
     def bow(self) -> Array:

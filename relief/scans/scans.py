@@ -80,6 +80,12 @@ class Scan:
         x, y = axes_mm(self.heights.shape, self.pitch_mm)
         return x + self.middle_mm[0], y + self.middle_mm[1]
 
+    def places(self, x: Array, y: Array) -> Array:
+        """(2, ...) rows and columns at points, mm from the middle of the file, y upward."""
+        rows, cols = self.heights.shape
+        down, along = (y - self.middle_mm[1]) / self.pitch_mm, (x - self.middle_mm[0]) / self.pitch_mm
+        return np.stack([0.5 * (rows - 1) - down, along + 0.5 * (cols - 1)])
+
     def flipped(self) -> Self:
         """The scan as a mirror shows it, left and right exchanged."""
         x, y = self.middle_mm
@@ -143,9 +149,8 @@ def check_scan(scan: Scan) -> Scan:
     cut = scan.cropped()
     down, across = cut.heights.shape
     if min(down, across) < SMALLEST_SIDE:
-        raise InputError(
-            f"{scan.name}: {across} x {down} samples are measured; at least {SMALLEST_SIDE} a side are needed"
-        )
+        measured_side = f"{across} x {down} samples are measured"
+        raise InputError(f"{scan.name}: {measured_side}; at least {SMALLEST_SIDE} a side are needed")
     if max(down, across) > LARGEST_SIDE:
         raise InputError(f"{scan.name}: {across} x {down} samples; at most {LARGEST_SIDE} a side are read")
     try:
@@ -153,7 +158,6 @@ def check_scan(scan: Scan) -> Scan:
     except QhullError as error:
         raise InputError(f"{scan.name}: what is measured lies on a line") from error
     if holes > 1.0 - LEAST_MEASURED:
-        raise InputError(
-            f"{scan.name}: has more holes than surface: {100.0 * holes:.0f} % of it holds no height"
-        )
+        share = f"{100.0 * holes:.0f} % of it holds no height"
+        raise InputError(f"{scan.name}: has more holes than surface: {share}")
     return cut

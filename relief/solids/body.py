@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import AnyArray, Array, Index, renumbered
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 """A triangle in a binary STL file, for reader and writer."""
@@ -33,6 +33,11 @@ class Body(NamedTuple):
     def areas(self) -> Array:
         """(faces,) areas of the faces, mm²."""
         return np.asarray(0.5 * np.linalg.norm(self.normals, axis=1))
+
+    def part(self, some: AnyArray | slice) -> "Body":
+        """Some of the faces, by their numbers or by a mask, with the vertices that they use alone."""
+        used, faces = renumbered(self.faces[some], len(self.vertices))
+        return Body(self.vertices[used], faces)
 
 
 @dataclass(frozen=True)

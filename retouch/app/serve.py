@@ -15,7 +15,7 @@ from fastapi import FastAPI
 from nicegui import ui
 
 from optimize.run_directory.earlier import resume_advice
-from relief.ground.errors import InputError
+from relief.ground.errors import option_error
 from retouch.app.guard import Guard, new_token
 from retouch.app.page import AppPage
 from retouch.app.routes import add_routes
@@ -69,9 +69,7 @@ def bound(port: int) -> Iterator[socket.socket]:
             # Before the address is printed, at which somebody may ask at once.
             listening.listen()
         except OSError as error:
-            raise InputError(
-                f"port: {port}: {error.strerror}", f"--port: {port}: {error.strerror}"
-            ) from error
+            raise option_error("port", f"{port}: {error.strerror}") from error
         yield listening
 
 

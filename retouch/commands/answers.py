@@ -90,5 +90,4 @@ def run(arguments: argparse.Namespace) -> int:
     arguments.columns = _once("columns", itertools.chain(*arguments.columns or ()))
     arguments.values = {name: _once("values", pairs) for name, pairs in meanings.items()}
     answered = retouch.answers(arguments.set, **keywords(arguments, retouch.answers))
-    report(arguments, answered.as_json(), answered.lines())
-    return 0
+    return report(arguments, answered.as_json(), answered.lines())

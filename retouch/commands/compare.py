@@ -4,8 +4,8 @@ Presses the finger on both reliefs and renders both under the same lights. Write
 network: how each feels, how many just-noticeable differences apart the two are, both pictures over one
 another to slide or blink between, the change of the pictures, DSSIM and FLIP, profiles, heights and strain.
 
-A run directory stands for its result. One run directory alone: its original beside its result. Reliefs on
-plates of two sizes are compared by touch alone.
+A run directory stands for its result. One run directory alone: its original beside its result, both as
+printed if the run has a printer. Reliefs on plates of two sizes are compared by touch alone.
 
 TEXTURE: {options.TEXTURE}.
 
@@ -64,8 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
     with options.contact_errors_name(" and ".join(map(str, paths))):
         subjects = read_subjects(arguments.first, arguments.second, lengths, arguments.repeats)
         numbers = compared(subjects, chosen, arguments.out)
-    options.report(arguments, numbers.as_json(), numbers.lines(arguments.verbose))
-    return 0
+    return options.report(arguments, numbers.as_json(), numbers.lines(arguments.verbose))
 
 
 def _check(arguments: argparse.Namespace, paths: list[Path]) -> None:

@@ -138,12 +138,10 @@ def run(arguments: argparse.Namespace) -> int:
             if is_gcode(texture):
                 more |= {"beside": beside}
             with options.contact_errors_name(texture):
-                reach = None
+                subject = subjects[texture]
                 if scene is not None:
-                    reach = _loaded(scene, texture, arguments, repeats_along(subjects[texture].repeats))
-                evaluations.append(
-                    retouch.evaluate(subjects[texture], model=arguments.model, skin=skin, reach=reach, **more)
-                )
+                    more |= {"reach": _loaded(scene, texture, arguments, repeats_along(subject.repeats))}
+                evaluations.append(retouch.evaluate(subject, model=arguments.model, skin=skin, **more))
             advance()
     if arguments.json:
         first = evaluations[0] if len(evaluations) > 1 else None

@@ -18,6 +18,7 @@ examples:
 
 import argparse
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -45,9 +46,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add_plate(parser)
     text = f"thickness of the plate under height 0, mm (default: {BASE_MM:g}; whole layers of a printer)"
     options.add(parser, "--base-mm MM", text, type=float)
-    options.add_printer(
-        parser, "write the print that this printer makes, in flat pixels", "that of the run, or none"
-    )
+    text = "write the print that this printer makes, in flat pixels"
+    options.add_printer(parser, text, "that of the run, or none")
     text = "repeat a tile N times across and M down; --size-mm is the side of one (default: 1x1)"
     options.add(parser, "--repeat NxM", text, type=times, default=(1, 1))
     text = "write a seamless picture, its lowest point black, and beside it a page (.html) of the numbers "
@@ -69,9 +69,11 @@ def times(text: str) -> tuple[int, int]:
 
 def run(arguments: argparse.Namespace) -> int:
     exported = _coupon(arguments) if arguments.coupon else _texture(arguments)
-    if arguments.json:
-        options.print_json(exported.as_json())
-        return 0
+    return options.report(arguments, exported.as_json(), _lines(exported))
+
+
+def _lines(exported: "Exported") -> Iterator[str]:
+    """What was written, for a person."""
     sides = f"{exported.width_mm:.4g} x {exported.height_mm:.4g}"
     if exported.thickness_mm is not None:
         sentence = f"{sides} x {exported.thickness_mm:.3g} mm"
@@ -81,10 +83,9 @@ def run(arguments: argparse.Namespace) -> int:
             f"{exported.strength_mm:.6g} mm, midlevel 0, colours read as data (Non-Color)"
         )
     by = f", as printed by {exported.printer.name}" if exported.printer else ""
-    print(f"{exported.file}: {sentence}{by}, {exported.file.stat().st_size / 2**20:.1f} MiB")
+    yield f"{exported.file}: {sentence}{by}, {exported.file.stat().st_size / 2**20:.1f} MiB"
     if exported.page:
-        print(f"{exported.page}: the numbers to type into BumpMesh and Blender")
-    return 0
+        yield f"{exported.page}: the numbers to type into BumpMesh and Blender"
 
 
 def _texture(arguments: argparse.Namespace) -> "Exported":

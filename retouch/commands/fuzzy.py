@@ -33,5 +33,4 @@ def run(arguments: argparse.Namespace) -> int:
     out = arguments.out or profile.with_name(f"{profile.stem}-fuzzy{profile.suffix}")
     with contact_errors_name(arguments.part):
         made = retouch.fuzzy(arguments.part, profile, out, **given(arguments, *declared(FuzzyOptions)))
-    report(arguments, made.as_json(), made.lines())
-    return 0
+    return report(arguments, made.as_json(), made.lines())

@@ -172,8 +172,7 @@ def _forecast(settings: "Run", out: Path, arguments: argparse.Namespace) -> int:
     """Check a run and print what it takes; returns the status of success. Raises InputError."""
     estimate = retouch.forecast(settings, out, variant=arguments.variant, force=arguments.force)
     lines = [*estimate.lines(), ("folder", f"{out}, nothing written yet")]
-    options.report(arguments, {"run_dir": str(out), **estimate.as_json()}, lines)
-    return REACHED
+    return options.report(arguments, {"run_dir": str(out), **estimate.as_json()}, lines)
 
 
 def _refuse_inputs_in(out: Path, inputs: Iterable[Path]) -> None:

@@ -141,8 +141,8 @@ def print_json(content: Any) -> None:
     print(json.dumps(_finite(content), indent=2, default=str))
 
 
-def report(arguments: argparse.Namespace, document: Any, lines: Iterable[Any]) -> None:
-    """Print the document of `--json`, or else lines for a person unless `-q` is given.
+def report(arguments: argparse.Namespace, document: Any, lines: Iterable[Any]) -> int:
+    """Print the document of `--json`, or else lines for a person unless `-q` is given; the status of success.
 
     Args:
         arguments: of the verb.
@@ -161,6 +161,7 @@ def report(arguments: argparse.Namespace, document: Any, lines: Iterable[Any]) -
                     print(line)
                 else:
                     console().print(table(line.columns, line.rows, line.gap))
+    return 0
 
 
 def _finite(content: Any) -> Any:

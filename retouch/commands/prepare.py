@@ -73,18 +73,15 @@ def run(arguments: argparse.Namespace) -> int:
         feel = {"feel": f"not pressed: {error.for_command}"}
     prepared.save(out)
     retouch.save_preview(prepared, shown, felt)
-    if arguments.json:
-        files = {"picture_file": str(arguments.picture), "heights": str(out), "preview": str(shown)}
-        options.print_json({**files, **prepared.numbers, **(felt.numbers if felt else {})})
-        return 0
+    files = {"picture_file": str(arguments.picture), "heights": str(out), "preview": str(shown)}
     lines = dict(prepared.done) | feel
     bits = "16 bits" if out.suffix.lower() == ".png" else "mm"
     lines["written"] = f"{out} ({bits}), {shown}"
     if prepared.repeats:
         says = "is a tile" if prepared.repeats is True else f"repeats along {prepared.repeats}"
         lines["repeats"] = f"{out.name} says that it {says}; --no-repeats takes it as a plate"
-    options.console().print(options.lines_table(lines.items()))
-    return 0
+    document = {**files, **prepared.numbers, **(felt.numbers if felt else {})}
+    return options.report(arguments, document, lines.items())
 
 
 def _felt(prepared: "Prepared", picture: Path) -> "Evaluation | None":

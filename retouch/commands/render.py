@@ -67,11 +67,9 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.explain:
         lines = retouch.explain(**options.keywords(arguments, retouch.explain) | defines)
         entries = [{"subject": subject, "sentence": sentence} for subject, sentence in lines]
-        options.report(arguments, entries, lines)
-        return 0
+        return options.report(arguments, entries, lines)
     rendering = retouch.render(**options.keywords(arguments, retouch.render) | defines)
-    options.report(arguments, rendering.as_json(), _lines(rendering))
-    return 0
+    return options.report(arguments, rendering.as_json(), _lines(rendering))
 
 
 def _lines(rendering: "Rendering") -> Iterator[str | TextTable]:

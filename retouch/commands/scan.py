@@ -41,9 +41,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     height_scale = height_scale_option("1")
     height_scale = replace(height_scale, help=f"{height_scale.help}, or for a z of 1 of points")
     add_option(parser, "height_scale", height_scale, float)
-    add_option(
-        parser, "size_mm", size_option("width of the scan of a height map", "the file's header"), float
-    )
+    size = size_option("width of the scan of a height map", "the file's header")
+    add_option(parser, "size_mm", size, float)
     add_option(parser, "relief_mm", relief_option("the file's header"), float)
     options.add_model(parser)
     options.add_skin(parser, f"the run's, or {DEFAULT_SKIN}")
@@ -71,8 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
     chosen = options.keywords(arguments, retouch.scan) | {"defines": dict(arguments.defines)}
     with options.contact_errors_name(file):
         scanned = retouch.scan(**chosen)
-    options.report(arguments, scanned.as_json(), scanned.lines())
-    return 0
+    return options.report(arguments, scanned.as_json(), scanned.lines())
 
 
 def _coupon(arguments: argparse.Namespace) -> int:
@@ -86,5 +84,4 @@ def _coupon(arguments: argparse.Namespace) -> int:
         raise InputError(f"out: {missing}", f"-o: {missing}")
     arguments.file = arguments.coupon
     measured = retouch.scan_coupon(**options.keywords(arguments, retouch.scan_coupon))
-    options.report(arguments, measured.as_json(), measured.lines())
-    return 0
+    return options.report(arguments, measured.as_json(), measured.lines())

@@ -38,7 +38,7 @@ COMPLETE, WITH_FAILURES = 0, 1
 MOST_CONTROLS = 16
 MOST_PEOPLE, MOST_PAIRS = 300, 1000
 
-PRINT = ("plate_mm", "base_mm", "bed_mm", "label")
+PRINT = ("plate_mm", "base_mm", "bed_mm", "label", "codes")
 """Options of `add_print`, by the names of arguments."""
 AFTER_INTERRUPT = "; plates that are done stay, and the same command goes on"
 """End of the line that an interrupt prints."""
@@ -82,9 +82,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add(what, "--source-mm MM", "width of that picture, mm", type=float)
     text = "number of these patches (default: 3)"
     options.add(what, "--controls N", text, type=options.whole_number(1, MOST_CONTROLS))
-    options.add_printer(
-        what, "each level is felt and seen between prints of this printer, whose pixels plates have"
-    )
+    text = "each level is felt and seen between prints of this printer, whose pixels plates have"
+    options.add_printer(what, text)
     options.add_plate(what, side="width of the tile")
     options.add_skin(what)
     add_print(parser)
@@ -99,7 +98,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_print(parser: argparse.ArgumentParser) -> None:
-    """Add `--plate-mm`, `--base-mm`, `--bed-mm` and `--label` (`PRINT`), None where not given."""
+    """Add `--plate-mm`, `--base-mm`, `--bed-mm`, `--label` and `--codes` (`PRINT`), None where not given."""
     printing = parser.add_argument_group("the print")
     options.add(printing, "--plate-mm MM", "side of a plate, mm (default: 25)", type=float)
     options.add(printing, "--base-mm MM", "thickness under the relief, mm (default: 2)", type=float)
@@ -107,6 +106,8 @@ def add_print(parser: argparse.ArgumentParser) -> None:
     options.add(printing, "--bed-mm WxD", text, type=bed)
     text = "names on the backs, 0.4 mm high or deep (default: raised)"
     options.add(printing, "--label", text, choices=("raised", "engraved", "none"))
+    text = "codes in place of the names, on the backs and in the experiment, so that it can be run blind"
+    options.add(printing, "--codes", text, action="store_true", default=None)
 
 
 def add_work(parser: argparse.ArgumentParser) -> None:

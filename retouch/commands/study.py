@@ -85,5 +85,4 @@ def _list(arguments: argparse.Namespace) -> int:
         rows.append((study.name, study.title, *texts))
     headings = ("name", "title", "rows, minutes", "with --quick")
     table = TextTable([(heading, "") for heading in headings], rows, gap=1)
-    report(arguments, [asdict(study) for study in listed], [table])
-    return COMPLETE
+    return report(arguments, [asdict(study) for study in listed], [table])

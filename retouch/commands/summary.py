@@ -12,17 +12,12 @@ from tactile.jnd import ROUGHNESS_JND
 from tactile.quantities import FLAT_SHARE, GAPS_COUNT, PLACE_JND, QUANTITIES, ROUGHNESS
 
 if TYPE_CHECKING:
-    from optimize.verification.verification import (
-        ChangePercent,
-        Heights,
-        PictureChange,
-        Places,
-        Touch,
-        Verification,
-    )
+    from optimize.verification import verification
 
 
-def summary(result: "Verification", run_dir: Path, verbose: bool = False) -> Iterator[tuple[str, str]]:
+def summary(
+    result: "verification.Verification", run_dir: Path, verbose: bool = False
+) -> Iterator[tuple[str, str]]:
     """Target, result, pictures, heights, time and files of a run: about ten words, each with a sentence.
 
     Args:
@@ -37,6 +32,8 @@ def summary(result: "Verification", run_dir: Path, verbose: bool = False) -> Ite
     if (printed := result.printed) is not None:
         seen = f"to the eye {percent(printed.seen_change_percent)} at {look.distance_cm:g} cm"
         yield "printer", f"{printed.printer}: both as printed, {printed.layer_um:g} µm layers; {seen}"
+        if (change := sentences.change_by_printing(result)) is not None:
+            yield "", change
     models = result.touch.model, look.model
     if models not in ((None, None), ("layer", "exact")):
         yield "steered by", f"touch {models[0]}, pictures {models[1]}"
@@ -50,7 +47,7 @@ def summary(result: "Verification", run_dir: Path, verbose: bool = False) -> Ite
         yield "to print", ", ".join(printable)
 
 
-def _feel(touch: "Touch", verbose: bool) -> Iterator[tuple[str, str]]:
+def _feel(touch: "verification.Touch", verbose: bool) -> Iterator[tuple[str, str]]:
     """The change of roughness, and values of every quantity: means over the places, if there are several."""
     other, places = touch.feel_of, touch.places
     several = places is not None and places.count > 1
@@ -71,17 +68,15 @@ def _feel(touch: "Touch", verbose: bool) -> Iterator[tuple[str, str]]:
     if verbose:
         yield "in contact", f"{100.0 * touch.contact_fraction:.0f} % of the patch; {GAPS_COUNT}"
         if (bound := touch.contact_error_bound) is not None:
-            yield (
-                "contact solved",
-                f"error of its energy at most {bound:.0e} of the elastic energy, at every place",
-            )
+            error = f"error of its energy at most {bound:.0e} of the elastic energy"
+            yield "contact solved", f"{error}, at every place"
 
     if verbose or touch.jnd_from_original is None:
         for line, band in enumerate(touch.surface_bands or ()):
             yield "" if line else "skin's surface", sentences.surface_band(band)
 
 
-def _change(touch: "Touch", several: bool) -> Iterator[str]:
+def _change(touch: "verification.Touch", several: bool) -> Iterator[str]:
     """The change of roughness: its mean, unless its target varies, its ends over places, to other fingers."""
     places = touch.places
     varied = places is not None and places.varied
@@ -101,7 +96,7 @@ def _change(touch: "Touch", several: bool) -> Iterator[str]:
         yield sentences.measured_finger(measured)
 
 
-def _farthest(places: "Places") -> Iterator[tuple[str, str]]:
+def _farthest(places: "verification.Places") -> Iterator[tuple[str, str]]:
     """The steered place that missed its goal most, if one did."""
     steered, name = places.steered, ROUGHNESS.name
     reached, goals = steered.verified[name], steered.target.get(name, ())
@@ -113,14 +108,12 @@ def _farthest(places: "Places") -> Iterator[tuple[str, str]]:
     if off and max(off)[0] > PLACE_JND:
         farthest = max(off)[1]
         down, right = steered.centres_mm[farthest]
-        yield (
-            "farthest",
-            f"the place {right:.1f} mm from the left and {down:.1f} mm from the top reaches roughness "
-            f"{number(reached[farthest])} of {number(goals[farthest])}",
-        )
+        place = f"the place {right:.1f} mm from the left and {down:.1f} mm from the top"
+        roughness = f"{number(reached[farthest])} of {number(goals[farthest])}"
+        yield "farthest", f"{place} reaches roughness {roughness}"
 
 
-def _pictures(look: "PictureChange", verbose: bool) -> Iterator[tuple[str, str]]:
+def _pictures(look: "verification.PictureChange", verbose: bool) -> Iterator[tuple[str, str]]:
     noise = look.noise
     if noise.certainty == "same":
         yield "pictures", noise.message
@@ -147,12 +140,12 @@ def _pictures(look: "PictureChange", verbose: bool) -> Iterator[tuple[str, str]]
         yield "", f"{look.samples} samples a pixel; more make it clearer (verify.samples)"
 
 
-def _bounds(change: "ChangePercent") -> str:
+def _bounds(change: "verification.ChangePercent") -> str:
     mean = between(max(0.0, change.mean_at_least), change.mean)
     return f"{mean}, rms {plus_minus(change.rms_less_noise, change.rms_error)} %"
 
 
-def _heights(heights: "Heights") -> str:
+def _heights(heights: "verification.Heights") -> str:
     change, lift = 1000.0 * heights.rms_change_mm, 1000.0 * heights.lift_mm
     changed = f"changed by {rounded(change)} µm (rms about the mean)"
     if frozen := heights.frozen_fraction:

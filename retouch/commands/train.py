@@ -48,8 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     trained = retouch.train(**keywords(arguments, retouch.train))
     errors = [f"  {name.replace('_', ' ')}: {value:.4g}" for name, value in trained.card.errors.items()]
-    report(arguments, trained.as_json(), [f"{trained.folder}: {trained.card.training['ended']}", *errors])
-    return 0
+    ended = f"{trained.folder}: {trained.card.training['ended']}"
+    return report(arguments, trained.as_json(), [ended, *errors])
 
 
 def _positive(text: str) -> float:

@@ -20,6 +20,7 @@ class ComparedSide(Section):
         samples: samples along x.
         rows: samples along y.
         relief_mm: from the lowest to the highest point, mm.
+        printer: name of the printer of which the relief is a print; null of a design.
         values: value of the quantity, mean over the contact locations.
         contact_fraction: share of the patch under pressure.
     """
@@ -30,6 +31,7 @@ class ComparedSide(Section):
     samples: int
     rows: int
     relief_mm: float
+    printer: str | None = None
     values: Annotated[Values, EachUnder("")]
     contact_fraction: float
 
@@ -86,7 +88,8 @@ class Compared(Section):
     def lines(self, verbose: bool = False) -> Iterator[tuple[str, str]]:
         """A word and a sentence each; `verbose` adds other measures of the pictures."""
         for side in self.sides:
-            yield side.name, f"{side.file}, {side.size_mm:g} mm, {side.samples} x {side.rows}"
+            print_of = "" if side.printer is None else f", as printed ({side.printer})"
+            yield side.name, f"{side.file}, {side.size_mm:g} mm, {side.samples} x {side.rows}{print_of}"
         means = "" if self.places is None else f" (means over {self.places.count} places)"
         for name, quantity in QUANTITIES.items():
             values = " and ".join(number(side.values[name]) for side in self.sides)

@@ -65,9 +65,6 @@ class Pair:
             picture; None if the plate fills all pictures.
         cameras: (conditions,) weights of the conditions in the look; None if all count alike.
         matte: the scene of the pictures for the figure whose lamp moves; None without pictures.
-
-    Raises:
-        ValueError: the shapes of two arrays to compare differ.
     """
 
     title: str
@@ -88,18 +85,6 @@ class Pair:
     def names(self) -> tuple[str, str]:
         """Names of both reliefs."""
         return self.before.name, self.after.name
-
-    def _compared(self) -> dict[str, tuple[FloatArray, FloatArray]]:
-        """Arrays whose shapes have to agree, by the name that an error gives them."""
-        pairs = {"pictures": (self.before.pictures, self.after.pictures)}
-        return pairs if self.plate is None else pairs | {"plate": (self.before.pictures, self.plate)}
-
-    def __post_init__(self) -> None:
-        for name, (before, after) in self._compared().items():
-            if before.shape != after.shape:
-                raise ValueError(f"{name}: shape {before.shape} before and {after.shape} after")
-        if len(self.conditions) != len(self.before.pictures):
-            raise ValueError(f"{len(self.conditions)} conditions, {len(self.before.pictures)} pictures")
 
 
 @dataclass(frozen=True)
@@ -131,9 +116,6 @@ class Report(Pair):
         baseline: a method to compare with, if any.
         design: (conditions, rows, cols) pictures of the original before printing, where both reliefs are as
             printed.
-
-    Raises:
-        ValueError: the shapes of two arrays to compare differ.
     """
 
     verification: Verification
@@ -143,17 +125,6 @@ class Report(Pair):
     settings: Mapping[str, Any] = field(default_factory=dict)
     baseline: Baseline | None = None
     design: FloatArray | None = None
-
-    def _compared(self) -> dict[str, tuple[FloatArray, FloatArray]]:
-        pairs = super()._compared() | {
-            "strain": (self.before.strain, self.after.strain),
-            "heights": (self.before.relief.heights, self.after.relief.heights),
-        }
-        if self.baseline is not None:
-            pairs["baseline"] = (self.before.pictures, self.baseline.pictures)
-        if self.design is not None:
-            pairs["design"] = (self.before.pictures, self.design)
-        return pairs
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,8 +1,9 @@
 """Figures of two reliefs: pictures and their difference, strain and contact, heights and their change."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -270,13 +271,12 @@ def relief_figures(pair: Pair) -> Context:
 
 def height_rows(before: FloatArray, after: FloatArray) -> list[tuple[str, float, float]]:
     """What the heights of each relief are, mm: a name and the numbers of both."""
-    pair = (before, after)
-    rows = {
-        "Highest above lowest point": [np.ptp(heights) for heights in pair],
-        "Mean height": [heights.mean() for heights in pair],
-        "Root mean square about the mean": [heights.std() for heights in pair],
+    rows: dict[str, Callable[[FloatArray], Any]] = {
+        "Highest above lowest point": np.ptp,
+        "Mean height": np.mean,
+        "Root mean square about the mean": np.std,
     }
-    return [(name, float(first), float(second)) for name, (first, second) in rows.items()]
+    return [(name, float(of(before)), float(of(after))) for name, of in rows.items()]
 
 
 def _values(maps: Iterable[FloatArray]) -> FloatArray:

@@ -75,7 +75,8 @@ def compare(
 
     Args:
         first, second: each a height map, the name of a bundled one, or a run directory, which stands for its
-            result. Without `second`, `first` is a run directory whose original is compared with its result.
+            result. Without `second`, `first` is a run directory whose original is compared with its result,
+            both as printed if the run has a printer.
         page: file to write; none by default.
         scene: of the pictures; by default that of the run, if one is a run, else the studio.
         defines: values of the scene's parameters.
@@ -132,10 +133,8 @@ class CompareOptions:
 
     def __post_init__(self) -> None:
         if not NEAREST_EYE_CM <= self.distance_cm <= FARTHEST_EYE_CM:
-            raise InputError(
-                f"distance_cm: {self.distance_cm:g} is not a number from {NEAREST_EYE_CM:g} to "
-                f"{FARTHEST_EYE_CM:g}"
-            )
+            ends = f"{NEAREST_EYE_CM:g} to {FARTHEST_EYE_CM:g}"
+            raise InputError(f"distance_cm: {self.distance_cm:g} is not a number from {ends}")
 
     def finger(self, run: Run | None) -> tuple[Skin, str]:
         """The skin and its name: the one given, that of the run, or the default one. Raises InputError."""
@@ -267,6 +266,7 @@ def _side(subject: Subject, touch: TouchMeasures) -> ComparedSide:
         samples=samples,
         rows=rows,
         relief_mm=float(np.ptp(subject.relief.heights)),
+        printer=subject.printer,
         values=touch.means,
         contact_fraction=touch.contact_fraction,
     )

@@ -26,7 +26,7 @@ from relief.places import centres_mm, places
 from relief.printers import Printer, printer_of
 from relief.relief import Relief
 from relief.solids.filament.beads import SlicedPart
-from relief.solids.files import Mesh
+from relief.solids.files.mesh import Mesh
 from relief.surface import Repeats
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source, refuse, relief_of

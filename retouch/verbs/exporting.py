@@ -163,7 +163,8 @@ def _write(out: Path, relief: Relief, base_mm: float | None, printer: Printer | 
     highest = float(relief.heights.max())
     if out.suffix.lower() == DISPLACEMENT:
         white = max(highest, SMALLEST_RELIEF_MM)
-        save_heights_png(out, relief.heights, white, width_mm, repeats_along(relief.repeats))
+        layer_um = None if printer is None else printer.layer_um
+        save_heights_png(out, relief.heights, white, width_mm, repeats_along(relief.repeats), layer_um)
         return Exported(out, width_mm, height_mm, None, white, printer)
     if base_mm is None:
         base_mm = BASE_MM if printer is None else printer.base_mm
@@ -177,10 +178,6 @@ def _foretell(out: Path, relief: Relief, stepped: bool) -> None:
     rows, cols = (side * (2 if stepped else 1) for side in relief.heights.shape)
     triangles = 2 * (rows + 1) * (cols + 1)
     if triangles > MANY_TRIANGLES:
-        _log.warning(
-            "%s: %.1f million triangles, about %.0f MB; slicers may be slow; fewer samples make fewer "
-            "(retouch prepare --samples)",
-            out,
-            triangles / 1e6,
-            triangles * FORMATS[out.suffix.lower()].triangle_bytes / 1e6,
-        )
+        megabytes = triangles * FORMATS[out.suffix.lower()].triangle_bytes / 1e6
+        size = f"{triangles / 1e6:.1f} million triangles, about {megabytes:.0f} MB; slicers may be slow"
+        _log.warning("%s: %s; fewer samples make fewer (retouch prepare --samples)", out, size)

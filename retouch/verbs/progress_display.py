@@ -133,7 +133,7 @@ class _Watch:
             # The rest of the outermost stage that knows it, beside its name: the rest of no other stage.
             rest = "" if estimated else _rest(progress, now - began - progress.seconds)
             estimated = estimated or bool(rest)
-            phrases.append(f"{progress.detail or progress.stage}{_done(progress)}{rest}")
+            phrases.append(f"{progress.detail or progress.stage}{done_of(progress)}{rest}")
         text = ": ".join(phrases)
         if not estimated:
             text += f", {_time(now - lasting[0][1])} so far"
@@ -141,7 +141,7 @@ class _Watch:
         return Shown(text, lasting[0][2], fractions[0] if fractions else None)
 
 
-def _done(progress: Progress) -> str:
+def done_of(progress: Progress) -> str:
     """How much of a stage is done; of one that may end early, how many steps; empty if that is not known."""
     if progress.at_most and progress.total is not None and progress.done:
         return f", {progress.done:g} of at most {progress.total:g}"

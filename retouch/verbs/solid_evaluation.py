@@ -15,9 +15,9 @@ from relief.printers import Printer
 from relief.solids.export.printed_parts import PrintedPart, print_part
 from relief.solids.filament.beads import SlicedPart
 from relief.solids.filament.gcode_reader import read_gcode as parsed_gcode
-from relief.solids.files import Mesh, read_mesh
+from relief.solids.files.mesh import Mesh, read_mesh
 from relief.solids.mending.repair import mended
-from relief.solids.meshes import outer_body
+from relief.solids.meshes.solid import outer_body
 from relief.solids.objects.table import OBJECTS
 from retouch.pages.objects.mesh_colouring import write_coloured
 from retouch.pages.sentences import print_deviation

@@ -13,7 +13,7 @@ from relief.ground.files import only_writer
 from relief.ground.lengths import Lengths
 from relief.ground.progress import Progress, say
 from relief.heightmap import check_scales
-from retouch.laboratory.people.plan import write_plan
+from retouch.laboratory.people.plan import check_answers, write_plan
 from retouch.laboratory.people.serving.experiment_page import write_experiment_page
 from retouch.laboratory.stimulus_sets.making import StimulusPlates, make
 from retouch.laboratory.stimulus_sets.stimulus_set import FILE, StimulusSet
@@ -127,6 +127,8 @@ def redraw_stimuli(
 
 def _made(request: StimulusSet, out: Path, make_runner: MakeRunner | None) -> StimulusPlates:
     """The set, with the plan of its experiment where two plates can be compared."""
+    if (out / FILE).is_file() and StimulusSet.read(out / FILE).experiment != request.experiment:
+        check_answers(out)
     made = make(request, out, make_runner)
     if not made.numbers.plates:
         return made

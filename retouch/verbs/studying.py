@@ -15,10 +15,10 @@ from retouch.laboratory.published.findings import load_findings
 from retouch.laboratory.published.page import scoreboard_page
 from retouch.laboratory.studies import engine
 from retouch.laboratory.studies.document import StudyDocument, flat_rows, read_document
+from retouch.laboratory.studies.page import write_files, write_study
 from retouch.laboratory.studies.rough_time import RoughTime, about
 from retouch.laboratory.studies.rows import expand
 from retouch.laboratory.studies.study_file import load_study
-from retouch.laboratory.studies.writing import write_files, write_study
 from retouch.laboratory.workers.choice import runner
 from retouch.verbs.progress_display import followed
 

@@ -29,6 +29,11 @@ class Subject:
     relief: Relief
     run: Run | None
 
+    @property
+    def printer(self) -> str | None:
+        """Name of the printer of the run; the relief is a print of it."""
+        return None if self.run is None else self.run.print.printer
+
     def repeating(self, ends: tuple[bool, bool]) -> Self:
         """The same relief, repeating along y and along x or not."""
         return replace(self, relief=replace(self.relief, repeats=ends))
@@ -46,9 +51,7 @@ def read_subjects(
         if not (folder.is_dir() and holds_run(folder)):
             raise InputError(f"{folder}: not a run directory; a texture needs another one to compare with")
         run = FinishedRun.read(folder).repeating(repeats)
-        # The result of a run with a printer is a print, the file of the original is not.
-        name = "original" if run.settings.print.described is None else "design"
-        before = Subject(name, run.settings.texture, run.design, run.settings)
+        before = Subject("original", run.settings.texture, run.original, run.settings)
         return before, _result_of(run, "result")
     paths = Path(first), Path(second)
     runs = [_run_in(path) for path in paths]

@@ -157,9 +157,9 @@ def _runs(folder: Path) -> dict[str, bytes]:
 def _study(folder: Path) -> dict[str, bytes]:
     """A study of two rows that are done, without pictures."""
     from retouch.laboratory.studies import engine
+    from retouch.laboratory.studies.page import write_study
     from retouch.laboratory.studies.rows import expand
     from retouch.laboratory.studies.study_file import load_study
-    from retouch.laboratory.studies.writing import write_study
     from retouch.laboratory.workers.jobs import JobResult, Runner, Work
 
     def in_process(work: Work, observer: object) -> Runner:

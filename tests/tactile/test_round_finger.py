@@ -141,7 +141,8 @@ def test_a_rim_out_of_reach_changes_nothing_and_pairs_beyond_it_do_not_count() -
     wide = measure_touch(Relief(heights, 15.0), ROUND, "layer", at=np.array([[16, 16]]))
     # A finger of 1 N touches 8.6 mm: that a plate of 15 mm ends makes no difference.
     endless = measure_touch(Relief(heights, 15.0, (True, True)), ROUND, "layer", at=np.array([[16, 16]]))
-    assert wide.means["roughness"] == pytest.approx(endless.means["roughness"], rel=1e-6)
+    # Contacts stop at a residual, so that machines differ by about 1e-6.
+    assert wide.means["roughness"] == pytest.approx(endless.means["roughness"], rel=1e-5)
     narrow = torch.full((96, 96), -math.inf, dtype=torch.float64)
     narrow[:, 32:64] = torch.as_tensor(heights)[:, 32:64]
     touch = tactile.press(narrow, 16.0, ROUND)

@@ -13,7 +13,7 @@ from tests.visual.differences import pictures_of_mitsuba
 from tests.visual.exact.test_view import OBLIQUE
 from tests.visual.scenes import LOW, PLASTIC, SIDE, hills, sky, sun
 from visual.fast.jacobian import FastView
-from visual.height_view import LEVEL, PER_MM, HeightView
+from visual.height_view import LEVEL, PER_MM, HeightsLook
 from visual.looks import FixedSamples
 from visual.scene import Scene
 from visual.scene_looks import ShadingLook
@@ -86,7 +86,7 @@ def test_height_differences_of_any_scene(scene_of: Callable[..., Scene]) -> None
     values = scene.render(field, model="heights")
     assert values.shape == (2, SIDE, SIDE)
     np.testing.assert_allclose(scene.render(model="heights").numpy(), LEVEL)
-    view = HeightView(original, 2)
+    view = HeightsLook(scene)
     evaluated = view.evaluate(original + change)
     np.testing.assert_allclose(evaluated.pictures, values.detach().numpy())
     for jacobian, difference in zip(evaluated.jacobians, evaluated.pictures - LEVEL, strict=True):

@@ -86,12 +86,6 @@ def test_no_batch_is_without_a_sample(scene_of: Callable[..., Scene]) -> None:
     assert batched(scene_of(sun(35)), samples=1).samples == BATCHES
 
 
-@pytest.mark.parametrize("batches", [1, 2, 5])
-def test_too_few_batches_and_odd_numbers_are_refused(scene_of: Callable[..., Scene], batches: int) -> None:
-    with pytest.raises(ValueError, match="even number"):
-        batched(scene_of(sun(35)), batches=batches)
-
-
 @pytest.fixture
 def converged(scene_of: Callable[..., Scene]) -> tuple[Scene, Array]:
     """A scene, and its picture with so many samples that its noise does not count."""

@@ -93,7 +93,8 @@ def visibility_edges(mesh: PlacedMesh, camera: Projection, jitter: Array) -> Vis
     t, film, jacobian, tangent, length = t[keep, 0], film[keep], jacobian[keep], tangent[keep], length[keep]
 
     aside = np.stack((-tangent[:, 1], tangent[:, 0]), axis=1) / length[:, None]
-    beside = _beside_mm(camera) * np.linalg.norm(jacobian, axis=(1, 2))[:, None] * aside
+    beside_mm = BESIDE_ROUNDINGS * float(np.spacing(np.float32(np.abs(camera.origin).max())))
+    beside = beside_mm * np.linalg.norm(jacobian, axis=(1, 2))[:, None] * aside
     sides = np.concatenate((film - beside, film + beside))
     origins, directions = camera.rays(sides)
     face, distance = first_hits(mesh.scene, origins, directions)
@@ -111,11 +112,6 @@ def visibility_edges(mesh: PlacedMesh, camera: Projection, jitter: Array) -> Vis
     return VisibilityEdges(
         pixel[keep], vertices, growth, face[:, keep], hit[:, keep, 0], hit[:, keep, 1], directions
     )
-
-
-def _beside_mm(camera: Projection) -> float:
-    """Distance of the rays beside an edge, mm across the view."""
-    return BESIDE_ROUNDINGS * float(np.spacing(np.float32(np.abs(camera.origin).max())))
 
 
 def _bent_edges_facing(mesh: PlacedMesh, camera: Projection) -> Index:

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from visual.lights.kind import UNSAMPLED, Draw, Light, LightKind
+from visual.lights.kind import UNSAMPLED, LightKind
 from visual.lights.parallel import GOLDEN_ANGLE, LOWEST, ParallelLights, off_horizon
 from visual.lights.seen import along_environment
 
@@ -37,14 +37,10 @@ def ambient_lights(
     )
 
 
-def _quadrature(light: Light, count: int, size_mm: float) -> Draw:
-    return partial(ambient_lights, np.array(light.strength), count)
-
-
 AMBIENT = LightKind(
     lambda light: "light from all around",
     "radiance",
-    _quadrature,
+    lambda light, count, size_mm: partial(ambient_lights, np.array(light.strength), count),
     ambient=True,
     surrounds=True,
     met_by_chance=True,

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from relief.ground.arrays import Array, Index
 from visual.lights.environment_picture import environment_picture
-from visual.lights.kind import Draw, Light, LightKind
+from visual.lights.kind import Light, LightKind
 from visual.lights.parallel import GOLDEN_RATIO, LOWEST, LUMINANCE, ParallelLights, off_horizon
 from visual.lights.seen import along_environment
 
@@ -272,10 +272,6 @@ def _sampled(sky: Environment, generator: np.random.Generator | None) -> Iterato
     yield toward, irradiance / sky.count
 
 
-def _quadrature(light: Light, count: int, size_mm: float) -> Draw:
-    return environment(environment_picture(light), light.to_world, count).lights
-
-
 def _obstacle(light: Light, size_mm: float) -> str | None:
     axes = light.to_world[:3, :3]
     if not np.allclose(axes.T @ axes, np.eye(3), atol=ORTHOGONAL):
@@ -286,7 +282,7 @@ def _obstacle(light: Light, size_mm: float) -> str | None:
 ENVIRONMENT = LightKind(
     lambda light: "environment map",
     None,
-    _quadrature,
+    lambda light, count, size_mm: environment(environment_picture(light), light.to_world, count).lights,
     obstacle=_obstacle,
     surrounds=True,
     met_by_chance=True,

@@ -73,15 +73,6 @@ def shines(light: Light) -> bool:
     return light.strength is None or any(light.strength)
 
 
-def _no_obstacle(light: Light, size_mm: float) -> None:
-    """Any light of a kind has gradients."""
-
-
-def _far(light: Light, size_mm: float) -> bool:
-    """Every light of a kind is far."""
-    return False
-
-
 @dataclass(frozen=True)
 class LightKind:
     """Kind of Mitsuba's emitters: everything that the program states about the kind.
@@ -109,8 +100,8 @@ class LightKind:
     words: Callable[[Light], str]
     strength: str | None
     quadrature: Callable[[Light, int, float], Draw]
-    obstacle: Callable[[Light, float], str | None] = _no_obstacle
-    near: Callable[[Light, float], bool] = _far
+    obstacle: Callable[[Light, float], str | None] = lambda light, size_mm: None
+    near: Callable[[Light, float], bool] = lambda light, size_mm: False
     directed: bool = False
     ambient: bool = False
     on_shape: bool = False

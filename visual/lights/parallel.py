@@ -1,5 +1,6 @@
 """Parallel lights: directions, each with an irradiance. Every other kind of light becomes such a set."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -70,6 +71,15 @@ class ParallelLights:
             Unit vectors toward the lights, and irradiance on a plane that faces the light over `strength`.
         """
         return repeated(self.toward, each), mi.Float(1.0)
+
+
+def joined(sets: Sequence[ParallelLights]) -> ParallelLights:
+    """The lights of all sets, one after the other; red, green and blue."""
+    none = np.zeros((0, 3))
+    toward, strength = (
+        np.concatenate([none, *(getattr(lights, name) for lights in sets)]) for name in ("toward", "strength")
+    )
+    return ParallelLights(toward, strength)
 
 
 def repeated(vectors: Array, times: int) -> Any:

@@ -12,7 +12,7 @@ from visual.lights.directional import DIRECTIONAL
 from visual.lights.environment import ENVIRONMENT
 from visual.lights.kind import Draw, Light, LightKind
 from visual.lights.near import LightSet, NearLights
-from visual.lights.parallel import ParallelLights
+from visual.lights.parallel import ParallelLights, joined
 from visual.lights.point import POINT, SPOT
 
 KINDS: dict[str, LightKind] = {
@@ -48,9 +48,7 @@ class Quadrature:
             if isinstance(near, NearLights):
                 return near
         drawn = [lights for lights in every if isinstance(lights, ParallelLights)]
-        none = np.zeros((0, 3))
-        toward = np.concatenate([none, *(lights.toward for lights in drawn)])
-        return ParallelLights(toward, np.concatenate([none, *(lights.strength for lights in drawn)]))
+        return joined(drawn)
 
 
 def prepare(lights: Sequence[Light], size_mm: float, count: int) -> Quadrature:

@@ -18,7 +18,7 @@ from visual.geometry.film_samples import film_points, samples_from_above
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.lights.parallel import ParallelLights
 from visual.reference.ambient_radiance import ambient_radiance
-from visual.reference.face_parts import PartPoints, pixel_shares, points_by_part
+from visual.reference.face_parts import pixel_shares, points_by_part
 from visual.scene import Scene
 
 STRATA = 12
@@ -83,7 +83,8 @@ class ReferenceRenderer:
         radiance = unshadowed(self._bsdf, *mesh.slopes, lights, self._camera.toward(mesh.centres))[
             :, self._coarse.samples.pair_face
         ]
-        starts = _lifted(mesh, self._coarse)
+        coarse = self._coarse.samples
+        starts = mesh.lifted(coarse.face, coarse.x, coarse.y)
         pictures = []
         for direction, full in zip(toward, radiance, strict=True):
             lit = self._lit_share(mesh, direction, starts)
@@ -145,8 +146,3 @@ class ReferenceRenderer:
             ).ravel()
 
         return some(facing & (share > 0.0)) & some(facing & (share < 1.0))
-
-
-def _lifted(mesh: PlacedMesh, points: PartPoints) -> Array:
-    samples = points.samples
-    return mesh.lifted(samples.face, samples.x, samples.y)

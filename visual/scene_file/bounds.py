@@ -82,10 +82,6 @@ def _text(pattern: str, words: str) -> Kind:
     return Kind(words, lambda value: isinstance(value, str) and re.fullmatch(pattern, value) is not None)
 
 
-def _or_name(kind: Kind) -> Kind:
-    return Kind(f"{kind.words}, nor a name", lambda value: isinstance(value, str) or kind.holds(value))
-
-
 def colour(low: float, high: float) -> Kind:
     """A number, a colour, a spectrum or a texture whose values are in a range."""
 
@@ -143,7 +139,8 @@ REFLECTANCE = colour(0.0, 1.0)
 RADIANCE = colour(0.0, BRIGHTEST)
 METAL = colour(0.0, 100.0)
 """Refraction and extinction of metals; tabulated ones stay below 20."""
-IOR = _or_name(_number(1.0, 5.0))
+_REFRACTION = _number(1.0, 5.0)
+IOR = Kind(f"{_REFRACTION.words}, nor a name", lambda v: isinstance(v, str) or _REFRACTION.holds(v))
 """Refraction of a dielectric, or Mitsuba's name of one; germanium has 4."""
 LENGTH = _number(1.0 / FARTHEST, FARTHEST)
 CHANCE = _number(1e-6, 1e6)
@@ -226,7 +223,7 @@ PARAMETERS: Mapping[str, Mapping[str, Mapping[str, Kind]]] = {
             **_each("base_color roughness anisotropic metallic spec_trans spec_tint", REFLECTANCE),
             **_each("sheen sheen_tint flatness clearcoat clearcoat_gloss", REFLECTANCE),
             **_each("diffuse_reflectance_sampling_rate main_specular_sampling_rate", CHANCE),
-            **{"clearcoat_sampling_rate": CHANCE, "specular": SHARE, "eta": _number(1.0, 5.0)},
+            **{"clearcoat_sampling_rate": CHANCE, "specular": SHARE, "eta": _REFRACTION},
         },
         "conductor": _CONDUCTOR,
         "roughconductor": {**_CONDUCTOR, **_MICROFACETS},

@@ -165,6 +165,7 @@ def file_of_user(folder: Path, name: str, where: str) -> Path:
 
 
 def nearest(word: str, words: Collection[str]) -> str:
-    """The end of a message about an unknown word: the known word most like it, if any is."""
-    alike = difflib.get_close_matches(word, sorted(words), n=1, cutoff=0.5)
-    return f"; the nearest is {alike[0]}" if alike else ""
+    """The end of a message about an unknown word: the known word most like it, or else all of them."""
+    if alike := difflib.get_close_matches(word, sorted(words), n=1):
+        return f"; the nearest is {alike[0]}"
+    return f"; known: {', '.join(sorted(words))}" if words else ""

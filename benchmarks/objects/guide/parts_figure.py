@@ -5,25 +5,26 @@ python -m benchmarks.objects.guide.parts_figure FOLDER
 FOLDER holds the parts as the commands of `docs/tutorials/part.md` write them.
 """
 
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image
 
-from benchmarks.objects.views import image_of, perspective
-from benchmarks.shared.common import DOCS
+from benchmarks.objects.views import perspective
+from benchmarks.shared.common import IMAGES, folder_named
+from benchmarks.shared.picture_sheets import image_of, sheet
 from relief.ground.arrays import Array
 from relief.ground.srgb import srgb
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 from visual.backend.variants import choose_variant
 
-WIDTH, HEIGHT, SAMPLES, COLOURS = 480, 360, 128, 224
-"""Sides of a picture, its rays a pixel, and the colours that are kept."""
+FILM = {"width": 480, "height": 360, "pixel_format": "rgb"}
+SAMPLES, COLOURS = 128, 224
+"""Rays a pixel, and the colours that are kept."""
 FIELD_DEG = 22.0
 """Angle of the camera's view along the picture."""
 
@@ -97,7 +98,7 @@ def scene(file: Path, high: Array, shot: Shot) -> dict[str, Any]:
     return {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": 4},
-        "sensor": perspective(middle + towards, middle, FIELD_DEG, (WIDTH, HEIGHT), "rgb", SAMPLES),
+        "sensor": perspective(middle + towards, middle, FIELD_DEG, SAMPLES, FILM),
         "lamp": {
             "type": "sphere",
             "center": (middle + radius * np.array([-3.2, -1.2, 3.4])).tolist(),
@@ -137,20 +138,9 @@ def picture(folder: Path, shot: Shot) -> Image.Image:
 
 
 def main() -> None:
-    label = 30
-    sheet = Image.new("RGB", (2 * WIDTH, 2 * (HEIGHT + label)), "white")
-    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(18)
-    for number, shot in enumerate(SHOTS):
-        row, column = divmod(number, 2)
-        sheet.paste(picture(Path(sys.argv[1]), shot), (WIDTH * column, (HEIGHT + label) * row))
-        draw.text(
-            (WIDTH * (column + 0.5), (HEIGHT + label) * row + HEIGHT + 3),
-            shot.name,
-            "black",
-            font,
-            anchor="ma",
-        )
-    sheet.quantize(COLOURS).save(DOCS / "images" / "parts.png", optimize=True)
+    folder = folder_named(__doc__, "FOLDER")
+    shown = [(picture(folder, shot), shot.name) for shot in SHOTS]
+    sheet([shown[:2], shown[2:]]).quantize(COLOURS).save(IMAGES / "parts.png", optimize=True)
 
 
 if __name__ == "__main__":

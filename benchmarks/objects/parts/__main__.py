@@ -27,7 +27,7 @@ from benchmarks.objects.bundled import TEXTURE
 from benchmarks.objects.parts.part_clients import looked_at
 from benchmarks.shared.common import publish, rows_of, table
 from benchmarks.shared.processes import process
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 
 HERE = Path(__file__).parent
 NAMES = sorted(file.stem for file in HERE.glob("*.3mf"))

@@ -14,7 +14,7 @@ from optimize.verification.solids.mesh_feel import feel_of
 from relief.ground.errors import InputError
 from relief.solids.body import Part
 from relief.solids.export.parts import write_parts
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 
 RAFT_LAYERS = 2
 """Layers of a raft, for parts that stand on a point."""

@@ -7,9 +7,9 @@ import numpy as np
 
 from relief.ground.errors import InputError
 from relief.solids.body import Body
-from relief.solids.files import read_mesh
-from relief.solids.meshes import outer_body, self_intersections
-from relief.solids.meshes.solid import volume_mm3
+from relief.solids.files.mesh import read_mesh
+from relief.solids.meshes.intersections import self_intersections
+from relief.solids.meshes.solid import outer_body, volume_mm3
 from tests.relief.solids.wrapping.left_as_read import (
     among,
     crossings,

@@ -20,9 +20,9 @@ from benchmarks.shared.common import cpu_s, publish, rows_of, table
 from relief.ground.arrays import Array
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import as_written, write_parts
-from relief.solids.files import read_mesh
 from relief.solids.files.glb_reader import read_glb
-from relief.solids.meshes import self_intersections
+from relief.solids.files.mesh import read_mesh
+from relief.solids.meshes.intersections import self_intersections
 from relief.solids.meshes.neighbourhood import edge_pairs
 from relief.solids.remeshing.nearest import NearestPoints
 from retouch.verbs.objects.wrap_options import WrapOptions
@@ -62,10 +62,10 @@ def apart(file: Path, points: Array) -> Array:
     if file.stem in SURFACES:
         return distance(file.stem, points)
     body = triangles(file, FINEST_MM, 0.05)
-    none = np.zeros(len(body.faces), np.int64)
-    nearest = NearestPoints(body, np.zeros(body.faces.shape, bool), none, 0.5)
+    nearest = NearestPoints(body, np.zeros(body.faces.shape, bool), 0.5)
+    nearest.region[:] = 0
     start = np.zeros(len(points), np.int64)
-    return np.asarray(np.linalg.norm(nearest.places(*nearest.at(points, start, start)) - points, axis=1))
+    return np.asarray(np.linalg.norm(nearest.places(*nearest.at(points, start)) - points, axis=1))
 
 
 def outcome(file: Path, step: Path) -> dict[str, Any]:
@@ -87,7 +87,7 @@ def outcome(file: Path, step: Path) -> dict[str, Any]:
         "largest_um": float(away.max()),
         "share_95_um": float(np.quantile(away, 0.95)),
         "bare_um": float(1000.0 * apart(step, bare).max()),
-        "farthest_um": 1000.0 * wrapped.farthest_mm,
+        "farthest_um": 1000.0 * wrapped.base.mesh.farthest_mm,
         "closed": 2 * len(edge_pairs(body.faces)) == 3 * len(body.faces),
         "crossings": self_intersections(body),
         "cpu_s": seconds,

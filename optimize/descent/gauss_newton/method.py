@@ -130,14 +130,20 @@ class GaussNewton:
                 response = self._response(system, trust)
             heights, after, error = self._step(felt, response, trust.share)
             distance = self._target_forces.distance(self._target_forces.values(felt))
-            trust = trust.after(error, min(trust.share, distance), self._least_share)
+            tried = min(trust.share, distance)
+            trust = trust.after(error, tried, self._least_share)
             if error <= REFUSED:
                 break
         if after.gradients.size == 0:
             after = self._press(heights, after.pressure)
         # Jacobians and equations of a large surface take GB, which those of the next iterate need.
         del system, response, self._current
-        return self._iterate_at(iterate.step + 1, heights, after, trust)
+        following = self._iterate_at(iterate.step + 1, heights, after, trust)
+        if self._problem.layers is not None and self._problem.targets.crossed(felt, following.values):
+            # Rounding has enlarged the step, of which the error of the heights before rounding knows nothing.
+            trust = trust._replace(share=max(self._least_share, 0.5 * tried))
+            following = replace(following, memory=following.memory | {"trust": np.array(trust)})
+        return following
 
     def reason_to_stop(self, iterate: Iterate) -> StopReason | None:
         """Converged where a met target's next step promises less than `LEAST_GAIN`; see the protocol.

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from manifold3d import CrossSection, FillRule, triangulate
 
-from relief.ground.arrays import Array, Index, renumbered
+from relief.ground.arrays import Array, Index
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.export.pixel_font import bitmap
@@ -45,7 +45,8 @@ def labelled(body: Body, lines: Sequence[str], depth_mm: float) -> Body:
     low = float(body.vertices[:, 2].min())
     bottom = (body.vertices[body.faces][:, :, 2] <= low + FLATNESS_MM).all(axis=1)
     ring = _outline_of(body.faces[bottom])
-    rim = _from_below(body.vertices[ring])
+    # As seen from below: +x to the left, +y up.
+    rim = np.ascontiguousarray(body.vertices[ring, :2] * (-1.0, 1.0))
     letters = _letters(lines, rim)
     corners = np.concatenate(letters)
     starts = len(body.vertices) + np.concatenate([[0], np.cumsum([len(part) for part in letters])])
@@ -59,8 +60,7 @@ def labelled(body: Body, lines: Sequence[str], depth_mm: float) -> Body:
         faces += [np.stack([high, after, under], axis=-1), np.stack([high, under, deep], axis=-1)]
     level = np.column_stack([-corners[:, 0], corners[:, 1], np.full(len(corners), low)])
     vertices = np.concatenate([body.vertices, level, level - (0.0, 0.0, depth_mm)])
-    used, kept = renumbered(np.concatenate(faces), len(vertices))
-    return Body(vertices[used], kept)
+    return Body(vertices, np.concatenate(faces)).part(slice(None))
 
 
 def pixel_mm(lines: Sequence[str], width_mm: float, height_mm: float) -> float:
@@ -98,11 +98,6 @@ def _outline_of(faces: Index) -> Index:
     if len(ring) != len(after):
         raise InputError("label: the bottom of the body has holes or several parts")
     return np.array(ring)
-
-
-def _from_below(vertices: Points) -> Points:
-    """Places (n, 2) as seen from below: +x to the left, +y up."""
-    return np.ascontiguousarray(vertices[:, :2] * (-1.0, 1.0))
 
 
 def _letters(lines: Sequence[str], rim: Points) -> list[Points]:

@@ -169,15 +169,14 @@ class _Solid:
         corners = (body.vertices[body.faces] - self.origin).astype(np.float64)
         covered = Covered(corners[:, :, :2] / column_mm - 0.5 + ASIDE, *shape.tolist())
         heights, upward = corners[covered.faces, :, 2], np.sign(body.normals[covered.faces, 2])
-        columns, layers, ways = [np.zeros(0, np.int32)], [np.zeros(0, np.int32)], [np.zeros(0, np.int8)]
+        found = [(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0, np.int8))]
         for face, sample, shares in covered:
             z = sum(share * heights[face, corner] for corner, share in enumerate(shares))
             layer = np.floor(np.asarray(z) / self.layer_mm - 0.5).astype(np.int32)
             kept = layer >= 0
-            columns.append(sample[kept].astype(np.int32))
-            layers.append(layer[kept])
-            ways.append(upward[face[kept]].astype(np.int8))
-        return np.concatenate(columns), np.concatenate(layers), np.concatenate(ways)
+            found.append((sample[kept].astype(np.int32), layer[kept], upward[face[kept]].astype(np.int8)))
+        column, layer, way = (np.concatenate(each) for each in zip(*found, strict=True))
+        return column, layer, way
 
     def holds(self, points: Array) -> Flags:
         """Whether points (n, 3) mm lie in the print."""

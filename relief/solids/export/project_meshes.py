@@ -12,7 +12,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from relief.ground.arrays import Array, Flags, Index, renumbered
+from relief.ground.arrays import Array, Flags, Index
 from relief.solids.body import Body, Part
 from relief.solids.export.threemf_writer import TRIANGLE, VERTEX
 from relief.solids.export.written_numbers import rows_as_text
@@ -69,13 +69,8 @@ class Textured(NamedTuple):
         """The pieces, each with its name, where they lie."""
         owner, _ = self.owners()
         rows = _rows_of_each(owner, len(self.pieces))
-        bodies = (Body(self.body.vertices, self.body.faces[own]) for own in rows)
-        used = (renumbered(body.faces, len(body.vertices)) for body in bodies)
-        return [
-            Part(piece.name, Body(self.body.vertices[numbers], faces))
-            for piece, (numbers, faces) in zip(self.pieces, used, strict=True)
-            if len(faces)
-        ]
+        pieces = zip(self.pieces, rows, strict=True)
+        return [Part(piece.name, self.body.part(own)) for piece, own in pieces if len(own)]
 
 
 class _Mesh(NamedTuple):
@@ -130,23 +125,20 @@ class TexturedMeshes:
                 spans.append(None)
                 continue
             if own is None:
-                body, extra, extras = (
-                    Body(was.vertices, was.faces[start:end]),
-                    was.extra[start:end],
-                    was.extras,
-                )
+                body = Body(was.vertices, was.faces).part(slice(start, end))
+                extra, extras = was.extra[start:end], was.extras
             else:
-                body = _local(Body(textured.body.vertices, textured.body.faces[rows]), textured, own)
+                body = _local(textured.body.part(rows), textured, own)
                 extra, extras = self._inherited(rows, was, textured.pieces[own])
-            used, faces = renumbered(body.faces, len(body.vertices))
-            vertices += rows_as_text(VERTEX.replace("<", f"<{prefix}"), body.vertices[used])
+            faces = body.faces
+            vertices += rows_as_text(VERTEX.replace("<", f"<{prefix}"), body.vertices)
             order = np.argsort(extra, kind="stable")
             for run in np.split(order, np.flatnonzero(np.diff(extra[order])) + 1):
                 more = "".join(f" {name}={quoteattr(value)}" for name, value in extras[extra[run[0]]].items())
                 template = TRIANGLE.replace("<", f"<{prefix}").replace("/>", more.replace("%", "%%") + "/>")
                 triangles += rows_as_text(template, faces[run] + first)
             spans.append((count, count + len(faces)))
-            first, count = first + len(used), count + len(faces)
+            first, count = first + len(body.vertices), count + len(faces)
         tags = [f"<{prefix}mesh><{prefix}vertices>", f"</{prefix}vertices><{prefix}triangles>"]
         tags.append(f"</{prefix}triangles></{prefix}mesh>")
         opening, middle, closing = (tag.encode() for tag in tags)

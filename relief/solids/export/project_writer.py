@@ -264,10 +264,7 @@ def _tree(text: bytes, path: Path, texts: list[bytes]) -> Document:
 
 
 def _note(
-    own: Element,
-    spans: list[tuple[int, int] | None],
-    children: list[tuple[str, str | None, int]],
-    added: int,
+    own: Element, spans: list[tuple[int, int] | None], children: list[tuple[str, str | None, int]], added: int
 ) -> None:
     """Change a slicer's note of an object.
 

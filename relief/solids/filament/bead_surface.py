@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from relief.ground.arrays import Array, Flags, FloatArray, Index, units
+from relief.ground.arrays import Array, Flags, FloatArray, Index, runs, units
 from relief.ground.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.patches import samples_of
 from relief.solids.filament.beads import Beads
@@ -152,7 +152,7 @@ class _LocalBeads:
             top = self._start[bead, 2] + (self._way[bead, 2] * shares).max(axis=0) + self._wide[bead, 2]
             for rows in blocks(counts, at_once):
                 rows = rows[top[rows] > heights.min(axis=1)[row[rows]]]
-                run, col = runs(first[rows], counts[rows])
+                run, col = runs(counts[rows], first[rows])
                 run = rows[run]
                 seen = np.flatnonzero(top[run] > heights[row[run], col])
                 yield bead[run[seen]], row[run[seen]], col[seen]
@@ -247,7 +247,8 @@ def rows_near(
         Numbers of segments (m,), rising, and their rows (m,); shares (2, m) of the segment's way between
         which it is near to the row; the first column (m,) there and the number of columns (m,), at least 1.
     """
-    segment, row = runs(*_within(start[:, 1], start[:, 1] + way[:, 1], wide[:, 1], shape[0]))
+    lowest, high = _within(start[:, 1], start[:, 1] + way[:, 1], wide[:, 1], shape[0])
+    segment, row = runs(high, lowest)
     steep = np.where(np.abs(way[:, 1]) < LEVEL, LEVEL, way[:, 1])[segment]
     near = [(row + side * wide[segment, 1] - start[segment, 1]) / steep for side in (-1.0, 1.0)]
     shares = np.stack([np.minimum(*near), np.maximum(*near)]).clip(0.0, 1.0)
@@ -262,9 +263,3 @@ def _within(one: Array, other: Array, wide: Array, count: int) -> tuple[Index, I
     first = np.ceil(np.clip(np.minimum(one, other) - wide, 0, count)).astype(np.int64)
     last = np.floor(np.clip(np.maximum(one, other) + wide, -1, count - 1)).astype(np.int64)
     return first, np.maximum(last - first + 1, 0)
-
-
-def runs(first: Index, counts: Index) -> tuple[Index, Index]:
-    """Numbers of runs (k,) and the members of each, `counts` numbers from `first` on, (k,)."""
-    run = np.repeat(np.arange(len(counts)), counts)
-    return run, first[run] + np.arange(len(run)) - np.repeat(np.cumsum(counts) - counts, counts)

@@ -9,10 +9,10 @@ import numpy as np
 from scipy import ndimage
 from skimage import measure
 
-from relief.ground.arrays import Array, Flags, FloatArray, Index
+from relief.ground.arrays import Array, Flags, FloatArray, Index, runs
 from relief.ground.errors import InputError
 from relief.solids.body import Body
-from relief.solids.filament.bead_surface import blocks, rows_near, runs
+from relief.solids.filament.bead_surface import blocks, rows_near
 from relief.solids.filament.beads import Beads, Role
 
 PITCH_MM, LAYER_MM = 0.4, 0.2
@@ -147,7 +147,7 @@ def _distances(start: Array, end: Array, add: Array, reach: Array, shape: tuple[
         segment, row, _, first, counts = rows_near(
             start[part], way[part], np.stack([reach[part]] * 2, axis=1), shape
         )
-        run, col = runs(first, counts)
+        run, col = runs(counts, first)
         segment, row = part[segment[run]], row[run]
         away = np.stack([col, row], axis=1) - start[segment]
         share = np.clip(np.einsum("nc,nc->n", away, way[segment]) / square[segment], 0.0, 1.0)
@@ -184,7 +184,7 @@ def _enclosed(start: Array, end: Array, seam: float, shape: tuple[int, int]) -> 
     high = np.floor(np.maximum(starts[:, 1], ends[:, 1])).astype(np.int64)
     crossed = np.zeros(shape[0] * shape[1], np.int64)
     for part in blocks(high - low + 1, AT_ONCE):
-        segment, row = runs(low[part] + 1, (high - low)[part])
+        segment, row = runs((high - low)[part], low[part] + 1)
         segment = part[segment]
         way = (ends - starts)[segment]
         col = np.ceil(starts[segment, 0] + way[:, 0] * (row - starts[segment, 1]) / way[:, 1])

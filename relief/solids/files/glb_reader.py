@@ -61,11 +61,8 @@ class _Scene:
     def __init__(self, document: dict[str, Any], binary: memoryview, path: Path, cad: bool) -> None:
         self._document, self._binary, self._path, self._cad = document, binary, path, cad
         self._up = np.eye(3) if cad else Z_UP
-        self._vertices: list[Array] = []
-        self._faces: list[Any] = []
-        self._uv: list[Any] = []
-        self._colours: list[Any] = []
-        self._normals: list[Any] = []
+        # Vertices, faces, and at their corners texture coordinates, colours and normals, or None.
+        self._shown: list[tuple[Any, ...]] = []
         self._pieces: list[Piece] = []
         self._nodes = self._primitives = self._count = self._points = 0
 
@@ -79,7 +76,7 @@ class _Scene:
         if "mesh" in node:
             mesh = self._item("meshes", node["mesh"])
             if self._cad:
-                self._pieces.append(Piece(str(mesh.get("name", "")), sum(map(len, self._faces))))
+                self._pieces.append(Piece(str(mesh.get("name", "")), self._count))
             for primitive in mesh["primitives"]:
                 self._add_primitive(primitive, place)
         for child in node.get("children", []):
@@ -109,30 +106,29 @@ class _Scene:
         check_count(self._count, "faces", self._path)
         faces = _triangles(np.arange(count) if corners is None else corners.astype(np.int64), mode)
         check_numbers(faces, len(vertices), "vertices", self._path)
-        uv = self._numbers(attributes["TEXCOORD_0"], 2) if "TEXCOORD_0" in attributes else None
-        # glTF counts v from the top of the picture; whole numbers stand for shares, which few programs write.
-        if uv is not None and uv.dtype.kind == "f":
-            check_numbers(faces, len(uv), "texture coordinates", self._path)
-            self._uv.append(uv[faces] * (1.0, -1.0) + (0.0, 1.0))
-        else:
-            self._uv.append(None)
-        self._colours.append(
-            self._painted(primitive, faces) if self._cad else self._coloured(attributes, faces)
-        )
-        normals = self._numbers(attributes["NORMAL"], 3)[faces] if self._cad else None
-        self._normals.append(None if normals is None else units(normals @ place[:3, :3].T @ self._up))
+        uv: Any = None
+        normals: Any = None
+        at = self._numbers(attributes["TEXCOORD_0"], 2) if "TEXCOORD_0" in attributes else None
+        # Whole numbers stand for shares, which few programs write.
+        if at is not None and at.dtype.kind == "f":
+            check_numbers(faces, len(at), "texture coordinates", self._path)
+            # glTF counts v from the top of the picture.
+            uv = at[faces] * (1.0, -1.0) + (0.0, 1.0)
+        colours = self._painted(primitive, faces) if self._cad else self._coloured(attributes, faces)
+        if self._cad:
+            normals = units(self._numbers(attributes["NORMAL"], 3)[faces] @ place[:3, :3].T @ self._up)
         if np.linalg.det(place[:3, :3]) < 0.0:
             # A mirror image turns faces inside out.
             faces = faces[:, ::-1]
-            for values in (self._uv, self._colours, self._normals):
-                values[-1] = None if values[-1] is None else values[-1][:, ::-1]
+            at_corners = uv, colours, normals
+            uv, colours, normals = (None if each is None else each[:, ::-1] for each in at_corners)
         if len(vertices) > 3 * len(faces):
             # Primitives may share vertices of which each needs a few.
             used, faces = renumbered(faces, len(vertices))
             vertices = vertices[used]
-        self._faces.append(faces + self._points)
+        placed = (vertices.astype(np.float64) @ place[:3, :3].T + place[:3, 3]) @ self._up
+        self._shown.append((placed, faces + self._points, uv, colours, normals))
         self._points += len(vertices)
-        self._vertices.append((vertices.astype(np.float64) @ place[:3, :3].T + place[:3, 3]) @ self._up)
 
     def _painted(self, primitive: dict[str, Any], faces: Index) -> Any:
         """Colour (m, 3, 3) of a primitive's material, as `_coloured`; white without one; None if none has."""
@@ -179,13 +175,12 @@ class _Scene:
 
     def joined(self) -> Parsed:
         """All meshes as one; texture coordinates, colours and normals only if all have them."""
-        if not self._faces:
+        if not self._shown:
             raise InputError(f"{self._path}: shows no triangles")
-        uv, colours, normals = (
+        vertices, faces, uv, colours, normals = (
             None if any(each is None for each in values) else np.concatenate(values)
-            for values in (self._uv, self._colours, self._normals)
+            for values in zip(*self._shown, strict=True)
         )
-        vertices, faces = np.concatenate(self._vertices), np.concatenate(self._faces)
         pieces = tuple(self._pieces)
         return Parsed(vertices, faces, uv, UNITS["m"], colours=colours, pieces=pieces, normals=normals)
 

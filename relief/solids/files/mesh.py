@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from relief.ground.arrays import Array, Flags, FloatArray, Index, renumbered
+from relief.ground.arrays import Array, Flags, FloatArray, Index
 from relief.ground.errors import InputError
 from relief.ground.files import damage_named, read_limited
 from relief.ground.formats import MESHES, UNITS
@@ -154,8 +154,7 @@ def _welded(parsed: Parsed, factor: float, path: Path) -> tuple[Body, Flags]:
     sound = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
     if not sound.any():
         raise InputError(f"{path}: has no triangle with an area")
-    used, faces = renumbered(faces[sound], len(vertices))
-    return Body(vertices[used], faces), sound
+    return Body(vertices, faces).part(sound), sound
 
 
 def _first_equal(rows: Array) -> Index:

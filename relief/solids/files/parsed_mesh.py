@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.ground.arrays import Array, Flags, Index
+from relief.ground.arrays import Array, Flags, Index, runs
 from relief.ground.errors import InputError
 
 MOST_FACES = 4_000_000
@@ -102,9 +102,8 @@ def triangulated(vertices: Array, corners: Index, lengths: Index, path: Path) ->
         InputError: A corner names no vertex, or concave polygons have too many corners.
     """
     count = np.maximum(lengths - 2, 0)
-    polygon = np.repeat(np.arange(len(lengths)), count)
+    polygon, after = runs(count, 1)
     first, begin = (np.cumsum(each) - each for each in (lengths, count))
-    after = np.arange(len(polygon)) - begin[polygon] + 1
     fans = np.stack([0 * after, after, after + 1], axis=1)
     places: Index = first[polygon][:, None] + fans
     check_numbers(corners[places], len(vertices), "vertices", path)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from relief.ground.arrays import Array, FloatArray, Index, renumbered
+from relief.ground.arrays import Array, FloatArray, Index
 from relief.ground.errors import InputError
 from relief.ground.formats import UNITS
 from relief.ground.lengths import shown
@@ -116,8 +116,7 @@ class _Bodies:
         for volume in self._notes.volumes_of(key[1], parent, path[-1], len(mesh.faces)):
             self._visited += 1
             start, end = volume.span or (0, len(mesh.faces))
-            used, faces = renumbered(mesh.faces[start:end], len(mesh.vertices))
-            body = Part("", Body(mesh.vertices[used], faces), transform).placed
+            body = Part("", mesh.part(slice(start, end)), transform).placed
             kind = referred.kind or volume.kind
             if kind == NEGATIVE:
                 # A component is cut out of those beside it, a volume out of the others of its mesh.

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Index
+from relief.ground.arrays import Array, Index, runs
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import among, connected, edge_balance, edge_ends, edge_keys
 
@@ -88,9 +88,8 @@ def _on_edges(vertices: Array, faces: Index, most_mm: float) -> tuple[Index, Ind
     length = np.linalg.norm(way, axis=1)
     # Pieces as long as most edges have few corners near them, however long their own edge is.
     pieces = np.ceil(length / max(np.median(length), length.mean() / MOST_NEAR)).astype(np.int64)
-    edge = np.repeat(np.arange(len(rim)), pieces)
-    place = np.arange(len(edge)) - (np.cumsum(pieces) - pieces)[edge] + 0.5
-    middles = vertices[start[edge]] + (place / pieces[edge])[:, None] * way[edge]
+    edge, place = runs(pieces)
+    middles = vertices[start[edge]] + ((place + 0.5) / pieces[edge])[:, None] * way[edge]
     corners = np.unique([start, end])
     tree, reach = cKDTree(vertices[corners]), (0.5 * length / pieces)[edge] + most_mm
     counts = tree.query_ball_point(middles, reach, return_length=True)

@@ -14,14 +14,13 @@ from functools import cached_property
 
 import numpy as np
 
-from relief.ground.arrays import Array, Index, extents
+from relief.ground.arrays import Array, Flags, Index, extents
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.mending.cracks import divided, joined, near_pairs, open_edges
-from relief.solids.mending.winding import against_neighbours
 from relief.solids.meshes.intersections import near_parts, self_intersections
-from relief.solids.meshes.neighbourhood import edge_balance, edge_ends
+from relief.solids.meshes.neighbourhood import connected, edge_balance, edge_ends, edge_pairs
 from relief.solids.meshes.shells import components, parts_within_others, repeats, united
 from relief.solids.meshes.solid import MEND, check_closed, inside_out
 from relief.solids.meshes.wedges import separated
@@ -292,3 +291,25 @@ def _thin(body: Body) -> Index:
     sides = corners - corners[:, [1, 2, 0]]
     longest = np.sqrt(extents(np.einsum("fcd,fcd->fc", sides, sides))[1])
     return np.flatnonzero(2.0 * body.areas < SLIVER_MM * longest)
+
+
+def against_neighbours(body: Body) -> Flags:
+    """(m,) faces that run against the larger area of their shell; none of a shell with one side only.
+
+    A shell hangs together by edges of two faces.
+    """
+    pairs, count = edge_pairs(body.faces), len(body.faces)
+    one, other = pairs.T // 3
+    starts = edge_ends(body.faces)[0][pairs]
+    # Each face is two nodes of a graph, one for each winding. Faces that run the same way along their common
+    # edge have opposite windings.
+    opposite = count * (starts[:, 0] == starts[:, 1])
+    nodes = connected(
+        np.concatenate(
+            [np.stack([one, other + opposite], 1), np.stack([one + count, other + count - opposite], 1)]
+        ),
+        2 * count,
+    ).reshape(2, count)
+    shell, against = nodes.min(axis=0), nodes[0] > nodes[1]
+    excess = np.bincount(shell, np.where(against, body.areas, -body.areas))
+    return np.asarray((against ^ (excess > 0.0)[shell]) & (nodes[0] != nodes[1]))

@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from relief.ground.arrays import Array, Index, extents, renumbered
+from relief.ground.arrays import Array, Index, extents
 from relief.ground.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.patches import samples_of
 from relief.solids.body import Body
@@ -51,9 +51,8 @@ class SurfaceCrop:
     @classmethod
     def of(cls, frame: Frame, heights: Array, side_mm: float) -> Self:
         """The crop of heights (n, n) mm, counted from a place; -inf: no surface."""
-        top = float(in_the_middle(heights, side_mm).max())
-        level = top - HEIGHT_LIMIT_MM if np.isfinite(top) else 0.0
-        return cls(frame, *reachable(heights, side_mm), side_mm, level)
+        above, on_edge, level = reachable(heights, side_mm)
+        return cls(frame, above, on_edge, side_mm, level)
 
     @property
     def middle(self) -> Array:
@@ -131,8 +130,8 @@ class Cropper:
     def around(self, frame: Frame, reach_mm: float) -> Body:
         """The body in the axes of a place, mm: its faces within a reach along x and y, 6 mm down and up."""
         near = self._around(frame, reach_mm, 2.0 * HEIGHT_LIMIT_MM)
-        used, faces = renumbered(self._faces[near], len(self._body.vertices))
-        return within(Body(frame.local(self._body.vertices[used]), faces), reach_mm)
+        vertices, faces = self._body.part(near)
+        return within(Body(frame.local(vertices), faces), reach_mm)
 
     def _around(self, frame: Frame, reach_mm: float, depth_mm: float) -> Index:
         """Faces near the box that holds a turned patch and what lies below or above it."""
@@ -145,8 +144,7 @@ def within(body: Body, reach_mm: float) -> Body:
     x, y = body.vertices[:, 0], body.vertices[:, 1]
     beyond = (x >= reach_mm) | (x <= -reach_mm) << 1 | (y >= reach_mm) << 2 | (y <= -reach_mm) << 3
     a, b, c = body.faces.T
-    used, faces = renumbered(body.faces[(beyond[a] & beyond[b] & beyond[c]) == 0], len(x))
-    return Body(body.vertices[used], faces)
+    return body.part((beyond[a] & beyond[b] & beyond[c]) == 0)
 
 
 def _slopes(normals: Array) -> Array:
@@ -161,11 +159,14 @@ def in_the_middle(heights: Array, side_mm: float) -> Array:
     return heights[beside : len(heights) - beside, beside : len(heights) - beside]
 
 
-def reachable(heights: Array, side_mm: float = PATCH_SIDE_MM) -> tuple[Array, bool]:
-    """Heights (n, n) mm that a finger can reach, 0 to 3 mm in the middle, and whether that is on an edge."""
-    top = in_the_middle(heights, side_mm).max()
+def reachable(heights: Array, side_mm: float) -> tuple[Array, bool, float]:
+    """Heights (n, n) mm that a finger can reach, 0 to 3 mm in the middle, and whether that is on an edge.
+
+    The last is the height that counts as 0 now, mm.
+    """
+    top = float(in_the_middle(heights, side_mm).max())
     if not np.isfinite(top):
-        return np.zeros_like(heights), True
+        return np.zeros_like(heights), True, 0.0
     above = heights - (top - HEIGHT_LIMIT_MM)
     on_edge = (in_the_middle(above, side_mm) < 0.0).mean() > EDGE_SHARE
-    return np.clip(above, 0.0, None), bool(on_edge)
+    return np.clip(above, 0.0, None), bool(on_edge), top - HEIGHT_LIMIT_MM

@@ -18,13 +18,10 @@ from itertools import chain
 
 import numpy as np
 
-from relief.ground.arrays import Array, Flags, Index, in_blocks
+from relief.ground.arrays import Array, Flags, Index, flagged, in_blocks
 from relief.ground.progress import stage
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import edge_pairs, near_faces
-
-Chosen = Flags
-"""Which of some triangles are looked for."""
+from relief.solids.meshes.neighbourhood import edge_pairs
 
 LEAST_DEPTH_MM = 1e-3
 """Depth, mm, from which faces count as passing through one another: 1 um, a tenth of the thinnest layers of a
@@ -73,7 +70,7 @@ def self_intersections(body: Body) -> int:
 
 
 @stage("looking for self-intersections")
-def crossing_faces(body: Body, shallow: bool = False, of: Chosen | None = None) -> Index:
+def crossing_faces(body: Body, shallow: bool = False, of: Flags | None = None) -> Index:
     """Faces (n,) that pass through others, each once and rising, as `self_intersections` counts them.
 
     Args:
@@ -85,12 +82,9 @@ def crossing_faces(body: Body, shallow: bool = False, of: Chosen | None = None) 
     of = np.ones(len(body.faces), bool) if of is None else of
     if not of.any():
         return np.zeros(0, np.int64)
-    near = np.flatnonzero(of if of.all() else near_faces(body.vertices, body.faces, of))
     least_mm, rounding = (0.0, DIGITS) if shallow else (LEAST_DEPTH_MM, SINGLE)
-    crossing = np.zeros(len(of), bool)
-    for pairs in _crossings(Body(body.vertices, body.faces[near]), of[near], least_mm, rounding):
-        crossing[near[pairs]] = True
-    return np.flatnonzero(crossing & of)
+    pairs = np.concatenate(list(_crossings(body, of, least_mm, rounding)))
+    return np.flatnonzero(flagged(pairs, len(of)) & of)
 
 
 def near_parts(body: Body, part: Index, within_mm: float) -> Index:
@@ -110,7 +104,7 @@ def near_parts(body: Body, part: Index, within_mm: float) -> Index:
     return np.flatnonzero(near)
 
 
-def _crossings(body: Body, of: Chosen, least_mm: float, rounding: float) -> Iterator[Index]:
+def _crossings(body: Body, of: Flags, least_mm: float, rounding: float) -> Iterator[Index]:
     """Blocks (k, 2) of the numbers of faces that pass through one another, up to about `MOST` pairs.
 
     Args:
@@ -168,7 +162,7 @@ def _morton(points: Array) -> Index:
     return np.asarray(cells[0] | (cells[1] << 1) | (cells[2] << 2))
 
 
-def _near_in_fans(corners: Array, fan: Index, of: Chosen) -> Iterator[tuple[Index, Index]]:
+def _near_in_fans(corners: Array, fan: Index, of: Flags) -> Iterator[tuple[Index, Index]]:
     """Blocks of pairs of faces of one fan, by their numbers, that may meet beside the vertex they share.
 
     Two such faces meet just if their directions from the shared vertex do, which are arcs on a sphere. Each
@@ -188,7 +182,7 @@ def _near_in_fans(corners: Array, fan: Index, of: Chosen) -> Iterator[tuple[Inde
         yield at[one[same]], at[other[same]]
 
 
-def _near(corners: Array, fan: Index, of: Chosen, depth: float) -> Iterator[tuple[Index, Index]]:
+def _near(corners: Array, fan: Index, of: Flags, depth: float) -> Iterator[tuple[Index, Index]]:
     """Blocks of pairs of triangles (3, 3, m), of two fans or none, whose boxes overlap by a depth.
 
     One or both triangles of a pair are chosen by `of`, (m,).
@@ -234,7 +228,7 @@ class _Level:
 
     ends: Array
     fan: Index
-    chosen: Chosen
+    chosen: Flags
     oriented: tuple[Array, Array, Array] | None
 
     def overlap(self, one: Index, other: Index, depth: float) -> Flags:
@@ -261,7 +255,7 @@ class _Level:
         return kept
 
 
-def _tree(corners: Array, fan: Index, of: Chosen) -> list[_Level]:
+def _tree(corners: Array, fan: Index, of: Flags) -> list[_Level]:
     """Levels of a binary tree from the root to the triangles (3, 3, m); only its last nodes are missing."""
     ends = np.concatenate([corners.min(axis=0), -corners.max(axis=0)]).T.copy()
     levels = [_Level(ends, fan, of, None)]
@@ -297,9 +291,7 @@ def _cross(first: Array, second: Array, depth: float) -> Flags:
     for one, other in AXES:
         kept = _overlap(corners, np.cross(edges[one], edges[other], axis=0), depth)
         corners, edges, at = corners[:, :, kept], edges[:, :, kept], at[kept]
-    crossing = np.zeros(first.shape[2], bool)
-    crossing[at] = True
-    return crossing
+    return flagged(at, first.shape[2])
 
 
 def _edges(corners: Array) -> Array:
@@ -319,7 +311,7 @@ def _overlap(corners: Array, axis: Array, depth: float) -> Flags:
     return np.asarray(overlap >= depth * np.sqrt((axis**2).sum(axis=0)))
 
 
-def _folds(body: Body, of: Chosen, depth: float) -> Index:
+def _folds(body: Body, of: Flags, depth: float) -> Index:
     """Pairs (k, 2) of faces in one plane that lie by a depth on the same side of the edge they share.
 
     One or both faces of a pair are chosen by `of`, (faces,).

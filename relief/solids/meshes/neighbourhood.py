@@ -4,7 +4,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from relief.ground.arrays import Array, Flags, Index, extents
+from relief.ground.arrays import Array, Flags, Index, extents, runs
 from relief.solids.body import Body
 
 BITS = 32
@@ -29,12 +29,17 @@ def edge_keys(one: Index, other: Index) -> Index:
     return np.asarray((np.minimum(one, other).astype(np.int64) << BITS) | np.maximum(one, other))
 
 
+def places_among(keys: Index, sorted_: Index) -> Index:
+    """(n,) places of keys among sorted ones; -1 for keys that are none of them."""
+    if not len(sorted_):
+        return np.full(len(keys), -1)
+    at = np.minimum(np.searchsorted(sorted_, keys), len(sorted_) - 1)
+    return np.where(sorted_[at] == keys, at, -1)
+
+
 def among(keys: Index, sorted_: Index) -> Flags:
     """Whether keys are among sorted ones."""
-    if not len(sorted_):
-        return np.zeros(len(keys), bool)
-    at = np.minimum(np.searchsorted(sorted_, keys), len(sorted_) - 1)
-    return np.asarray(sorted_[at] == keys)
+    return places_among(keys, sorted_) >= 0
 
 
 def edge_balance(faces: Index) -> tuple[Index, Index, Array]:
@@ -80,34 +85,6 @@ def twins(pairs: Index, count: int) -> Index:
     twin = np.full(count, -1)
     twin[pairs[:, 0]], twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
     return twin
-
-
-def near_faces(vertices: Array, faces: Index, chosen: Flags) -> Flags:
-    """(m,) whether faces may touch chosen ones: all that touch them, and some that lie farther off.
-
-    Args:
-        vertices: (n, 3).
-        faces: (m, 3).
-        chosen: (m,) bool.
-    """
-    corners = vertices[faces]
-    low, high = extents(corners)
-    if not chosen.any():
-        return chosen
-    origin, span = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
-    side = (high - low).max(axis=1)
-    cell = max(float(side[chosen].max()), span / MOST_CELLS)
-    # A box no longer than a cell lies in the cells of its eight corners.
-    ends = [np.floor((end - origin) / cell).astype(np.int64) for end in (low, high)]
-    shape = ends[1].max(axis=0) + 1
-    full = np.zeros(shape, bool)
-    eight = [[ends[k][:, axis] for axis, k in enumerate(pick)] for pick in np.ndindex(2, 2, 2)]
-    for x, y, z in eight:
-        full[x[chosen], y[chosen], z[chosen]] = True
-    near = side > cell
-    for x, y, z in eight:
-        near |= full[x, y, z]
-    return np.asarray(near)
 
 
 def passed_twice(faces: Index, count: int) -> Flags:
@@ -163,10 +140,37 @@ def points_along(ends: Array, spacing_mm: float) -> Array:
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     spacing_mm = max(spacing_mm, float(lengths.sum()) / MOST_ALONG)
     count = np.ceil(lengths / spacing_mm).astype(np.int64) + 1
-    line = np.repeat(np.arange(len(ends)), count)
-    step = np.arange(len(line)) - np.repeat(np.cumsum(count) - count, count)
+    line, step = runs(count)
     share = (step / np.maximum(count[line] - 1, 1))[:, None]
     return np.asarray(ends[line, 0] + share * (ends[line, 1] - ends[line, 0]))
+
+
+def nearest_in(points: Array, corners: Array) -> tuple[Array, Array]:
+    """Barycentric coordinates (n, 3) of the nearest points of triangles (n, 3, 3), squared distances."""
+    a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    ap = points - a
+    bb, bc, cc = (ab * ab).sum(1), (ab * ac).sum(1), (ac * ac).sum(1)
+    pb, pc = (ap * ab).sum(1), (ap * ac).sum(1)
+    scale = bb * cc - bc * bc
+    sound = scale > 1e-20 * np.maximum(bb, cc) ** 2
+    scale = np.where(sound, scale, 1.0)
+    v, w = (cc * pb - bc * pc) / scale, (bb * pc - bc * pb) / scale
+    share = np.stack([1.0 - v - w, v, w], axis=1)
+    outside = np.flatnonzero(~(sound & (share >= 0.0).all(axis=1)))
+    if len(outside):
+        best = np.full(len(outside), np.inf)
+        for k in range(3):
+            start, way = corners[outside, k], corners[outside, (k + 1) % 3] - corners[outside, k]
+            length = np.maximum((way * way).sum(1), 1e-30)
+            t = np.clip(((points[outside] - start) * way).sum(1) / length, 0.0, 1.0)
+            square = ((start + t[:, None] * way - points[outside]) ** 2).sum(1)
+            nearer = square < best
+            best[nearer] = square[nearer]
+            rows = outside[nearer]
+            share[rows] = 0.0
+            share[rows, k], share[rows, (k + 1) % 3] = 1.0 - t[nearer], t[nearer]
+    nearest = np.einsum("nc,ncd->nd", share, corners)
+    return share, ((nearest - points) ** 2).sum(1)
 
 
 class NearFaces:

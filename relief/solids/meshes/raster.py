@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from relief.ground.arrays import Array, Index, extents
+from relief.ground.arrays import Array, Index, extents, runs
 
 SAMPLES_AT_ONCE = 1 << 18
 """Pairs of a triangle and a sample of its box that are computed together, which bounds the memory."""
@@ -77,8 +77,8 @@ class Covered:
             before = ends[start - 1] if start else 0
             stop = max(start + 1, int(np.searchsorted(ends, before + SAMPLES_AT_ONCE, side="right")))
             counts = np.diff(ends[start:stop], prepend=before)
-            face = np.repeat(np.arange(start, stop), counts)
-            within = np.arange(len(face)) - np.repeat(np.cumsum(counts) - counts, counts)
+            face, within = runs(counts)
+            face += start
             row, col = np.divmod(within, sides[face, 0])
             shares = [
                 self._first[n][face] + self._by_col[n][face] * col + self._by_row[n][face] * row

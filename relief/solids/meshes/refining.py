@@ -8,7 +8,7 @@ from relief.ground.arrays import Array, Flags, FloatArray, Index
 from relief.ground.errors import InputError
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import BITS, MASK, edge_ends, edge_keys
+from relief.solids.meshes.neighbourhood import BITS, MASK, edge_ends, edge_keys, places_among
 
 AREA_PER_FACE = 0.21
 """Mean area of the triangles that refinement leaves, in the square of the longest edge allowed."""
@@ -108,9 +108,7 @@ def _too_long(vertices: Array, faces: Index, edge_mm: float, needed: Flags) -> t
     keys = edge_keys(*(end[long_] for end in edge_ends(faces)))
     split = np.unique(keys[needed[long_ // 3]])
     number = np.full(faces.shape, -1)
-    if len(split):
-        at = np.minimum(np.searchsorted(split, keys), len(split) - 1)
-        number.ravel()[long_] = np.where(split[at] == keys, at, -1)
+    number.ravel()[long_] = places_among(keys, split)
     return split, number
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from relief.ground.arrays import Array, Flags, Index
+from relief.ground.arrays import Flags
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import MOST, self_intersections
@@ -40,10 +40,10 @@ def check_closed(body: Body, name: object, *, repeated: bool = False) -> None:
     Raises:
         InputError: The body encloses nothing; the line says what to do.
     """
-    open_edges, twisted = _edges(body.faces)
-    if open_edges:
+    _, count, balance = edge_balance(body.faces)
+    if open_edges := np.count_nonzero(count % 2):
         raise InputError(f"{name}: is open: {open_edges} edges border on a hole; {MEND}")
-    if twisted:
+    if twisted := np.count_nonzero((count % 2 == 0) & (balance != 0.0)):
         raise InputError(f"{name}: {twisted} edges lie between faces turned against one another; {MEND}")
     if not repeated and (twice := len(repeats(body.faces))):
         fault = f"{name}: {twice} faces lie there twice; remove the parts that are there twice"
@@ -82,20 +82,17 @@ def check_parts(body: Body, name: object) -> None:
 
 def crossings(body: Body) -> str:
     """How many faces pass through one another and near which point, for a person; empty if none do."""
-    pairs = self_intersections(body)
+    if not (pairs := self_intersections(body)):
+        return ""
+    place = ", ".join(f"{value:.4g}" for value in crossing_place(body))
     count = f"{'at least ' * (pairs >= MOST)}{pairs} pairs of faces"
-    return f"passes through itself: {count}, some near ({_shown(crossing_place(body))}) mm" if pairs else ""
+    return f"passes through itself: {count}, some near ({place}) mm"
 
 
 def _held_parts(body: Body, name: object) -> str:
     """How many parts of a body lie within others, for a person; empty if none do. Raises InputError."""
     within = parts_within_others(body, name)
     return f"{within} of its parts lie within others" if within else ""
-
-
-def _shown(place: Array) -> str:
-    """A place (3,), mm, for a person."""
-    return ", ".join(f"{value:.4g}" for value in place)
 
 
 def _overlap(fault: str, body: Body) -> InputError:
@@ -129,12 +126,6 @@ def outer_body(body: Body, name: object) -> tuple[Body, tuple[str, ...]]:
     twice = len(repeats(body.faces))
     line = f"{twice} faces lie there twice" if twice else crossings(body) or _held_parts(body, name)
     return (united(body)[0], (f"{line}; its outside is felt",)) if line else (body, ())
-
-
-def _edges(faces: Index) -> tuple[int, int]:
-    """Number of edges that lack a face, and of edges whose faces run the same way along them."""
-    _, count, balance = edge_balance(faces)
-    return int(np.count_nonzero(count % 2)), int(np.count_nonzero((count % 2 == 0) & (balance != 0.0)))
 
 
 def inside_out(body: Body, name: object) -> Flags:

@@ -9,11 +9,11 @@ import numpy as np
 import potpourri3d
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Index, renumbered, units
+from relief.ground.arrays import Array, Index, flagged, renumbered, units
 from relief.ground.progress import stage
 from relief.solids.body import Body
 from relief.solids.meshes.mesh_places import Frame, frame_along, vertex_normals
-from relief.solids.meshes.neighbourhood import connected_around, edge_pairs, ways_from
+from relief.solids.meshes.neighbourhood import connected_around, edge_pairs, nearest_in, ways_from
 
 REACH_MM = 9.0
 """Distance from a place up to which the object is unrolled, mm: the corners of a patch and a margin."""
@@ -55,9 +55,8 @@ class Unroller:
             self.bare = cKDTree(feet_of_texture).query(base.vertices)[0] > BARE_MM
         pairs = edge_pairs(base.faces)
         turned = pairs[np.einsum("nd,nd->n", *units(base.normals)[pairs.T // 3]) < SHARP, 0]
-        self.sharp = np.zeros(len(base.vertices), bool)
-        for corner in (turned % 3, (turned + 1) % 3):
-            self.sharp[base.faces[turned // 3, corner]] = True
+        corners = np.stack([turned, turned + 1]) % 3
+        self.sharp = flagged(base.faces[turned // 3, corners], len(base.vertices))
         self.to_bare = ways_from(base, self.bare, REACH_MM)
         self.to_sharp = ways_from(base, self.sharp, REACH_MM)
 
@@ -102,8 +101,8 @@ class Unroller:
 
     def _around(self, vertex: int, frame: Frame) -> tuple[Index, Index]:
         """Vertices of the object around one of them, rising, and the faces between them, by their places."""
-        near = np.zeros(len(self.object.vertices), dtype=bool)
-        near[self._tree.query_ball_point(self.object.vertices[vertex], REACH_MM)] = True
+        around = self._tree.query_ball_point(self.object.vertices[vertex], REACH_MM)
+        near = flagged(np.array(around), len(self.object.vertices))
         faces = self.object.faces[near[self.object.faces].all(axis=1)]
         faces = connected_around(faces, vertex, len(near))
         return renumbered(faces, len(near))
@@ -130,34 +129,9 @@ def feet(points: Array, body: Body) -> tuple[Index, Array]:
         # No point of a face is nearer than its middle by more than its width.
         rows = np.flatnonzero(distance - wide[candidate] < best)
         some = corners[candidate[rows]]
-        nearest = nearest_shares(points[rows], some)
-        distance = np.linalg.norm(np.einsum("nc,ncd->nd", nearest, some) - points[rows], axis=1)
+        nearest, square = nearest_in(points[rows], some)
+        distance = np.sqrt(square)
         closer = distance < best[rows]
         rows = rows[closer]
         best[rows], face[rows], shares[rows] = distance[closer], candidate[rows], nearest[closer]
     return face, shares
-
-
-def nearest_shares(points: Array, triangles: Array) -> Array:
-    """(n, 3) barycentric coordinates of the point of each triangle (n, 3, 3) nearest to a point (n, 3)."""
-    a, b, c = np.moveaxis(triangles, 1, 0)
-    along, across, to = b - a, c - a, points - a
-    products = [np.einsum("nd,nd->n", *pair) for pair in ((along, along), (along, across), (across, across))]
-    p, q = np.einsum("nd,nd->n", to, along), np.einsum("nd,nd->n", to, across)
-    determinant = np.maximum(products[0] * products[2] - products[1] ** 2, 1e-300)
-    u = (products[2] * p - products[1] * q) / determinant
-    v = (products[0] * q - products[1] * p) / determinant
-    inside = np.stack([1.0 - u - v, u, v], axis=1)
-    outside = np.flatnonzero(inside.min(axis=1) < 0.0)
-    best = np.full(len(outside), np.inf)
-    for one, other in ((0, 1), (1, 2), (2, 0)):
-        start, edge = triangles[outside, one], triangles[outside, other] - triangles[outside, one]
-        length = np.maximum(np.einsum("nd,nd->n", edge, edge), 1e-300)
-        share = np.clip(np.einsum("nd,nd->n", points[outside] - start, edge) / length, 0.0, 1.0)
-        distance = np.linalg.norm(start + share[:, None] * edge - points[outside], axis=1)
-        closer = distance < best
-        best[closer] = distance[closer]
-        on_edge = np.zeros((len(outside), 3))
-        on_edge[:, one], on_edge[:, other] = 1.0 - share, share
-        inside[outside[closer]] = on_edge[closer]
-    return inside

@@ -95,10 +95,7 @@ def _superellipse(angle: Array, thick: float, wide: float) -> Array:
     """Points (n, 2) of a superellipse of power 4, counter-clockwise."""
     cosine, sine = np.cos(angle), np.sin(angle)
     return np.column_stack(
-        [
-            thick * np.sign(cosine) * np.sqrt(np.abs(cosine)),
-            wide * np.sign(sine) * np.sqrt(np.abs(sine)),
-        ]
+        [thick * np.sign(cosine) * np.sqrt(np.abs(cosine)), wide * np.sign(sine) * np.sqrt(np.abs(sine))]
     )
 
 

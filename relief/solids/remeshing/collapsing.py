@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from relief.ground.arrays import Array, Flags, Index
+from relief.ground.arrays import Array, Flags, Index, flagged
 from relief.solids.meshes.neighbourhood import BITS, MASK, among, edge_ends, edge_keys
 from relief.solids.remeshing.triangles import LONG, Triangles
 
@@ -60,8 +60,7 @@ class Collapses:
 
     def _around(self, gone: Index, stays: Index) -> Index:
         """Numbers of the triangles, rising, around vertices to be removed and those they go to."""
-        ends = np.zeros(len(self.triangles.vertices), bool)
-        ends[gone] = ends[stays] = True
+        ends = flagged(np.concatenate([gone, stays]), len(self.triangles.vertices))
         return np.flatnonzero(self.triangles.count(ends) > 0)
 
     def _short_edges(self, size: Array) -> tuple[Index, Index]:
@@ -75,7 +74,7 @@ class Collapses:
         short = np.flatnonzero(length < SHORT)
         one, other, length = one[short], other[short], length[short]
         lines, around = triangles.held_count(), np.bincount(triangles.faces.ravel(), minlength=count)
-        held = triangles.is_held((one << BITS) | other)
+        held = among((one << BITS) | other, triangles.held)
         free = ~triangles.corner & (around <= MOST_AROUND)
         ways = []
         for gone, stays in ((one, other), (other, one)):

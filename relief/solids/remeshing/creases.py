@@ -48,13 +48,6 @@ AT_ONCE = 1 << 15
 """Edges computed together, which bounds the memory."""
 
 
-def turns_at(body: Body, pairs: Index) -> Array:
-    """(n,) angles between the facets on both sides of edges, rad."""
-    unit = units(body.normals)
-    one, other = unit[pairs[:, 0] // 3], unit[pairs[:, 1] // 3]
-    return np.arctan2(np.linalg.norm(np.cross(one, other), axis=1), (one * other).sum(axis=1))
-
-
 def directions(body: Body, halves: Index) -> tuple[Array, Array]:
     """Unit vectors (n, 3) along half-edges, and their lengths (n,), mm."""
     faces = body.faces
@@ -86,7 +79,9 @@ class FacetEdges:
     def between(cls, body: Body) -> "FacetEdges":
         """The edges of a body."""
         pairs = edge_pairs(body.faces)
-        turns = turns_at(body, pairs)
+        unit = units(body.normals)
+        one, other = unit[pairs[:, 0] // 3], unit[pairs[:, 1] // 3]
+        turns = np.arctan2(np.linalg.norm(np.cross(one, other), axis=1), (one * other).sum(axis=1))
         plane = connected(pairs[turns < COPLANAR] // 3, len(body.faces))
         area = np.bincount(plane, body.areas)
         length = directions(body, np.arange(body.faces.size))[1]

@@ -1,4 +1,8 @@
-"""Isotropic remeshing: even triangles on the smooth surface behind the facets of a body."""
+"""Isotropic remeshing: even triangles on the smooth surface behind the facets of a body.
+
+Vertices are projected onto the smooth surface unless triangles would then intersect. The smooth surfaces of a
+thin wall may intersect where its facets do not, for example between a ball and a bore that nearly touches it.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,14 +13,13 @@ import numpy as np
 from relief.ground.arrays import Array, Flags, Index, sums_by, units
 from relief.ground.progress import say, stage
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import edge_pairs
+from relief.solids.meshes.intersections import crossing_faces
+from relief.solids.meshes.neighbourhood import edge_ends, edge_pairs
 from relief.solids.remeshing.collapsing import Collapses
 from relief.solids.remeshing.facet_noise import FACETS_NOISE, smoothed, turns_by_chance
-from relief.solids.remeshing.features import held_lines, regions
 from relief.solids.remeshing.flipping import Flips
-from relief.solids.remeshing.lifting import lifted
 from relief.solids.remeshing.nearest import NearestPoints
-from relief.solids.remeshing.patch import Patch
+from relief.solids.remeshing.patch import Patch, held_lines
 from relief.solids.remeshing.smooth_surface import corner_angles
 from relief.solids.remeshing.triangles import Triangles, repeated
 
@@ -44,6 +47,12 @@ SHRUNK = 0.1
 INWARD = 0.05
 """Share of the way from a corner to the middle of its triangle, at the point whose side of a crease is looked
 up."""
+LEAST_EDGE_MM, PARTED = 1e-3, 0.02
+"""Length of an edge, mm, below which its ends are one point, and part of the way to the middle of its
+neighbours by which such a vertex moves: some um."""
+LIFTINGS = 4
+"""Most rounds in which vertices return to their facets: each round may leave new intersections beside
+them."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +104,7 @@ class _Remesher:
         body = patch.body
         held, corner = held_lines(patch)
         corner[: patch.border] = True
-        self.region = regions(body, held)
-        self.nearest = NearestPoints(body, held, self.region, edge_mm)
+        self.nearest = NearestPoints(body, held, edge_mm)
         self.size = _sizes(patch, edge_mm, arc)
         size = np.full(len(body.vertices), edge_mm)
         np.minimum.at(size, body.faces, self.size[:, None])
@@ -133,9 +141,9 @@ class _Remesher:
             corner, start = triangles.faces.ravel(), np.repeat(triangles.origin, 3)
             own = np.flatnonzero(corner >= first)
             vertex, start = corner[own], start[own]
-            rows = np.unique(np.stack([vertex, self.region[start]]), axis=1, return_index=True)[1]
+            rows = np.unique(np.stack([vertex, self.nearest.region[start]]), axis=1, return_index=True)[1]
             vertex, start = vertex[rows], start[rows]
-            face, share = self.nearest.at(triangles.vertices[vertex], self.region[start], start)
+            face, share = self.nearest.at(triangles.vertices[vertex], start)
             triangles.size[first:] = self.edge_mm
             np.minimum.at(triangles.size, vertex, self.size[face])
             moved = triangles.vertices.copy()
@@ -198,7 +206,7 @@ class _Remesher:
         """Nearest faces of the input and coordinates there, for points at vertices."""
         start = np.zeros(len(self.triangles.vertices), np.int64)
         start[self.triangles.faces] = self.triangles.origin[:, None]
-        return self.nearest.at(points, self.region[start[rows]], start[rows])
+        return self.nearest.at(points, start[rows])
 
     def result(self) -> EvenMesh:
         """The mesh with the normals of the surface, its vertices on the smooth surface."""
@@ -218,7 +226,7 @@ class _Remesher:
         place = triangles.vertices[faces[number, corner]]
         inner = place + INWARD * (triangles.vertices[faces[number]].mean(axis=1) - place)
         start = triangles.origin[number]
-        side, _ = self.nearest.at(inner, self.region[start], start)
+        side, _ = self.nearest.at(inner, start)
         at[held], shares[held] = self.nearest.walk_from(place, side)
         facet, flat_share = patch.located(at.ravel(), shares.reshape(-1, 3))
         normals = patch.surface.normals_at(facet, flat_share).reshape(-1, 3, 3)
@@ -244,8 +252,7 @@ class _Remesher:
         half = pairs[:, 0]
         pairs, half = (each[~(stayed[start] | stayed[end])[half]] for each in (pairs, half))
         middle = 0.5 * (body.vertices[start[half]] + body.vertices[end[half]])
-        origin = self.triangles.origin[half // 3]
-        face, share = self.nearest.at(middle, self.region[origin], origin)
+        face, share = self.nearest.at(middle, self.triangles.origin[half // 3])
         lift = self.patch.lift(face, share)
         flat[pairs] = 4.0 * (self.nearest.places(face, share) + lift - middle)[:, None]
         return flat.reshape(-1, 3, 3), float(self.patch.missed(face, share, lift).max(initial=0.0))
@@ -268,3 +275,41 @@ def vertex_normals(mesh: EvenMesh) -> Array:
     """Normals at the vertices, (n, 3): on creases means over the triangles around, by their angles."""
     weighted = (corner_angles(mesh.body)[:, :, None] * mesh.normals).reshape(-1, 3)
     return units(sums_by(mesh.body.faces, weighted, len(mesh.body.vertices)))
+
+
+def lifted(vertices: Array, onto: Array, faces: Index, free: Flags) -> tuple[Array, Flags]:
+    """Vertices (n, 3) on the smooth surface, and whether they stayed on the facets (n,).
+
+    Args:
+        vertices: On the facets, mm.
+        onto: The same on the smooth surface, mm.
+        faces: (m, 3) of a closed mesh.
+        free: (n,) vertices on no held line; others stay.
+    """
+    stayed = np.zeros(len(vertices), bool)
+    for number in range(LIFTINGS + 1):
+        moved = np.where(stayed[:, None], vertices, onto)
+        _part(moved, faces, free)
+        crossing = faces[crossing_faces(Body(moved, faces))]
+        if number == LIFTINGS or stayed[crossing].all():
+            break
+        stayed[crossing] = True
+    return moved, stayed
+
+
+def _part(vertices: Array, faces: Index, free: Flags) -> None:
+    """Move vertices (n, 3) apart that have come to lie on their neighbours: no triangle may be a point.
+
+    Args:
+        vertices: mm; changed in place.
+        faces: (m, 3) of a closed mesh.
+        free: (n,) vertices on no held line; others stay.
+    """
+    one, other = edge_ends(faces)
+    short = np.linalg.norm(vertices[one] - vertices[other], axis=1) < LEAST_EDGE_MM
+    moving = np.unique(np.where(free[one[short]], one[short], other[short]))
+    moving = moving[free[moving]]
+    if len(moving):
+        count = np.bincount(one, minlength=len(vertices))[moving, None]
+        sums = sums_by(one, vertices[other], len(vertices))
+        vertices[moving] += PARTED * (sums[moving] / count - vertices[moving])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from relief.ground.arrays import Array, Flags, Index, units
+from relief.ground.arrays import Array, Flags, Index, flagged, units
 from relief.solids.meshes.neighbourhood import among, edge_ends, edge_keys, edge_pairs
 from relief.solids.remeshing.triangles import Triangles
 
@@ -47,8 +47,7 @@ class Flips:
         new = edge_keys(c, d)
         sound &= ~among(new, edges) & ~among(new, self.triangles.taken) & (c != d)
         order = np.flatnonzero(sound)
-        self._turned = np.zeros(len(faces), bool)
-        self._turned[one[order]] = self._turned[other[order]] = True
+        self._turned = flagged(np.concatenate([one[order], other[order]]), len(faces))
         order = order[np.argsort(-gain[order], kind="stable")]
         # One flip for the four triangles' vertices each, so that no two make one edge.
         best = np.full(len(faces), len(order))
@@ -69,13 +68,12 @@ class Flips:
             turned = np.ones(len(some), bool)
         else:
             for least in (2, 1):
-                ends = np.zeros(len(triangles.vertices), bool)
-                ends[triangles.faces[turned if least == 2 else some]] = True
+                ends = flagged(triangles.faces[turned if least == 2 else some], len(triangles.vertices))
                 some = np.flatnonzero(triangles.count(ends) >= least)
         faces = triangles.faces[some]
         pairs = edge_pairs(faces)
         keys = edge_keys(*edge_ends(faces))
-        kept = ~triangles.is_held(keys[pairs[:, 0]])
+        kept = ~among(keys[pairs[:, 0]], triangles.held)
         pairs = 3 * some[pairs[kept] // 3] + pairs[kept] % 3
         return pairs[turned[pairs[:, 0] // 3] | turned[pairs[:, 1] // 3]], np.sort(keys)
 

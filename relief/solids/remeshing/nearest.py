@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Flags, Index
+from relief.ground.arrays import Array, Flags, Index, runs
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import edge_pairs, twins
+from relief.solids.meshes.neighbourhood import connected, edge_pairs, nearest_in, twins
 
 GUESSES = 6
 """Samples near a point whose faces are tried first; slivers side by side have their samples side by side."""
@@ -18,20 +18,25 @@ AT_ONCE = 1 << 16
 
 
 class NearestPoints:
-    """Nearest points of a body, each within its region."""
+    """Nearest points of a body, each within its region.
 
-    def __init__(self, body: Body, held: Flags, region: Index, spacing_mm: float) -> None:
+    Attributes:
+        corners: (faces, 3, 3) mm.
+        region: (faces,) numbers of the parts of the surface between held edges.
+    """
+
+    def __init__(self, body: Body, held: Flags, spacing_mm: float) -> None:
         """Take samples of the faces.
 
         Args:
             body: The surface.
             held: (faces, 3) edges that no point crosses.
-            region: (faces,) numbers; nearest points are sought on faces of the same number.
             spacing_mm: Distance of the samples along thin triangles, mm.
         """
-        self.corners, self.region = body.vertices[body.faces], region
+        self.corners = body.vertices[body.faces]
         pairs = edge_pairs(body.faces)
         pairs = pairs[~held.ravel()[pairs[:, 0]]]
+        self.region = connected(pairs // 3, len(body.faces))
         self._twin = twins(pairs, 3 * len(body.faces)).reshape(-1, 3)
         self._vertices = body.faces
         self._around = np.argsort(body.faces.ravel(), kind="stable") // 3
@@ -39,26 +44,25 @@ class NearestPoints:
         self._sampled, points = _samples(self.corners, spacing_mm)
         self._tree = cKDTree(points)
 
-    def at(self, points: Array, region: Index, face: Index) -> tuple[Index, Array]:
+    def at(self, points: Array, face: Index) -> tuple[Index, Array]:
         """Faces (n,) of the nearest points and their barycentric coordinates (n, 3).
 
         Args:
             points: (n, 3) mm.
-            region: (n,) numbers of their regions.
-            face: (n,) a face of the region not far from each point.
+            face: (n,) a face of the region of each point, not far from it.
         """
         found, shares = face.copy(), np.empty((len(points), 3))
         for start in range(0, len(points), AT_ONCE):
             rows = slice(start, start + AT_ONCE)
-            found[rows], shares[rows] = self._some(points[rows], region[rows], face[rows])
+            found[rows], shares[rows] = self._some(points[rows], face[rows])
         return found, shares
 
     def places(self, face: Index, share: Array) -> Array:
         """Points (n, 3) at barycentric coordinates (n, 3) in faces (n,), mm."""
         return np.einsum("nc,ncd->nd", share, self.corners[face])
 
-    def _some(self, points: Array, region: Index, face: Index) -> tuple[Index, Array]:
-        _, samples = self._tree.query(points, GUESSES)
+    def _some(self, points: Array, face: Index) -> tuple[Index, Array]:
+        samples, region = self._tree.query(points, GUESSES)[1], self.region[face]
         best, share = face.copy(), np.empty((len(points), 3))
         share[:], square = nearest_in(points, self.corners[face])
         for guess in self._sampled[samples].T:
@@ -77,9 +81,8 @@ class NearestPoints:
         active = active[share[active].max(axis=1) > 1.0 - CORNER]
         vertex = self._vertices[best[active], np.argmax(share[active], axis=1)]
         count = np.diff(self._last, prepend=0)[vertex]
-        first = np.cumsum(count) - count
-        own = np.repeat(active, count)
-        guess = self._around[np.repeat(self._last[vertex] - count - first, count) + np.arange(len(own))]
+        number, place = runs(count, self._last[vertex] - count)
+        own, guess = active[number], self._around[place]
         same = self.region[guess] == self.region[best[own]]
         own, guess = own[same], guess[same]
         distance = nearest_in(points[own], self.corners[guess])[1]
@@ -125,35 +128,6 @@ def _samples(corners: Array, spacing_mm: float) -> tuple[Index, Array]:
     middle = 0.5 * (corners[rows, short] + corners[rows, (short + 1) % 3])
     way = corners[rows, (short + 2) % 3] - middle
     count = np.maximum(np.ceil(np.linalg.norm(way, axis=1) / spacing_mm).astype(np.int64), 1)
-    face = np.repeat(rows, count)
-    number = np.arange(len(face)) - np.repeat(np.cumsum(count) - count, count)
+    face, number = runs(count)
     along = (number + 0.4) / count[face]
     return face, middle[face] + along[:, None] * way[face]
-
-
-def nearest_in(points: Array, corners: Array) -> tuple[Array, Array]:
-    """Barycentric coordinates (n, 3) of the nearest points of triangles (n, 3, 3), squared distances."""
-    a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    ap = points - a
-    bb, bc, cc = (ab * ab).sum(1), (ab * ac).sum(1), (ac * ac).sum(1)
-    pb, pc = (ap * ab).sum(1), (ap * ac).sum(1)
-    scale = bb * cc - bc * bc
-    sound = scale > 1e-20 * np.maximum(bb, cc) ** 2
-    scale = np.where(sound, scale, 1.0)
-    v, w = (cc * pb - bc * pc) / scale, (bb * pc - bc * pb) / scale
-    share = np.stack([1.0 - v - w, v, w], axis=1)
-    outside = np.flatnonzero(~(sound & (share >= 0.0).all(axis=1)))
-    if len(outside):
-        best = np.full(len(outside), np.inf)
-        for k in range(3):
-            start, way = corners[outside, k], corners[outside, (k + 1) % 3] - corners[outside, k]
-            length = np.maximum((way * way).sum(1), 1e-30)
-            t = np.clip(((points[outside] - start) * way).sum(1) / length, 0.0, 1.0)
-            square = ((start + t[:, None] * way - points[outside]) ** 2).sum(1)
-            nearer = square < best
-            best[nearer] = square[nearer]
-            rows = outside[nearer]
-            share[rows] = 0.0
-            share[rows, k], share[rows, (k + 1) % 3] = 1.0 - t[nearer], t[nearer]
-    nearest = np.einsum("nc,ncd->nd", share, corners)
-    return share, ((nearest - points) ** 2).sum(1)

@@ -1,13 +1,16 @@
-"""A part of a body's surface that is remeshed: its triangles, and where they lie on the smooth surface."""
+"""A part of a body's surface that is remeshed: its triangles, where they lie on the smooth surface, and the
+lines and corners of the part that stay.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from relief.ground.arrays import Array, Flags, Index
+from relief.ground.arrays import Array, Flags, Index, flagged
 from relief.solids.body import Body
-from relief.solids.remeshing.smooth_surface import SmoothSurface, raised
+from relief.solids.meshes.neighbourhood import edge_pairs
+from relief.solids.remeshing.smooth_surface import SmoothSurface, corner_groups, raised
 
 
 @dataclass(frozen=True)
@@ -64,3 +67,28 @@ class Patch:
         facet, flat = self.located(face, share)
         exact = self.surface.exact[facet][:, None] * raised(self.surface.bulges, facet, flat)
         return np.asarray(np.linalg.norm(way - exact, axis=1))
+
+
+def held_lines(patch: Patch) -> tuple[Flags, Flags]:
+    """(faces, 3) edges of a patch that stay, and (vertices,) vertices that stay."""
+    body = patch.body
+    faces = body.faces
+    pairs = edge_pairs(faces)
+    held = patch.creases.ravel().copy()
+    if patch.uv is not None:
+        flat = np.einsum("fkc,fcd->fkd", patch.corners, patch.uv[patch.facet])
+        flat, ahead = flat.reshape(-1, 2), np.roll(flat, -1, axis=1).reshape(-1, 2)
+        one, other = pairs.T
+        seam = ~np.isclose(flat[one], ahead[other]).all(axis=1)
+        seam |= ~np.isclose(ahead[one], flat[other]).all(axis=1)
+        held[pairs[seam].ravel()] = True
+    # Edges of more than two faces, and vertices where several fans meet.
+    single = ~flagged(pairs, len(held))
+    held |= single
+    one, other = pairs.T
+    fan = corner_groups(body, pairs, np.zeros(faces.shape, bool))
+    fans = np.unique(np.stack([faces.ravel(), fan]), axis=1)[0]
+    corner = np.bincount(fans, minlength=len(body.vertices)) > 1
+    half = np.flatnonzero(single)
+    corner[faces.ravel()[half]] = corner[np.roll(faces, -1, axis=1).ravel()[half]] = True
+    return held.reshape(-1, 3), corner

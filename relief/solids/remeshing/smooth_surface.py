@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import cg
 
-from relief.ground.arrays import Array, Flags, Index, sums_by, units
+from relief.ground.arrays import Array, Flags, Index, flagged, sums_by, units
 from relief.ground.errors import naming
 from relief.ground.progress import stage
 from relief.solids.body import Body
@@ -104,9 +104,7 @@ def smooth_surface(
     creases = np.zeros(body.faces.shape, bool)
     creases.reshape(-1)[pairs[sharp | kept].ravel()] = True
     group, guess, fixed = _guess(edges, creases)
-    cut = np.ones(body.faces.size, bool)
-    cut[pairs] = False
-    ends = np.flatnonzero(cut)
+    ends = np.flatnonzero(~flagged(pairs, body.faces.size))
     near = np.full(len(guess), NEAR)
     near[group[np.concatenate([ends, _after(ends)])]] *= CUT
     normals = _fulfilled(body, group, guess, fixed, near)[group].reshape(-1, 3, 3)

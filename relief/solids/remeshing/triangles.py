@@ -8,10 +8,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.ground.arrays import Array, Flags, Index
+from relief.ground.arrays import Array, Flags, Index, flagged
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
-from relief.solids.meshes.neighbourhood import BITS, MASK, among, edge_ends, edge_keys
+from relief.solids.meshes.neighbourhood import BITS, MASK, among, edge_ends, edge_keys, places_among
 from relief.solids.meshes.refining import divided
 
 LONG = 4.0 / 3.0
@@ -62,10 +62,6 @@ class Triangles:
             square += (column[one] - column[other]) ** 2
         return np.sqrt(square)
 
-    def is_held(self, keys: Index) -> Flags:
-        """Whether edges are held, by their keys."""
-        return among(keys, self.held)
-
     def split(self, size: Array) -> int:
         """Divide the edges that are longer than wanted at their middles; returns how many.
 
@@ -83,16 +79,15 @@ class Triangles:
         chosen = chosen[~among(chosen, np.unique(whole))]
         if not len(chosen):
             return 0
-        keys, first = self.keys(), len(self.vertices)
-        at = np.minimum(np.searchsorted(chosen, keys), len(chosen) - 1)
-        middles = np.where(chosen[at] == keys, first + at, -1).reshape(-1, 3)
+        first, at = len(self.vertices), places_among(keys, chosen)
+        middles = np.where(at < 0, -1, first + at).reshape(-1, 3)
         ends = np.stack([chosen >> BITS, chosen & MASK])
         self.vertices = np.concatenate([self.vertices, self.vertices[ends].mean(axis=0)])
         self.corner = np.concatenate([self.corner, np.zeros(len(chosen), bool)])
         self.moved = np.concatenate([self.moved, self.moved[ends].max(axis=0)])
         self.size = np.concatenate([self.size, self.size[ends].max(axis=0)])
         number = first + np.arange(len(chosen))
-        parts = self.is_held(chosen)
+        parts = among(chosen, self.held)
         halves = [edge_keys(end[parts], number[parts]) for end in ends]
         self.held = np.unique(np.concatenate([self.held[~among(self.held, chosen)], *halves]))
         nothing = np.empty((len(self.faces), 3, 0))
@@ -102,8 +97,7 @@ class Triangles:
 
     def drop_unused(self) -> None:
         """Renumber the remaining vertices."""
-        used = np.zeros(len(self.vertices), bool)
-        used[self.faces] = True
+        used = flagged(self.faces, len(self.vertices))
         renumber = np.cumsum(used) - 1
         self.faces = renumber[self.faces]
         self.vertices, self.corner = self.vertices[used], self.corner[used]

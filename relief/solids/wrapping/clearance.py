@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Flags, Index, extents, in_blocks, units
+from relief.ground.arrays import Array, Flags, extents, in_blocks, runs, units
 from relief.ground.progress import this_stage
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import edge_ends
@@ -104,24 +104,14 @@ class LocalFeatureSize:
     def _least(self, points: Array, normals: Array, side: float, near: Array) -> Array:
         """Radii (k,) of the balls at points with normals towards their middles, mm."""
         found = self.tree.query_ball_point(points + self.most_mm * normals, self.most_mm, return_sorted=False)
-        count = np.array([len(some) for some in found])
-        number = np.repeat(np.arange(len(points)), count)
-        radii = np.full(len(points), self.most_mm)
-        if len(number):
-            sample = np.concatenate([some for some in found if some]).astype(np.int64)
-            np.minimum.at(radii, number, self._touching(points, normals, side, near, number, sample))
-        return radii
-
-    def _touching(
-        self, points: Array, normals: Array, side: float, near: Array, number: Index, sample: Index
-    ) -> Array:
-        """Radii (pairs,) of the balls at points that touch the surface at samples, mm."""
-        way = self.samples[sample] - points[number]
-        cosine = (normals[number] * (side * self.normals[sample])).sum(axis=1)
+        number, _ = runs(np.array([len(some) for some in found]))
+        sample = np.concatenate([[], *found]).astype(np.int64)
+        way, towards = self.samples[sample] - points[number], side * self.normals[sample]
+        cosine = (normals[number] * towards).sum(axis=1)
         square = (way**2).sum(axis=1)
         through = square / np.maximum(2.0 * (way * normals[number]).sum(axis=1), 1e-12)
         # The ball touches the plane of a sample beside the sample, within half the distance of two samples.
-        plane = -(way * (side * self.normals[sample])).sum(axis=1) / np.maximum(1.0 - cosine, 1e-12)
+        plane = -(way * towards).sum(axis=1) / np.maximum(1.0 - cosine, 1e-12)
         least = through - self.offset_mm[sample] ** 2 / (2.0 * np.sqrt(np.maximum(square, 1e-12)))
         radius = np.clip(plane, np.maximum(least, 0.0), through)
         # At a crease normals turn as on a fillet; this is the displacement at which points reach the
@@ -129,7 +119,9 @@ class LocalFeatureSize:
         half = np.maximum(0.5 * np.arccos(np.clip(cosine, -1.0, 1.0)), 1e-6)
         beside = (square < (BESIDE * near[number]) ** 2) & (cosine > FACING)
         fillet = np.where(beside, BLENDED * near[number] * np.cos(half) / half, 0.0)
-        return np.where(cosine > SAME_SHEET, self.most_mm, np.maximum(radius, fillet))
+        radii = np.full(len(points), self.most_mm)
+        np.minimum.at(radii, number, np.where(cosine > SAME_SHEET, self.most_mm, np.maximum(radius, fillet)))
+        return radii
 
 
 def clearance_factor(

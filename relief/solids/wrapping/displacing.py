@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from relief.ground.arrays import Array, Flags, Index
+from relief.ground.arrays import Array, Flags, Index, flagged
 from relief.ground.progress import say
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import crossing_faces
@@ -52,36 +52,28 @@ def displaced(
         crossing = _crossing(surface, wrapped, changed, shallow=True)
         if not left or not len(crossing):
             break
-        at = np.zeros(len(factor), bool)
-        at[surface.base.body.faces[surface.fine.parent[crossing]]] = True
+        at = flagged(surface.base.body.faces[surface.fine.parent[crossing]], len(factor))
         away = (moved != 0.0)[body.faces[crossing]].any()
         # Remaining intersections may be those of the smooth surface between vertices of the base.
         if not surface.flatten(at & (tight | (not away))) and not away:
             break
-        before, changed, tight = own.vertices, np.zeros(len(body.faces), bool), tight | at
-        changed[crossing] = True
+        before, changed, tight = own.vertices, flagged(crossing, len(body.faces)), tight | at
         lower = np.where(at, MENDED * factor, factor)
         lower[lower < LEAST_FACTOR] = 0.0
         factor = evened(surface.base.body, lower, surface.base.file.settings.falloff_mm)
         say(f"{len(crossing):,} triangles pass through others; the relief is lowered there")
     # The object's own surface may have intersections that no printer shows.
-    if len(crossing):
-        _refuse(wrapped, _crossing(surface, wrapped, changed))
+    if len(crossing) and len(left_over := _crossing(surface, wrapped, changed)):
+        middles = wrapped.vertices[wrapped.faces[left_over]].mean(axis=1)
+        place = ", ".join(f"{value:.1f}" for value in middles[0])
+        raise PlaceError(
+            "relief",
+            f"{len(left_over):,} triangles pass through others around ({place}) mm, "
+            "however low the relief is",
+            "leave that place out (--mask), take smaller triangles (--faces) or a lower relief (--relief-mm)",
+            middles,
+        )
     return wrapped, factor
-
-
-def _refuse(wrapped: Body, crossing: Index) -> None:
-    """Raise PlaceError if there are triangles, (k,) numbers, that pass through others."""
-    if not len(crossing):
-        return
-    middles = wrapped.vertices[wrapped.faces[crossing]].mean(axis=1)
-    place = ", ".join(f"{value:.1f}" for value in middles[0])
-    raise PlaceError(
-        "relief",
-        f"{len(crossing):,} triangles pass through others around ({place}) mm, however low the relief is",
-        "leave that place out (--mask), take smaller triangles (--faces) or a lower relief (--relief-mm)",
-        middles,
-    )
 
 
 def _crossing(surface: FineSurface, wrapped: Body, changed: Flags, shallow: bool = False) -> Index:

@@ -11,13 +11,13 @@ from relief.ground.arrays import Array, Flags, FloatArray, Index, units
 from relief.solids.body import Body
 from relief.solids.mending.holes import RIM_MM, Holes
 from relief.solids.meshes.neighbourhood import edge_ends, edge_pairs, points_along
+from relief.solids.meshes.openness import Openness
 from relief.solids.meshes.refining import refined
 from relief.solids.meshes.shells import sealed_hollows
 from relief.solids.remeshing.creases import SHARPEST
 from relief.solids.remeshing.smooth_surface import corner_angles
 from relief.solids.wrapping.bare_places import Bare, PlaceError
 from relief.solids.wrapping.masks import ANGLE, OUTSIDE, Points, Regions, mask_at
-from relief.solids.wrapping.measures.openness import Openness
 from relief.solids.wrapping.options import SurfaceOptions
 
 BASE_EDGE_MM = 1.0
@@ -63,6 +63,7 @@ class Settings(SurfaceOptions):
     finest_mm: float = 0.0
 
 
+@dataclass(eq=False)
 class FileSurface:
     """A body of a file, and the share of the textures at its points.
 
@@ -73,6 +74,7 @@ class FileSurface:
         settings: With mask, falloff, holes and how fine the base is.
         colours: (faces, 3, 3) of the corners, or None.
         exact: (faces, 3, 3) normals of the exact surface at the corners, not finite where unknown, or None.
+        masks: Further masks of textures.
         edge_mm: Edges of the even triangles, mm.
         coarser: The same, relative to those for a file: 1, more in a draft.
         bottom: (faces,) those of a flat bottom that stays.
@@ -81,20 +83,18 @@ class FileSurface:
         by_angle: Whether a mask needs the angles of round surfaces.
     """
 
-    def __init__(
-        self,
-        body: Body,
-        uv: Array | None,
-        regions: Regions,
-        settings: Settings,
-        colours: FloatArray | None = None,
-        exact: Array | None = None,
-        masks: Sequence[str | None] = (),
-    ) -> None:
-        self.body, self.uv, self.regions, self.settings = body, uv, regions, settings
-        texts = [mask for mask in (settings.mask, *masks) if mask is not None]
+    body: Body
+    uv: Array | None
+    regions: Regions
+    settings: Settings
+    colours: FloatArray | None = None
+    exact: Array | None = None
+    masks: Sequence[str | None] = ()
+
+    def __post_init__(self) -> None:
+        body, settings = self.body, self.settings
+        texts = [mask for mask in (settings.mask, *self.masks) if mask is not None]
         self.by_angle = any(ANGLE in text or OUTSIDE in text for text in texts)
-        self.colours, self.exact = colours, exact
         longest = float(np.ptp(body.vertices, axis=0).max())
         finest = min(BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
         draft = DRAFT_EDGE_MM * max(1.0, float(np.sqrt(body.areas.sum() / DRAFT_MM2)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Flags, quantiles, smooth_step
+from relief.ground.arrays import Array, Flags, flagged, quantiles, smooth_step
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import ways_from
@@ -108,31 +108,24 @@ class TexturePlacer:
         matrices = turned(placement.turn_deg)[None]
         if layout.around_mm is not None:
             rows, cols = covering.tile.size_mm
-            closings = [
-                closed(around, placement.turn_deg, cols, rows) if np.isfinite(around) else None
-                for around in layout.around_mm
-            ]
-            matrices = np.stack([matrices[0] if closing is None else closing.matrix for closing in closings])
-            lines = [
-                change_line(closing, (rows, cols), placement.turn_deg, part)
-                for closing, part in zip(closings, coordinates.parts, strict=True)
-                if closing is not None
-            ]
-            self._note(*filter(None, lines))
+            closings = [closed(around, placement.turn_deg, cols, rows) for around in layout.around_mm]
+            matrices = np.stack([closing.matrix for closing in closings])
+            for closing, part in zip(closings, coordinates.parts, strict=True):
+                self._note(change_line(closing, (rows, cols), placement.turn_deg, part))
         # The offset is in the axes of the surface.
         uv = layout.uv - np.array(placement.offset_mm)
         corners = self.base.body.vertices[self.base.body.faces]
         return Laid(covering, replace(layout, uv=uv).moved(corners, matrices, np.zeros(2)))
 
-    def _note(self, *lines: str) -> None:
-        self.notes += [line for line in lines if line not in self.notes]
+    def _note(self, line: str) -> None:
+        self.notes += [line] if line and line not in self.notes else []
 
     def _coordinates(self, covering: Covering) -> Coordinates:
         """The coordinates that all textures share; found for the first of them."""
         if self._all is None:
             tile = None if covering.once else covering.tile
             self._all = found_coordinates(self.base, self.placement, tile, BLEND_MM)
-            self._note(*filter(None, [self._all.line]))
+            self._note(self._all.line)
         return self._all
 
     def _once(self, covering: Covering) -> Laid:
@@ -165,8 +158,7 @@ class TexturePlacer:
         leading = layout.leading()
         chart = int(leading[middle])
         own = layout.laid() & (leading == chart)
-        others = np.zeros(len(body.vertices), bool)
-        others[body.faces[~own & layout.laid()]] = True
+        others = flagged(body.faces[~own & layout.laid()], len(body.vertices))
         ways = ways_from(body, others, self.falloff_mm)
         fade = smooth_step(np.minimum(ways, self.falloff_mm) / self.falloff_mm)
         uv = layout.uv[:, chart] - layout.uv[middle, chart, 0]

@@ -9,6 +9,8 @@ odd             a region by its name
 mask.png        a picture over the mesh's texture coordinates: white carries
 colour          colours of the file: white carries, black does not; colour:red where they are red
 z>2 & angle<60  both; z>2 | odd either; not (z>2 | odd) neither
+
+not binds before &, and & before |. A name or a file with one of these signs stands in quotation marks.
 """
 
 import re
@@ -25,7 +27,6 @@ from relief.ground.errors import InputError
 from relief.ground.formats import HEIGHT_MAPS
 from relief.ground.lengths import shown
 from relief.heightmap import load_field
-from relief.solids.wrapping.mask_text import GRAMMAR, Mask, MaskPart, mask_of
 
 ANGLE = "angle"
 """The name of an angle in a mask."""
@@ -41,8 +42,6 @@ CONDITION = re.compile(
     rf"\s*(x|y|z|turn|{ANGLE}(?::[-+]?[xyz])?)\s*([<>])\s*({NUMBER})(?:\s*\.\.\s*({NUMBER}))?\s*"
 )
 """A comparison in a mask; two numbers are both ends of a ramp."""
-PICTURES = HEIGHT_MAPS
-"""Suffixes of pictures that may be masks."""
 LARGEST = 1e6
 """Largest number of a comparison: beyond the largest mesh, mm, and any angle."""
 COLOUR = re.compile(r"colou?rs?(?::\s*(\w+|#[0-9a-fA-F]{6}))?")
@@ -59,6 +58,46 @@ GREY = (0.299, 0.587, 0.114)
 """Shares of red, green and blue in the grey of a colour (ITU-R BT.601)."""
 
 Regions = Mapping[str, Callable[[Array], Flags]]
+GRAMMAR = (
+    "z>2, z>2..5, angle<60, angle:-x<30, turn>90, outside, a picture, colour, colour:red or a region's name, "
+    "several joined by & or |, with not and parentheses"
+)
+"""The grammar of masks, for messages."""
+LONGEST = 1000
+"""Most characters of a mask."""
+DEEPEST = 20
+"""Deepest nesting of parentheses."""
+TOKEN = re.compile(r"""\s*(?:([&|()])|"([^"]*)"|'([^']*)'|(not)(?=[\s(]|$)|([^&|()"'\s][^&|()"']*))""")
+"""A sign, a name in quotation marks, the word not, or anything else up to the next sign."""
+
+
+@dataclass(frozen=True)
+class MaskPart:
+    """A part of a mask that is not divided further.
+
+    Attributes:
+        text: A comparison, a name or a file.
+        inverted: Whether what it leaves out is meant.
+    """
+
+    text: str
+    inverted: bool
+
+
+@dataclass(frozen=True)
+class Joined:
+    """Masks that are joined.
+
+    Attributes:
+        parts: At least two.
+        any: Whether one of them is enough; else all are needed.
+    """
+
+    parts: "tuple[Mask, ...]"
+    any: bool
+
+
+Mask = MaskPart | Joined
 
 
 @dataclass(frozen=True)
@@ -121,7 +160,7 @@ def check_mask(text: str, regions: Regions, with_uv: bool, with_colours: bool) -
 
 
 def _is_picture(text: str) -> bool:
-    return Path(text.strip()).suffix.lower() in PICTURES
+    return Path(text.strip()).suffix.lower() in HEIGHT_MAPS
 
 
 def _at(mask: Mask, points: Points, falloff_mm: float) -> Array:
@@ -228,3 +267,64 @@ def _pictured(path: str, points: Points) -> Array:
     rows, cols = grey.shape
     at = [(1.0 - points.uv[:, 1]) * rows - 0.5, points.uv[:, 0] * cols - 0.5]
     return np.asarray(ndimage.map_coordinates(grey, at, order=1, mode="nearest"))
+
+
+def mask_of(text: str) -> Mask:
+    """The mask of a text, with every not brought to its parts. Raises InputError."""
+    if not text.strip() or len(text) > LONGEST:
+        raise InputError(f"mask: {text[:40]!r} is no mask; expected {GRAMMAR}")
+    return _MaskParser(text).whole()
+
+
+class _MaskParser:
+    def __init__(self, text: str) -> None:
+        self._text, self._at, self._depth = text, 0, 0
+
+    def whole(self) -> Mask:
+        mask = self._joined("|", inverted=False)
+        if self._peek() != "":
+            raise self._refusal(f"{self._peek()} has no beginning")
+        return mask
+
+    def _joined(self, sign: str, inverted: bool) -> Mask:
+        """Masks joined by |, each of masks joined by &, each of parts."""
+        parts: list[Mask] = []
+        while not parts or self._taken(sign):
+            parts.append(self._joined("&", inverted) if sign == "|" else self._one(inverted))
+        # By De Morgan's laws not (a | b) is not a & not b.
+        return parts[0] if len(parts) == 1 else Joined(tuple(parts), any=(sign == "|") != inverted)
+
+    def _one(self, inverted: bool) -> Mask:
+        match = TOKEN.match(self._text, self._at)
+        while match and match[4]:
+            inverted, self._at = not inverted, match.end()
+            match = TOKEN.match(self._text, self._at)
+        if match is None or (match[1] and match[1] != "("):
+            raise self._refusal("a part is missing")
+        self._at = match.end()
+        if not match[1]:
+            text = next(part for part in match.group(2, 3, 5) if part is not None)
+            return MaskPart(text.strip(), inverted)
+        self._depth += 1
+        if self._depth > DEEPEST:
+            raise self._refusal(f"has more than {DEEPEST} parentheses within one another")
+        mask = self._joined("|", inverted)
+        if not self._taken(")"):
+            raise self._refusal("a parenthesis is open")
+        self._depth -= 1
+        return mask
+
+    def _peek(self) -> str:
+        """The next characters; empty at the end."""
+        return self._text[self._at :].strip()[:20]
+
+    def _taken(self, sign: str) -> bool:
+        """Whether a sign follows, which is passed then."""
+        match = TOKEN.match(self._text, self._at)
+        if match is None or match[1] != sign:
+            return False
+        self._at = match.end()
+        return True
+
+    def _refusal(self, fault: str) -> InputError:
+        return InputError(f"mask: {shown(self._text)!r}: {fault}; expected {GRAMMAR}")

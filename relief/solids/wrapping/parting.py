@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from relief.ground.arrays import Array, Flags, Index, renumbered, smooth_step
+from relief.ground.arrays import Array, Flags, Index, flagged, smooth_step
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.meshes.neighbourhood import among, edge_ends, edge_keys, ways_from
@@ -70,7 +70,9 @@ class Rest:
             where: (faces,) triangles of the patch that need it.
         """
         keys = edge_keys(*edge_ends(self.faces))
-        beside = among(keys, self._border_edges(body)).reshape(-1, 3).any(axis=1)
+        shared = edge_keys(*edge_ends(body.faces))
+        shared = np.unique(shared[among(shared, self.edges)])
+        beside = among(keys, shared).reshape(-1, 3).any(axis=1)
         whole = Rest(self.vertices, self.faces[beside], self.border, self.parent[beside]).joined(body)
         needed = np.concatenate([where, np.zeros(int(beside.sum()), bool)])
         fine = refined(whole, edge_mm, needed)
@@ -87,11 +89,6 @@ class Rest:
         parent = np.concatenate([self.parent[~beside], parent])
         rest = Rest(self.vertices, np.concatenate([far, faces[~own]]), count + new, parent)
         return Refined(Body(vertices, faces[own]), fine.parent[own], fine.corners[own]), rest
-
-    def _border_edges(self, body: Body) -> Index:
-        """(k,) sorted keys of the edges that a patch shares with the rest."""
-        keys = edge_keys(*edge_ends(body.faces))
-        return np.unique(keys[among(keys, self.edges)])
 
 
 @dataclass(frozen=True)
@@ -130,8 +127,7 @@ def parted(surface: FileSurface, near: Near | None = None) -> Parting:
         mask = "" if settings.mask is None else f" {settings.mask}:"
         fault = f"mask:{mask} leaves nothing of the surface to the texture"
         raise InputError(f"{fault}; take a wider mask or a smaller falloff")
-    touched = np.zeros(len(body.faces), bool)
-    touched[samples.face[carries]] = True
+    touched = flagged(samples.face[carries], len(body.faces))
     keys = edge_keys(*edge_ends(body.faces)).reshape(-1, 3)
     local = np.flatnonzero(among(keys, np.unique(keys[touched])).any(axis=1))
     fine, parent, corners = _divided(surface, local, touched, carries)
@@ -182,9 +178,7 @@ def _divided(surface: FileSurface, local: Index, touched: Flags, carries: Flags)
             near = tree.query(middle[:, 0])[0] <= reach
             rows, middle, reach = rows[near], middle[near], reach[near]
         if len(rows):
-            needed = np.zeros(len(parent), bool)
-            needed[rows] = True
-            step = refined(fine, float(limit), needed)
+            step = refined(fine, float(limit), flagged(rows, len(parent)))
             fine, corners = step.body, np.einsum("fkc,fcd->fkd", step.corners, corners[step.parent])
             parent = parent[step.parent]
     return fine, parent, corners
@@ -192,9 +186,7 @@ def _divided(surface: FileSurface, local: Index, touched: Flags, carries: Flags)
 
 def _apart(vertices: Array, patch: Index, rest: Index, parent: Index) -> tuple[Body, Rest]:
     """Triangles of a patch with its border first, and the rest with parents, of two sets of triangles."""
-    in_patch, in_rest = np.zeros(len(vertices), bool), np.zeros(len(vertices), bool)
-    in_patch[patch] = True
-    in_rest[rest] = True
+    in_patch, in_rest = (flagged(faces, len(vertices)) for faces in (patch, rest))
     border, inner, others = (
         np.flatnonzero(chosen) for chosen in (in_patch & in_rest, in_patch & ~in_rest, in_rest & ~in_patch)
     )
@@ -208,9 +200,7 @@ def _apart(vertices: Array, patch: Index, rest: Index, parent: Index) -> tuple[B
 def _around(faces: Index, chosen: Flags, count: int) -> Index:
     """Numbers of chosen triangles, (m,) of faces (m, 3), with `RINGS` rings around them."""
     for _ in range(RINGS):
-        near = np.zeros(count, bool)
-        near[faces[chosen]] = True
-        chosen = np.asarray(near[faces].any(axis=1))
+        chosen = np.asarray(flagged(faces[chosen], count)[faces].any(axis=1))
     return np.flatnonzero(chosen)
 
 
@@ -218,10 +208,9 @@ def _patch(
     surface: FileSurface, body: Body, rest: Rest, parent: Index, corners: Array, facets: Index
 ) -> Patch:
     """The patch of triangles on the smooth surface behind the file's facets, (k,) numbers."""
-    used, faces = renumbered(surface.body.faces[facets], len(surface.body.vertices))
     how = surface.settings.facets or "auto"
     exact = None if surface.exact is None else surface.exact[facets]
-    smooth = smooth_surface(Body(surface.body.vertices[used], faces), surface.bottom[facets], how, exact)
+    smooth = smooth_surface(surface.body.part(facets), surface.bottom[facets], how, exact)
     place = np.full(len(surface.body.faces), -1)
     place[facets] = np.arange(len(facets))
     far = RISE * surface.settings.falloff_mm

@@ -60,18 +60,13 @@ def placement_of(options: PlacingOptions) -> Placement:
     """
     checked(options)
     projection, along, at = options.projection, options.along, options.at
-    if along is not None and projection == "uv":
-        raise InputError(
-            "along: does not go with the projection uv: texture coordinates have their own direction",
-            "along: does not go with --projection uv: texture coordinates have their own direction; "
-            "--turn turns them",
-        )
-    if at is not None and projection == "uv":
-        raise InputError(
-            "at: does not go with the projection uv: texture coordinates have their own places",
-            "at: does not go with --projection uv: texture coordinates have their own places; "
-            "--offset moves the texture",
-        )
+    for name, value, own, instead in (
+        ("along", along, "direction", "--turn turns them"),
+        ("at", at, "places", "--offset moves the texture"),
+    ):
+        if value is not None and projection == "uv":
+            fault = f"{name}: does not go with {{}} uv: texture coordinates have their own {own}"
+            raise InputError(fault.format("the projection"), f"{fault.format('--projection')}; {instead}")
     in_middle = isinstance(at, str) and at.strip().lower() == MIDDLE
     shift = _numbers("offset_mm", options.offset_mm, (1, 2), "a length as 2.5, or two as 2.5,-1")
     return Placement(

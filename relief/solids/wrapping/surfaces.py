@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from relief.ground.arrays import AnyArray, Array, Flags, FloatArray, sums_by, units
+from relief.ground.arrays import AnyArray, Array, Flags, FloatArray, flagged, sums_by, units
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.solids.body import Body
@@ -69,7 +69,7 @@ class BaseSurface:
             whole = self.rest.joined(patch.body)
             crossing = crossing_faces(whole, of=np.arange(len(whole.faces)) < len(patch.body.faces))
             if len(crossing):
-                place = crossing_place(whole, np.isin(np.arange(len(whole.faces)), crossing))
+                place = crossing_place(whole, flagged(crossing, len(whole.faces)))
                 at = ", ".join(f"{value:.4g}" for value in place)
                 fault = f"{len(crossing)} faces with texture pass through others, some near ({at}) mm"
                 advice = overlap_advice(whole, settings.united)

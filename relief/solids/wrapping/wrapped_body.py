@@ -6,6 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from relief.ground.arrays import Array, Flags, FloatArray, Index
+from relief.ground.errors import InputError
+from relief.ground.lengths import shown
+from relief.ground.options import checked
 from relief.ground.progress import say, stage
 from relief.solids.body import Body
 from relief.solids.wrapping.bare_places import PlaceError
@@ -13,19 +16,22 @@ from relief.solids.wrapping.clearance import DRAFT_SAMPLES, MOST_SAMPLES, cleara
 from relief.solids.wrapping.displacing import displaced
 from relief.solids.wrapping.edges import edge_of
 from relief.solids.wrapping.file_surface import FileSurface, Settings
+from relief.solids.wrapping.gaps import narrowest_gap
 from relief.solids.wrapping.laying import Laid, TexturePlacer, beside, off_size, reach_of
-from relief.solids.wrapping.masks import Regions
-from relief.solids.wrapping.measures.bending import Bending, bending
-from relief.solids.wrapping.measures.gaps import narrowest_gap
-from relief.solids.wrapping.measures.lowering import Lowering, lowering
-from relief.solids.wrapping.measures.presence import Presence, presence
+from relief.solids.wrapping.masks import Regions, check_mask
+from relief.solids.wrapping.measures import Bending, Lowering, Presence, bending, lowering, presence
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface, FineSurface
 from relief.solids.wrapping.texture_tiles import Covering
-from relief.solids.wrapping.wrap_checks import check_area, check_choices, check_room, check_size
 
 MOST_PLACES = 4
 """Places left without texture at most, after each of which the wrapping begins anew."""
+FEW_SAMPLES = 4
+"""Side of the least square that carries a texture, in its samples."""
+MOST_LEFT_BARE = 0.5
+"""Largest share of the textured area without relief; beyond, the relief does not fit."""
+BARE = 0.1
+"""Factor of the heights below which an area counts as without relief."""
 
 
 @dataclass(frozen=True)
@@ -50,10 +56,6 @@ class Wrapped:
         lowering: Area, factors and places where the relief is lowered.
         bending: Curvatures of the textured surface along the first texture's x and y.
         base: The part with texture, on coarse triangles.
-        farthest_mm: Largest distance of the textured surface from the facets, or from the exact surface, mm.
-        kept_edges: Number of edges between facets of a round surface that are kept.
-        kept_mm: Most that these facets leave out of such a surface, mm.
-        falloff_mm: Width over which textures end, mm.
         presence: How much of the relief is there.
         gap: Width and middle (3,), mm, of the narrowest gap between facing walls; None: there is none.
         source: (faces,) the face of the file's body in which each face lies.
@@ -76,10 +78,6 @@ class Wrapped:
     lowering: Lowering
     bending: tuple[Bending, Bending]
     base: BaseSurface
-    farthest_mm: float
-    kept_edges: int
-    kept_mm: float
-    falloff_mm: float
     presence: Presence
     gap: tuple[float, Array] | None
     source: Index
@@ -188,10 +186,6 @@ def _wrapped(
         lowering=lowering(base.body, where, factor),
         bending=bending(base.body, base.mesh.normals, laid[0].layout, where),
         base=base,
-        farthest_mm=base.mesh.farthest_mm,
-        kept_edges=base.smooth.kept,
-        kept_mm=base.smooth.kept_mm,
-        falloff_mm=settings.falloff_mm,
         presence=presence(surface.fine.body, textured),
         gap=None if settings.draft else narrowest_gap(wrapped, original, own),
         source=np.concatenate([base.facets[base.mesh.facet[fine.parent, nearest]], rest.parent]),
@@ -249,3 +243,66 @@ def _unfit(uv: Array, weight: Array) -> Flags:
     rows = np.arange(len(weight))
     apart = np.linalg.norm(uv[rows, first] - uv[rows, second], axis=1)
     return np.asarray((weight[rows, second] > 0.05) & (apart > 0.1))
+
+
+def check_choices(
+    settings: Settings, masks: Sequence[str | None], regions: Regions, with_uv: bool, with_colours: bool
+) -> None:
+    """Refuse numbers out of range and invalid masks, before the surface is known.
+
+    Args:
+        settings: As for `wrap`.
+        masks: Of the coverings.
+        regions: As for `wrap`.
+        with_uv: Whether the mesh has texture coordinates, or may have.
+        with_colours: Whether it has colours, or may have.
+
+    Raises:
+        InputError: The line names the field.
+    """
+    checked(settings)
+    for mask in (settings.mask, *masks):
+        if mask is not None:
+            check_mask(mask, regions, with_uv, with_colours)
+
+
+def check_size(body: Body, tallest: float) -> None:
+    """Refuse a body smaller than the height of the relief."""
+    longest = float(np.ptp(body.vertices, axis=0).max())
+    if longest < tallest:
+        fault = f"size: {longest:.3g} mm is less than the {tallest:.3g} mm of the relief"
+        raise InputError(
+            f"{fault}; state the unit of the mesh (units), or take a lower relief (relief_mm)",
+            f"{fault}; state the unit of the mesh (--units), or take a lower relief (--relief-mm)",
+        )
+
+
+def check_area(body: Body, carried: Array, pitch_mm: float, mask: str | None) -> None:
+    """Refuse a texture on an area of less than a few samples, by its shares at vertices (n,)."""
+    area = float((body.areas * carried[body.faces].mean(axis=1)).sum())
+    least = (FEW_SAMPLES * pitch_mm) ** 2
+    if area < least:
+        named = "mask" if mask is None else f"mask: {shown(mask)}"
+        raise InputError(
+            f"{named}: leaves nothing of the surface to the texture, or {area:.2g} mm², where it needs "
+            f"{least:.2g} mm² at least; take a wider mask or a smaller falloff"
+        )
+
+
+def check_room(body: Body, where: Flags, factor: Array, tallest: float) -> None:
+    """Refuse a relief that is lowered to nothing on most of the textured area.
+
+    Args:
+        body: The surface.
+        where: (faces,) triangles that carry texture.
+        factor: (vertices,) factors of the heights.
+        tallest: Height of the relief, mm.
+    """
+    areas, least = body.areas[where], factor[body.faces[where]].min(axis=1)
+    bare = float(areas[least < BARE].sum() / areas.sum())
+    if bare > MOST_LEFT_BARE:
+        raise InputError(
+            f"relief: {tallest:.3g} mm is too high for this object: on {100 * bare:.0f} % of the area its "
+            "curvature or thickness leaves less than a tenth; take a lower relief (--relief-mm) or a larger "
+            "object"
+        )

@@ -103,11 +103,7 @@ def _roughness(file: str, _written_ns: int, skin: str) -> float:
 
 
 def _draft(
-    relief: Relief,
-    reached: Any,
-    ratios: dict[str, float],
-    changes: tuple[float, float],
-    error: float,
+    relief: Relief, reached: Any, ratios: dict[str, float], changes: tuple[float, float], error: float
 ) -> Draft:
     from optimize.estimates.drafts import TOLERANCE
 

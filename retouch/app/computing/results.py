@@ -9,8 +9,11 @@ import numpy as np
 import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.run_directory.finished_run import read_verification
+from optimize.run_directory.key import SETTINGS
+from optimize.settings.run_file import load_settings
 from optimize.verification.verification import Places
 from relief.ground.arrays import Array
+from relief.ground.limits import PATCH_SIDE_MM
 from relief.relief import Relief
 from retouch.app.computing.touch import MODEL, middle, touch
 from retouch.app.computing.warnings_kept import kept_warnings, warning_lines
@@ -30,11 +33,16 @@ MAP_SIDE = 512
 
 
 def best_so_far(folder: str) -> tuple[Relief, Relief]:
-    """Original and best relief of a run under way, of its checkpoint. Raises InputError."""
+    """Original and best relief of a run under way, of its checkpoint, both as printed if it has a printer.
+
+    Raises:
+        InputError: a file is missing or damaged.
+    """
     from optimize.run_directory.checkpoint import load_checkpoint
 
-    original = Relief.read(f"{folder}.png")
-    return original, replace(original, heights=load_checkpoint(Path(folder)).best.heights)
+    checkpoint = load_checkpoint(Path(folder))
+    original = load_settings(Path(folder) / SETTINGS).relief(PATCH_SIDE_MM)
+    return original, replace(original, heights=checkpoint.best.heights)
 
 
 def sides(folder: str) -> Sides:
@@ -48,7 +56,8 @@ def sides(folder: str) -> Sides:
     run = subjects[0].run
     finger = retouch.load_skin(DEFAULT_SKIN) if run is None else run.touch.finger
     strains = [np.abs(touch(relief, finger, middle(relief)).strain[0]) for relief in reliefs]
-    most = max(float(np.percentile(np.stack(strains), 99.5)), 1e-6)
+    # The two may have different grids.
+    most = max(float(np.percentile(np.concatenate([strain.ravel() for strain in strains]), 99.5)), 1e-6)
     before, after = (_map(strain, 0.0, most, VIRIDIS, "strain") for strain in strains)
     verification = read_verification(Path(folder))
     felt = None if verification is None else verification.touch.places

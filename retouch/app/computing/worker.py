@@ -19,6 +19,7 @@ from typing import ParamSpec, TypeVar
 
 from relief.ground.errors import InputError
 from relief.ground.progress import Progress, progress
+from retouch.verbs.progress_display import done_of
 
 REPORTED_EVERY_S = 0.25
 """Least time between two lines about what is under way, s."""
@@ -60,13 +61,7 @@ class _Reporter:
         self._stages = self._stages[: now.level] + ([] if now.ended else [now])
         if time.monotonic() >= self._next or not self._stages:
             self._next = time.monotonic() + REPORTED_EVERY_S
-            self._reports.send(": ".join(map(_sentence, self._stages)))
-
-
-def _sentence(stage: Progress) -> str:
-    if stage.at_most and stage.total is not None and stage.done:
-        return f"{stage.stage}, {stage.done:g} of at most {stage.total:g}"
-    return f"{stage.stage}, {100.0 * stage.fraction:.0f} %" if stage.fraction else stage.stage
+            self._reports.send(": ".join(one.stage + done_of(one) for one in self._stages))
 
 
 _log = logging.getLogger(__name__)

@@ -13,7 +13,7 @@ from retouch.app.stages.elements import ReliefView
 from retouch.app.stages.window import AppWindow, PageStage
 from retouch.app.state.runs import earlier_runs, state_of
 from retouch.app.values.findings import Lines, Map, Sides
-from retouch.pages.sentences import smooth_change, surface_band
+from retouch.pages.sentences import change_by_printing, smooth_change, surface_band
 from tactile.quantities import QUANTITIES, ROUGHNESS
 
 WAYS = ("Swipe", "Side by side", "Blink", "Change", "Feel", "Strain")
@@ -76,7 +76,7 @@ class CompareStage(PageStage):
                 ui.label(PLACES_NOTE).classes("hint")
                 # The maps of the report: no text in them comes from a person.
                 self._felt = ui.html(sanitize=False).classes("boards")
-        self._none = ui.label(controls.NO_RESULT).classes("hint")
+        self._none = ui.label().classes("hint")
 
     def _named(self, name: str) -> ReliefView:
         with ui.element("div").classes("named"):
@@ -110,7 +110,7 @@ class CompareStage(PageStage):
         run = session.document.run
         controls.offer(self._run, names, run if run in names else None)
         sides = session.outcomes.sides.answer
-        self._none.set_visibility(sides is None and "sides" not in session.activity.under_way)
+        self._none.set_text(session.outcomes.nothing_to_show())
         self._fault.set_text(session.activity.faults.get("sides", ""))
         self._show_ways(sides)
         if sides is not None:
@@ -170,6 +170,8 @@ def _lines(result: Verification) -> Lines:
     if result.touch.jnd_from_original is None:
         lines.append(("feel", smooth_change(*result.touch.ends_of(ROUGHNESS.name))))
         lines += [("skin's surface", surface_band(band)) for band in result.touch.surface_bands or ()]
+    if (change := change_by_printing(result)) is not None:
+        lines.append(("printer", change))
     if result.touch.verified_by is not None:
         lines.append(("verified by", result.touch.verified_by))
     if (fingers := result.touch.fingers) is not None and fingers.jnd_min is not None:

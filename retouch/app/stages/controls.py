@@ -18,7 +18,6 @@ from retouch.app.values.folders import textures
 
 LONGEST_TEXT = 300
 """Most characters of the text of an option."""
-NO_RESULT = "No run has a result yet."
 
 
 @contextmanager

@@ -56,10 +56,8 @@ def draft_line(draft: Draft, own: bool, goal: str) -> str:
         words.append(f"{ratio:.2f} of the original's {CONTACT_AREA.label}")
     if (ratio := draft.ratios.get(ROUGHNESS.name)) is not None:
         words.append(f"{math.log(ratio) / math.log(ROUGHNESS_JND):+.2f} JND")
-    change = (
-        f"{draft.change_percent_of_white:.2f} % of white, {draft.change_percent:.1f} % of the mean picture"
-    )
-    words.append(f"pictures change by {change}")
+    white = f"{draft.change_percent_of_white:.2f} % of white"
+    words.append(f"pictures change by {white}, {draft.change_percent:.1f} % of the mean picture")
     name = ("Draft" if draft.met else "Nearest so far") if own else "Nearest known"
     return f"{name}: {', '.join(words)}".replace("-", "−")
 

@@ -31,10 +31,8 @@ class ObjectStage(PageStage):
         change, outcomes = self.session.history.change_part, self.session.outcomes
         with controls.section("Object"):
             self._what = ui.label().classes("hint")
-            suffixes = SUFFIXES[PARTS_FOLDER]
-            zone = DropZone(
-                "Choose a part", "or drop one: STL, OBJ, PLY, GLB, 3MF, STEP", "/app/part", suffixes
-            )
+            hint = "or drop one: STL, OBJ, PLY, GLB, 3MF, STEP"
+            zone = DropZone("Choose a part", hint, "/app/part", SUFFIXES[PARTS_FOLDER])
             zone.on("kept", lambda event: change(mesh=str(event.args["file"])))
             self._mesh = controls.select("Object", {}, lambda mesh: change(mesh=mesh))
             self._fields = {
@@ -60,7 +58,7 @@ class ObjectStage(PageStage):
         """Bring its elements to the state of the session."""
         activity, outcomes, document = self.session.activity, self.session.outcomes, self.session.document
         ready = outcomes.sides.answer is not None
-        self._what.set_text(f"The result of {document.run} lies on it." if ready else controls.NO_RESULT)
+        self._what.set_text(outcomes.nothing_to_show() or f"The result of {document.run} lies on it.")
         self._show_choices()
         if self._frame.props.get("src", "") != outcomes.address:
             self._frame.props["src"] = outcomes.address

@@ -52,7 +52,7 @@ class PrintStage(PageStage):
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
         session, sides = self.session, self.session.outcomes.sides.answer
-        self._what.set_text(controls.NO_RESULT if sides is None else f"The result of {session.document.run}.")
+        self._what.set_text(session.outcomes.nothing_to_show() or f"The result of {session.document.run}.")
         self.window.light_up(self._view, None if sides is None else sides.after)
         self._view.set_visibility(sides is not None)
         self._button.set_enabled(sides is not None and "print" not in session.activity.under_way)

@@ -4,10 +4,12 @@ from functools import partial
 
 from nicegui import ui
 
+from optimize.run_directory.finished_run import read_verification
 from retouch.app.stages.controls import LineTable, button, details, fault_label, section
 from retouch.app.stages.elements import StepChart
 from retouch.app.stages.window import AppWindow, PageStage
 from retouch.app.state.runs import QueuedRun, State, steps
+from retouch.pages.sentences import change_by_printing
 
 LINES = 12
 """Last lines of the command that are shown."""
@@ -90,6 +92,11 @@ class RunStage(PageStage):
             shown.append(("pictures", change))
         if job.state.busy and not stoppable:
             shown.append(("stop", ELSEWHERE))
+        result = None if job.state.busy else read_verification(job.folder)
+        if result is not None:
+            shown.append(("warning" if job.state is State.SHORT else "stop", result.stop.message))
+            if (by_printing := change_by_printing(result)) is not None:
+                shown.append(("printer", by_printing))
         if said and job.state.busy:
             shown.append(("now", said[-1]))
         elif said and (job.state is State.FAILED or job.died):

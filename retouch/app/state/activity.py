@@ -63,9 +63,8 @@ class Activity:
     def fail(self, subject: str, error: Exception) -> None:
         """Keep an error as the fault of a subject."""
         expected = isinstance(error, InputError | OSError | ArithmeticError)
-        if not expected:
-            # Of the models: a contact that does not converge, for one.
-            _log.info("%s", subject, exc_info=error)
+        if not isinstance(error, InputError):
+            _log.error("%s", subject, exc_info=error)
         # Names of files may hold what no page can show.
         self.faults[subject] = plain(str(error) if expected else f"{type(error).__name__}: {error}")
 

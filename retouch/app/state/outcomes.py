@@ -13,8 +13,11 @@ from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity
 from retouch.app.state.history import UndoHistory
 from retouch.app.state.latest import Latest
+from retouch.app.state.runs import finished_runs
 from retouch.app.values.document import AppDocument, ObjectChoice, PrintChoice
 from retouch.app.values.findings import Sides, Written
+
+NO_RESULT = "No run has a result yet."
 
 
 class Outcomes:
@@ -55,6 +58,17 @@ class Outcomes:
             self.sides.want(None)
         else:
             self.sides.want((run, written), "reading the run", topic=run)
+
+    def nothing_to_show(self) -> str:
+        """Why there is no original and result of the run that is looked at; empty if there is."""
+        run = self._history.document.run
+        if self.sides.answer is not None:
+            return ""
+        if fault := self._activity.faults.get(self.sides.subject):
+            return fault
+        if self.sides.key is not None:
+            return "The run is being read."
+        return f"{Path(run).name} has no result yet." if run and finished_runs() else NO_RESULT
 
     def _looked_at(self) -> str:
         run = self._history.document.run

@@ -139,11 +139,7 @@ class QueuedRun:
         with self.log.open("ab") as log:
             # A session of its own: a Ctrl-C in the terminal is for the app, which asks the run to stop.
             self.process = subprocess.Popen(
-                [*COMMAND, *words],
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=log,
-                start_new_session=True,
+                [*COMMAND, *words], stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True
             )
 
     def stop(self) -> None:

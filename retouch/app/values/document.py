@@ -148,7 +148,8 @@ class FeelChoice:
         else:
             goal = f"{number:g} of the original's {goals()[self.goal].label}"
         where = "all over" if self.region is None or number is None else "where it is painted"
-        return f"{goal}, {where}, to the finger {self.skin}."
+        made = "" if self.printer is None else f", as printed by {self.printer}"
+        return f"{goal}, {where}, to the finger {self.skin}{made}."
 
     def command(self, heights: str, out: str) -> list[str]:
         """The arguments of the command that runs, after `retouch`."""

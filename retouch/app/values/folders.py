@@ -116,9 +116,10 @@ def next_run(picture: str, known: Container[str | None] = ()) -> Path:
         known: folders that are not taken, although they may not be there.
     """
     stem = UNUSUAL.sub("-", Path(picture).stem).strip(".-")[:LONGEST_STEM] or "picture"
-    for number in itertools.count(1):
-        folder = RUNS_FOLDER / f"{stem}-{number}"
+
+    def is_free(folder: str) -> bool:
         files = (f"{folder}{suffix}" for suffix in ("", ".png", ".log"))
-        if str(folder) not in known and not any(map(os.path.lexists, files)):
-            return folder
-    raise AssertionError("count ends never")
+        return folder not in known and not any(map(os.path.lexists, files))
+
+    folders = (str(RUNS_FOLDER / f"{stem}-{number}") for number in itertools.count(1))
+    return Path(next(filter(is_free, folders)))

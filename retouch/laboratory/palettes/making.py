@@ -128,7 +128,7 @@ def _optimised(
     table = {"name": "fills", "set": settings or {}, "axes": {"fill": values}}
     study = study_of(request, f"Palette: {', '.join(request.names)}", [table], out)
     expanded = expand(study)
-    rows = engine.compute(expanded, out, make_runner, study.measures)
+    rows = engine.compute(expanded, out, make_runner, study.measures, what="fills")
     for fault in (*expanded.faults, *rows.failures.values()):
         raise InputError(fault)
     fills = []

@@ -9,7 +9,7 @@ from typing import Any
 from relief.ground.errors import InputError
 from retouch.laboratory.people.comparisons import QUANTITIES, PairResults, Question, compared
 from retouch.laboratory.people.plan import planned
-from retouch.laboratory.people.plates import SetPlate, read_plates
+from retouch.laboratory.people.plates import SetPlate, labels_of, read_plates
 from retouch.laboratory.people.power import Power, power
 from retouch.laboratory.people.ranks import (
     RatingResults,
@@ -23,6 +23,8 @@ from retouch.laboratory.people.reading import COLDER, ROUGHER, SAME, read_answer
 from retouch.laboratory.people.tables import ColumnMap, Plan
 from retouch.laboratory.people.whose_finger import FingerFit, fingers
 
+TOO_WIDE = 60.0
+"""Half width of the interval of a JND, %, from which holding a prediction means nothing."""
 BEHIND = 3.0
 """Difference of log-likelihoods from which another finger counts as worse: 20 to 1."""
 
@@ -102,7 +104,8 @@ def analysed(
         InputError: the folder is no finished set, or the answers are not to it.
     """
     plates = read_plates(folder, fingers=bool(files))
-    plans, textures = planned(folder), tuple(dict.fromkeys(plate.texture for plate in plates.values()))
+    plans = planned(folder, labels_of(plates))
+    textures = tuple(dict.fromkeys(plate.texture for plate in plates.values()))
     plan_power = _power(plans, plates)
     if not files:
         if not any(plan_power.values()):
@@ -159,7 +162,8 @@ def _notes(results: AnswersResults) -> Iterator[str]:
         if one.weber is not None and one.weber_high is not None:
             half = 50.0 * (one.weber_high - one.weber_low) / one.weber
             predicted = found.predicted_weber
-            verdict = "holds" if one.weber_low <= predicted <= one.weber_high else "excludes"
+            inside = one.weber_low <= predicted <= one.weber_high
+            verdict = "excludes" if not inside else "holds" if half < TOO_WIDE else "is too wide to test"
             yield (
                 f"the JND of {people} people is known to about ±{half:.0f} %; its interval {verdict} the "
                 f"predicted {100.0 * predicted:.0f} %"
@@ -169,5 +173,7 @@ def _notes(results: AnswersResults) -> Iterator[str]:
     if results.fingers:
         best, *others = results.fingers
         near = [other.name for other in others if other.behind < BEHIND]
-        said = f"{best.name} explains the answers best"
-        yield f"{said}; not told from it: {', '.join(near)}" if near else said
+        if near:
+            yield f"the answers do not decide between the fingers {', '.join((best.name, *near))}"
+        else:
+            yield f"of the fingers, {best.name} explains the answers best"

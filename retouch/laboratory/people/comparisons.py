@@ -21,6 +21,7 @@ from retouch.laboratory.people.scores import (
     ranked,
     wilson,
 )
+from retouch.laboratory.people.tables import grouped
 from retouch.laboratory.stimulus_sets.prediction import CONTACT_JND
 from tactile.jnd import ROUGHNESS_JND
 
@@ -183,9 +184,7 @@ class Question:
     @classmethod
     def of(cls, name: str, pairs: Sequence[JudgedPair]) -> "Question":
         """The answers, by person."""
-        by_person: dict[str, list[JudgedPair]] = {}
-        for pair in pairs:
-            by_person.setdefault(pair.person, []).append(pair)
+        by_person = grouped((pair.person, pair) for pair in pairs)
         return cls(name, tuple(by_person), tuple(tuple(each) for each in by_person.values()))
 
     def without(self, people: Sequence[str]) -> "Question":
@@ -307,15 +306,13 @@ def _matrix(
     question: Question, plates: Mapping[str, SetPlate], quantity: str, ratio: float
 ) -> list[Preference]:
     """How often each plate ranks above each other of its texture, and should: the paper's figure 25."""
-    counts: dict[tuple[str, str], list[int]] = {}
-    for pair in itertools.chain(*question.pairs):
-        if plates[pair.first].texture == plates[pair.second].texture:
-            lower, upper = sorted(
-                (pair.first, pair.second), key=lambda label: float(getattr(plates[label], quantity))
-            )
-            counts.setdefault((upper, lower), []).append(pair.told == upper)
+    told = [
+        (pair.told, *sorted((pair.first, pair.second), key=lambda label: getattr(plates[label], quantity)))
+        for pair in itertools.chain(*question.pairs)
+        if plates[pair.first].texture == plates[pair.second].texture
+    ]
     rows = []
-    for (upper, lower), above in counts.items():
+    for (upper, lower), above in grouped(((high, low), label == high) for label, low, high in told).items():
         jnd = math.log(getattr(plates[upper], quantity) / getattr(plates[lower], quantity)) / math.log(ratio)
         low, high = wilson(sum(above), len(above))
         shares = (100.0 * sum(above) / len(above), 100.0 * low, 100.0 * high, 100.0 * float(ndtr(jnd)))

@@ -114,11 +114,6 @@ class PersonLikelihood:
     of_lapses: Array
 
 
-def likelihoods(people: Sequence[PairAnswers], grid: LikelihoodGrid) -> list[PersonLikelihood]:
-    """The likelihood of each person's answers on the grid."""
-    return [_summed(one, grid) for one in log_likelihoods(people, grid)]
-
-
 def log_likelihoods(people: Sequence[PairAnswers], grid: LikelihoodGrid) -> Array:
     """(p, lapses, t, b) logarithms of the likelihood of each person's answers."""
     xs, counts, seconds = _counted(people)
@@ -147,7 +142,7 @@ def _counted(people: Sequence[PairAnswers]) -> tuple[Array, Array, Array]:
     return xs, counts, seconds
 
 
-def _summed(logs: Array, grid: LikelihoodGrid) -> PersonLikelihood:
+def summed(logs: Array, grid: LikelihoodGrid) -> PersonLikelihood:
     """Sums over what each likelihood of a person leaves out, of logarithms (lapses, noise, preference)."""
     most = logs.max()
     likelihood = np.exp(logs - most)

@@ -19,14 +19,15 @@ import numpy as np
 
 from relief.ground.errors import InputError
 from relief.ground.files import write_atomically
+from relief.ground.progress import say
 from retouch.laboratory.people.plates import SetPlate, areas_of, levels_of, read_plates
 from retouch.laboratory.people.reading import COLDER, HEADINGS, MAGNITUDES, ROUGHER, SAME, SORTS, TRIAL
-from retouch.laboratory.people.tables import PLATES, read_table
+from retouch.laboratory.people.tables import PLATES, grouped, read_table
 from retouch.laboratory.stimulus_sets.levels import CONTACT, ROUGHNESS
 from retouch.laboratory.stimulus_sets.stimulus_set import Experiment
 
-FOLDER = "experiment"
-"""Folder of the plan in that of a set."""
+FOLDER, ANSWERS = "experiment", "answers-"
+"""Folder of the plan in that of a set, and how folders and tables of answers begin there."""
 APART = 2
 """Trials of other textures between two of one."""
 MOST_RATINGS = 60
@@ -54,8 +55,8 @@ class TrialPlan:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Names of the plates."""
-        return tuple(plate.label for plate in self.plates)
+        """Names of the plates to people: their codes, if they have any."""
+        return tuple(plate.code or plate.label for plate in self.plates)
 
     @property
     def textures(self) -> tuple[str, ...]:
@@ -159,9 +160,8 @@ def _shared_out(
 
 def _ordered(trials: Trials, textures: Sequence[str], rng: np.random.Generator) -> Trials:
     """Trials in random order, one texture again after `APART` others where that is possible."""
-    waiting: dict[str, Trials] = {}
-    for k in rng.permutation(len(trials)):
-        waiting.setdefault(textures[trials[k][0]], []).append(trials[k])
+    shuffled = [trials[k] for k in rng.permutation(len(trials))]
+    waiting = grouped((textures[trial[0]], trial) for trial in shuffled)
     ordered: Trials = []
     recent: list[str] = []
     while waiting:
@@ -184,6 +184,14 @@ def csv_bytes(rows: Iterable[Sequence[object]]) -> bytes:
     return text.getvalue().encode()
 
 
+def check_answers(folder: Path) -> None:
+    """Raises InputError if a set holds answers to its plan, which another plan cannot read."""
+    if answered := sorted((folder / FOLDER).glob(f"{ANSWERS}*/{ANSWERS}*.csv")):
+        raise InputError(
+            f"{answered[-1].parent}: answers to the plan that is there; move them, or keep the plan"
+        )
+
+
 def write_plan(folder: Path, experiment: Experiment) -> TrialPlan | None:
     """Write the tables of a plan into the folder of a set; None where the set has no two plates to compare.
 
@@ -193,6 +201,12 @@ def write_plan(folder: Path, experiment: Experiment) -> TrialPlan | None:
     trial_plan = plan(read_plates(folder), experiment)
     if not trial_plan.trials:
         return None
+    compared = trial_plan.trials.get(ROUGHER) or trial_plan.trials.get(COLDER) or {}
+    if any(len(trials) != experiment.pairs for trials in compared.values()):
+        trials = len(next(iter(compared.values())))
+        say(
+            f"{trials} pairs each instead of {experiment.pairs}: each of the plan's pairs comes equally often"
+        )
     for question in trial_plan.trials:
         write_atomically(folder / FOLDER / f"{question}.csv", csv_bytes(trial_plan.rows(question)))
     for question in HEADINGS.keys() - trial_plan.trials.keys():
@@ -200,8 +214,12 @@ def write_plan(folder: Path, experiment: Experiment) -> TrialPlan | None:
     return trial_plan
 
 
-def planned(folder: Path) -> dict[str, dict[tuple[str, int], tuple[str, ...]]]:
+def planned(folder: Path, labels: Mapping[str, str]) -> dict[str, dict[tuple[str, int], tuple[str, ...]]]:
     """Labels of each trial of a set's plan, by question, person and number; empty without a plan.
+
+    Args:
+        folder: of the set.
+        labels: by code.
 
     Raises:
         InputError: a table of the plan is damaged.
@@ -221,5 +239,6 @@ def planned(folder: Path) -> dict[str, dict[tuple[str, int], tuple[str, ...]]]:
             key = row.text("person"), row.whole(TRIAL)
             if key in trials and question != SORTS:
                 raise row.fault(f"trial: {key[1]} of {key[0]} is there twice")
-            trials[key] = (*trials.get(key, ()), *(row.text(name) for name in PLATES[question]))
+            plates = [row.text(name) for name in PLATES[question]]
+            trials[key] = (*trials.get(key, ()), *(labels.get(plate, plate) for plate in plates))
     return found

@@ -1,19 +1,18 @@
 """The plates of a set as experiments need them: what each measures, and what each finger feels of it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from optimize.run_directory.finished_run import read_verification
 from relief.ground.errors import InputError
-from retouch.laboratory.people.tables import CsvRow, read_table
-from retouch.laboratory.stimulus_sets.document import PLATES
+from retouch.laboratory.people.tables import CsvRow, grouped, read_table
+from retouch.laboratory.stimulus_sets.document import MEASURED, PLATES
 from retouch.laboratory.stimulus_sets.levels import CONTACT, ROUGHNESS
 from tactile.jnd import SMOOTH_BELOW
 
 COLUMNS = ("texture", "label", "kind", "level", "roughness", "contact_area_mm2")
 """Columns of `plates.csv` without which there is no experiment."""
-MEASURED = "measured finger"
-"""Name of the measured finger of every run (`optimize.verification.other_fingers`)."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +21,7 @@ class SetPlate:
 
     Attributes:
         label: its name.
+        code: that stands for it on its back and in the experiment; empty without codes.
         texture: name of its texture.
         kind: as in `retouch.laboratory.stimulus_sets.levels`.
         level: JND, or ratio of contact areas.
@@ -40,6 +40,7 @@ class SetPlate:
     contact_area_mm2: float
     picture_change_percent: float | None
     folder: Path
+    code: str = ""
     by_finger: dict[str, float] = field(default_factory=dict, repr=False)
 
 
@@ -91,6 +92,7 @@ def _plate(row: CsvRow, folder: Path, fingers: bool) -> SetPlate:
             else None
         ),
         folder=run,
+        code=row.cells.get("code", ""),
         by_finger=_by_finger(run) if fingers else {},
     )
 
@@ -106,6 +108,11 @@ def _by_finger(folder: Path) -> dict[str, float]:
     if result.touch.measured is not None:
         felt[MEASURED] = result.touch.measured.roughness
     return {name: value for name, value in felt.items() if value >= SMOOTH_BELOW}
+
+
+def labels_of(plates: Mapping[str, SetPlate]) -> dict[str, str]:
+    """Labels by code."""
+    return {plate.code: plate.label for plate in plates.values() if plate.code}
 
 
 def levels_of(plates: dict[str, SetPlate]) -> dict[str, list[SetPlate]]:
@@ -130,8 +137,7 @@ def areas_of(plates: dict[str, SetPlate]) -> dict[str, list[SetPlate]]:
 
 
 def _by_texture(plates: list[SetPlate], quantity: str) -> dict[str, list[SetPlate]]:
-    by_texture: dict[str, list[SetPlate]] = {}
-    for plate in sorted(plates, key=lambda plate: float(getattr(plate, quantity))):
-        by_texture.setdefault(plate.texture, []).append(plate)
+    ascending = sorted(plates, key=lambda plate: float(getattr(plate, quantity)))
+    by_texture = grouped((plate.texture, plate) for plate in ascending)
     ordered = dict.fromkeys(plate.texture for plate in plates)
     return {name: by_texture[name] for name in ordered if len(by_texture[name]) > 1}

@@ -23,7 +23,8 @@ from retouch.laboratory.people.likelihood import (
     LikelihoodGrid,
     PairAnswers,
     PersonLikelihood,
-    likelihoods,
+    log_likelihoods,
+    summed,
 )
 
 DROP = 1.9207
@@ -100,7 +101,7 @@ def fit(people: Sequence[PairAnswers], grid: LikelihoodGrid | None = None) -> Po
         grid: of likelihoods; None: one for so many answers.
     """
     grid = grid or LikelihoodGrid.for_answers(max(len(one) for one in people))
-    each = likelihoods(people, grid)
+    each = [summed(one, grid) for one in log_likelihoods(people, grid)]
     joint = _joint(np.array([one.of_noise for one in each]), grid.noise)
     total = joint.sum(axis=1)
     best = np.unravel_index(total.argmax(), total.shape)

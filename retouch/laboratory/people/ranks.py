@@ -23,6 +23,7 @@ from retouch.laboratory.people.scores import (
     raters_reversed,
     wilson,
 )
+from retouch.laboratory.people.tables import grouped
 from retouch.laboratory.stimulus_sets import prediction
 from retouch.laboratory.stimulus_sets.levels import ROUGHNESS
 from tactile.jnd import jnd_apart
@@ -166,9 +167,7 @@ def rated_plates(magnitudes: Sequence[Magnitude], plates: Mapping[str, SetPlate]
 
     Everybody has a scale of their own, and may have had plates of their own: see `rated`.
     """
-    by_person: dict[str, list[Magnitude]] = {}
-    for one in magnitudes:
-        by_person.setdefault(one.person, []).append(one)
+    by_person = grouped((one.person, one) for one in magnitudes)
     turned = raters_reversed(by_person, plates)
     by_person = {name: each for name, each in by_person.items() if name not in turned.left_out}
     magnitudes = list(itertools.chain(*by_person.values()))
@@ -200,13 +199,13 @@ def judged_same(pairs: Sequence[JudgedPair], plates: Mapping[str, SetPlate]) -> 
 
     Of a pair the texture as found is the reference, and the other plate is judged.
     """
-    judgements: dict[str, list[bool]] = {}
-    for pair in pairs:
+
+    def judged_plate(pair: JudgedPair) -> str:
         first = plates[pair.first]
-        is_texture = first.kind == ROUGHNESS and first.level == 0.0
-        judgements.setdefault(pair.second if is_texture else pair.first, []).append(pair.told == YES)
+        return pair.second if first.kind == ROUGHNESS and first.level == 0.0 else pair.first
+
     judged = []
-    for label, same in judgements.items():
+    for label, same in grouped((judged_plate(pair), pair.told == YES) for pair in pairs).items():
         low, high = wilson(sum(same), len(same))
         judged.append(
             JudgedPlate(
@@ -219,11 +218,8 @@ def judged_same(pairs: Sequence[JudgedPair], plates: Mapping[str, SetPlate]) -> 
                 picture_change_percent=plates[label].picture_change_percent,
             )
         )
-    by_kind: dict[str, list[float]] = {}
-    for plate in judged:
-        by_kind.setdefault(plate.kind, []).append(plate.same_percent)
     kinds = {
         kind: JudgedKind(len(each), fmean(each), sum(one >= 100.0 * SAME_HALF for one in each))
-        for kind, each in by_kind.items()
+        for kind, each in grouped((plate.kind, plate.same_percent) for plate in judged).items()
     }
     return SameResults(len(pairs), kinds, tuple(judged))

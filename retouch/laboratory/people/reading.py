@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from relief.ground.errors import InputError
-from retouch.laboratory.people.plates import SetPlate
+from retouch.laboratory.people.plates import SetPlate, labels_of
 from retouch.laboratory.people.tables import (
     ANSWER,
     MAGNITUDES,
@@ -22,6 +22,7 @@ from retouch.laboratory.people.tables import (
     CsvRow,
     CsvTable,
     Plan,
+    grouped,
     read_table,
     rows_by_question,
 )
@@ -122,7 +123,11 @@ def read_answers(
             f"{left_out} rows of the files are no answers: a plate, trial or answer is empty"
         )
     known = {row.text("person") for rows in by_question.values() for row in rows}
+    labels = labels_of(plates)
     for question, each in by_question.items():
+        for row in each:
+            named = (*PLATES[question], ANSWER[question])
+            row.cells.update({name: labels.get(row.cells[name].upper(), row.cells[name]) for name in named})
         rows = [row for row in each if row.cells["person"] not in without]
         rows = _answered(question, rows, plans.get(question, {}), partial, answers.notes)
         _check_labels(question, rows, plates)
@@ -241,10 +246,11 @@ def _check_copies(question: str, rows: Sequence[CsvRow], notes: list[str]) -> No
     """
     if question in (SAME, SORTS):
         return
-    each: dict[tuple[str, Path, bool], list[tuple[str, ...]]] = {}
-    for row in rows:
-        answer = tuple(row.cells[name] for name in (*PLATES[question], ANSWER[question]))
-        each.setdefault((row.text("person"), row.file, TRIAL in row.cells), []).append(answer)
+    names = (*PLATES[question], ANSWER[question])
+    each = grouped(
+        ((row.text("person"), row.file, TRIAL in row.cells), tuple(row.cells[name] for name in names))
+        for row in rows
+    )
     judged = {key: Counter(answers) for key, answers in each.items() if len(answers) >= LEAST_TO_COMPARE}
     same = [pair for pair in itertools.permutations(judged, 2) if judged[pair[0]] <= judged[pair[1]]]
     for key, answers in each.items():
@@ -301,10 +307,7 @@ def _pair(question: str, row: CsvRow) -> JudgedPair:
 
 def _check_sides(question: str, pairs: Sequence[JudgedPair], rows: Sequence[CsvRow]) -> None:
     """Raise InputError for a person whose answers are all the first plate, or all the second."""
-    sides: dict[str, list[bool]] = {}
-    for pair in pairs:
-        sides.setdefault(pair.person, []).append(pair.second_told)
-    for person, seconds in sides.items():
+    for person, seconds in grouped((pair.person, pair.second_told) for pair in pairs).items():
         if len(seconds) >= LEAST_TO_JUDGE and len(set(seconds)) == 1:
             side = "second" if seconds[0] else "first"
             file = next(row.file for row in rows if row.cells["person"] == person)
@@ -316,10 +319,8 @@ def _check_sides(question: str, pairs: Sequence[JudgedPair], rows: Sequence[CsvR
 
 def _sorts(rows: Sequence[CsvRow]) -> list[Sort]:
     """Sorts from rows of a plate each. Raises InputError."""
-    each: dict[tuple[str, str], list[CsvRow]] = {}
-    for row in rows:
-        each.setdefault((row.text("person"), row.text("sort")), []).append(row)
     sorts = []
+    each = grouped(((row.text("person"), row.text("sort")), row) for row in rows)
     for (person, name), of_sort in each.items():
         places: dict[int, CsvRow] = {}
         for row in of_sort:

@@ -24,6 +24,7 @@ from scipy.special import expit
 from relief.ground.arrays import Array
 from retouch.laboratory.people.plates import SetPlate
 from retouch.laboratory.people.reading import MAGNITUDES, Magnitude
+from retouch.laboratory.people.tables import grouped
 
 REVERSED = 2.4
 """Standard deviations below chance of pairs right, or of a slope, from which on a person answered the other
@@ -133,10 +134,7 @@ def _reversed(question: str, notes: Mapping[str, str], people: int) -> Reversed:
 
 def by_texture(labels: Iterable[str], plates: Mapping[str, SetPlate]) -> dict[str, list[str]]:
     """Labels by texture."""
-    found: dict[str, list[str]] = {}
-    for label in labels:
-        found.setdefault(plates[label].texture, []).append(label)
-    return found
+    return grouped((plates[label].texture, label) for label in labels)
 
 
 def ranked(orders: Iterable[Sequence[str]], plates: Mapping[str, SetPlate]) -> Scores:

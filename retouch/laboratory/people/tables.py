@@ -23,6 +23,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TypeVar
 
 from relief.ground.errors import InputError
 from relief.ground.files import read_limited
@@ -70,6 +71,18 @@ IMPORT_ID = '{"importid"'
 """Begin, in lower case, of a cell of the last of Qualtrics's three rows of headings."""
 MOST_SORTED = 99
 """Most labels of a sort in one cell, more than anybody sorts."""
+
+
+K = TypeVar("K")
+V = TypeVar("V")
+
+
+def grouped(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
+    """Values by key, both in the order of the pairs."""
+    groups: dict[K, list[V]] = {}
+    for key, value in pairs:
+        groups.setdefault(key, []).append(value)
+    return groups
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Numbers of a stimulus set: its plates as verified, and how people should rank them."""
 
-import csv
-import io
 import itertools
 import json
 import math
@@ -17,7 +15,7 @@ from optimize.run_directory.finished_run import read_verification
 from optimize.run_directory.pictures import read_grey
 from retouch.laboratory.stimulus_sets import prediction
 from retouch.laboratory.stimulus_sets.levels import CONTACT, CONTROLS, ROUGHNESS, PlateRow
-from retouch.laboratory.studies.document import short
+from retouch.laboratory.studies.document import csv_bytes, short
 from retouch.laboratory.studies.engine import ROWS, Rows
 from retouch.laboratory.studies.records import Cell
 from retouch.laboratory.studies.row_key import SHORT
@@ -28,6 +26,8 @@ DOCUMENT, PLATES, PAIRS = "stimuli.json", "plates.csv", "pairs.csv"
 PAPER_NEIGHBOURS_PERCENT, PAPER_COLDER_PERCENT = 85.0, 83.1
 """Percentages that the paper's participants ranked rightly: neighbours in roughness (5.4.1), and in contact
 area (5.5.1)."""
+MEASURED = "measured finger"
+"""Name of the measured finger of every run (`optimize.verification.other_fingers`)."""
 RENDERS, AFTER = "renders", "-after.exr"
 """Folder of a run's pictures, and the end of the names of those of its result."""
 MET_PERCENT = 1.0
@@ -40,6 +40,7 @@ class PlateNumbers:
 
     Attributes:
         label, kind, level: of the plate.
+        code: that stands for the label on its back and in the experiment; empty without codes.
         roughness, contact_area_mm2: as verified.
         jnd: from its texture as found; None where one of the two is smooth.
         places: of the finger.
@@ -52,6 +53,7 @@ class PlateNumbers:
     """
 
     label: str
+    code: str
     kind: str
     level: float
     roughness: float | None
@@ -226,6 +228,7 @@ def numbers_of(plate: FinishedPlate, original: float | None) -> PlateNumbers:
 
     return PlateNumbers(
         label=plate.plan.label,
+        code=plate.plan.settings.code_of(plate.plan.label),
         kind=plate.plan.kind,
         level=plate.plan.level,
         roughness=felt,
@@ -307,6 +310,8 @@ def _fingers(plates: Sequence[FinishedPlate]) -> list[FingerLevels]:
             for one in result.touch.fingers.each:
                 if one.jnd is not None:
                     felt.setdefault(one.name, []).append(one.jnd)
+            if result.touch.measured is not None and result.touch.measured.jnd_mean is not None:
+                felt.setdefault(MEASURED, []).append(result.touch.measured.jnd_mean)
     return [
         FingerLevels(name, jnds, 100.0 * prediction.neighbours_right(jnds))
         for name, jnds in felt.items()
@@ -395,8 +400,4 @@ def spreadsheets(numbers: SetNumbers) -> dict[str, bytes]:
 
 def _spreadsheet(rows: Sequence[tuple[str, PlateNumbers | PairNumbers]]) -> bytes:
     cells = [{"texture": texture, **asdict(row)} for texture, row in rows]
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(cells[0]) if cells else [])
-    writer.writeheader()
-    writer.writerows(short(cells))
-    return text.getvalue().encode()
+    return csv_bytes(list(cells[0]) if cells else [], short(cells))

@@ -11,7 +11,7 @@ import tomli_w
 from optimize.verification.jod import jod_obstacle
 from relief.ground.files import write_atomically
 from retouch.laboratory.stimulus_sets.controls import Control
-from retouch.laboratory.stimulus_sets.plate_set import TILE, PlateSet
+from retouch.laboratory.stimulus_sets.plate_set import TILE, PlateSet, PrintSettings
 from retouch.laboratory.stimulus_sets.stimulus_set import StimulusSet
 from retouch.laboratory.studies.rows import Expanded, StudyRow
 from retouch.laboratory.studies.study_file import LONGEST_NAME, Study, load_study
@@ -35,12 +35,14 @@ class PlateRow:
         kind: table of the row.
         level: just-noticeable differences, ratio of contact areas, or number of a control.
         row: the row.
+        settings: of the print.
     """
 
     texture: str
     kind: str
     level: float
     row: StudyRow
+    settings: PrintSettings
 
     @property
     def mark(self) -> str:
@@ -136,5 +138,6 @@ def plate_rows(stimuli: StimulusSet, expanded: Expanded) -> Iterator[PlateRow]:
                     own = str(row.labels[TEXTURE]).removesuffix(TILE)
                     level = row.labels[JND if JND in row.labels else SCALE]
                 if own == name:
-                    rows.append(PlateRow(texture.stem.removesuffix(TILE), table.name, float(level), row))
+                    stem = texture.stem.removesuffix(TILE)
+                    rows.append(PlateRow(stem, table.name, float(level), row, stimuli.print))
             yield from sorted(rows, key=lambda plate: plate.level)

@@ -19,8 +19,8 @@ from retouch.laboratory.stimulus_sets.stimulus_set import StimulusSet
 from retouch.laboratory.studies import engine
 from retouch.laboratory.studies.document import document
 from retouch.laboratory.studies.page import page as study_page
+from retouch.laboratory.studies.page import write_files
 from retouch.laboratory.studies.rows import expand
-from retouch.laboratory.studies.writing import write_files
 from retouch.pages.sentences import TextTable
 from tactile.jnd import smooth_clause
 
@@ -64,8 +64,10 @@ class StimulusPlates:
 
     def lines(self, seconds: float | None = None) -> Iterator[str | TextTable]:
         """Lines and the table of the plates for a person; `seconds` that the set took, if it was computed."""
-        headings = ("plate", "kind", "felt, JND", "over places", "contact, mm²", "pictures, %", "JOD")
-        rows = [_cells(plate) for plate in self.numbers.plates]
+        headings = ["plate", "kind", "felt, JND", "over places", "contact, mm²", "pictures, %"]
+        if any(plate.jod is not None for plate in self.numbers.plates):
+            headings.append("JOD")
+        rows = [_cells(plate)[: len(headings)] for plate in self.numbers.plates]
         yield TextTable([(heading, "") for heading in headings], rows, gap=1)
         if smooth := [plate.roughness for plate in self.numbers.plates if plate.jnd is None]:
             yield smooth_clause(min(roughness or 0.0 for roughness in smooth))
@@ -115,44 +117,40 @@ def make(stimuli: StimulusSet, out: Path, make_runner: engine.MakeRunner | None)
     stimuli.check_textures()
     check_sources(stimuli)
     with only_writer(out):
-        return _make(stimuli, out, make_runner)
-
-
-def _make(stimuli: StimulusSet, out: Path, make_runner: engine.MakeRunner | None) -> StimulusPlates:
-    claim(out, stimuli)
-    (out / engine.ROWS).mkdir(exist_ok=True)
-    study = write_study_file(stimuli, make_controls(stimuli, out), out)
-    expanded = expand(study)
-    plates = list(plate_rows(stimuli, expanded))
-    check_labels([plate.label for plate in plates], stimuli.print)
-    if make_runner is None:
-        rows = engine.known(expanded, out, study.measures)
-    else:
-        rows = engine.compute(expanded, out, make_runner, study.measures)
-    of_study = document(study, expanded, rows, quick=False)
-    write_files(out, of_study, study_page(of_study, out), STUDY_PAGE)
-    done = documents.plates_done(plates, rows, out)
-    textures, files = [], list[Path]()
-    for name in stimuli.names:
-        own = [plate for plate in done if plate.plan.texture == name]
-        tiles = {plate.plan.label: read_result(plate.folder, repeats=False) for plate in own}
-        printed = write_plates(out, name, tiles, stimuli.print, stimuli.printer) if tiles else []
-        files += printed
-        with stage(f"pairs of {name}"):
-            paths = [path.relative_to(out).as_posix() for path in printed]
-            textures.append(documents.texture_numbers(name, own, paths))
-    if stimuli.label_advice is not None:
-        say(stimuli.label_advice)
-    for old in set((out / FOLDER).glob("*.3mf")) - set(files):
-        old.unlink()
-    numbers = documents.SetNumbers(
-        textures=textures,
-        summary=documents.summary_of(textures),
-        failures=[*expanded.faults, *(f"{key[:12]}: {why}" for key, why in rows.failures.items())],
-    )
-    write_atomically(out / documents.DOCUMENT, documents.document_bytes(asdict(numbers)))
-    for file, spread in documents.spreadsheets(numbers).items():
-        write_atomically(out / file, spread)
-    write_atomically(out / PAGE, page(numbers, stimuli, out))
-    missing = len(expanded.rows) - len(rows.records) - len(rows.failures)
-    return StimulusPlates(out, numbers, tuple(files), missing)
+        claim(out, stimuli)
+        (out / engine.ROWS).mkdir(exist_ok=True)
+        study = write_study_file(stimuli, make_controls(stimuli, out), out)
+        expanded = expand(study)
+        plates = list(plate_rows(stimuli, expanded))
+        check_labels([plate.label for plate in plates], stimuli.print)
+        if make_runner is None:
+            rows = engine.known(expanded, out, study.measures)
+        else:
+            rows = engine.compute(expanded, out, make_runner, study.measures, what="plates")
+        of_study = document(study, expanded, rows, quick=False)
+        write_files(out, of_study, study_page(of_study, out), STUDY_PAGE)
+        done = documents.plates_done(plates, rows, out)
+        textures, files = [], list[Path]()
+        for name in stimuli.names:
+            own = [plate for plate in done if plate.plan.texture == name]
+            tiles = {plate.plan.label: read_result(plate.folder, repeats=False) for plate in own}
+            printed = write_plates(out, name, tiles, stimuli) if tiles else []
+            files += printed
+            with stage(f"pairs of {name}"):
+                paths = [path.relative_to(out).as_posix() for path in printed]
+                textures.append(documents.texture_numbers(name, own, paths))
+        if stimuli.label_advice is not None:
+            say(stimuli.label_advice)
+        for old in set((out / FOLDER).glob("*.3mf")) - set(files):
+            old.unlink()
+        numbers = documents.SetNumbers(
+            textures=textures,
+            summary=documents.summary_of(textures),
+            failures=[*expanded.faults, *(f"{key[:12]}: {why}" for key, why in rows.failures.items())],
+        )
+        write_atomically(out / documents.DOCUMENT, documents.document_bytes(asdict(numbers)))
+        for file, spread in documents.spreadsheets(numbers).items():
+            write_atomically(out / file, spread)
+        write_atomically(out / PAGE, page(numbers, stimuli, out))
+        missing = len(expanded.rows) - len(rows.records) - len(rows.failures)
+        return StimulusPlates(out, numbers, tuple(files), missing)

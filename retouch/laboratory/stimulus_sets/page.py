@@ -12,7 +12,7 @@ from PIL import Image
 from optimize.run_directory.finished_run import read_result
 from optimize.run_directory.key import REPORT
 from relief.relief import Relief
-from retouch.laboratory.stimulus_sets.document import RENDERS, PlateNumbers, SetNumbers
+from retouch.laboratory.stimulus_sets.document import RENDERS, SetNumbers
 from retouch.laboratory.stimulus_sets.levels import CONTACT, CONTROLS, ROUGHNESS, SCALED
 from retouch.laboratory.stimulus_sets.plates import cut_square
 from retouch.laboratory.stimulus_sets.stimulus_set import StimulusSet
@@ -41,34 +41,22 @@ def page(numbers: SetNumbers, stimuli: StimulusSet, out: Path) -> bytes:
         stimuli: the set.
         out: its folder.
     """
-    textures = []
-    for texture in numbers.textures:
-        kinds = [
-            (heading, [_shown(plate, stimuli, out) for plate in texture.plates if plate.kind == kind])
-            for kind, heading in KINDS.items()
-        ]
-        textures.append(
-            {**vars(texture), "kinds": [(heading, plates) for heading, plates in kinds if plates]}
-        )
+    folders = [plate.folder for plate in numbers.plates]
     return render_page(
         "stimuli.html.j2",
         scripts=("pairs.js",),
         plates=True,
         pair={"title": f"Stimuli: {', '.join(stimuli.names)}"},
         content=numbers,
-        textures=textures,
+        kinds=KINDS,
+        spot=lambda plate: spot(out / plate.folder, plate.label, stimuli.print.plate_mm),
+        reports={folder: f"{folder}/{REPORT}" for folder in folders if (out / folder / REPORT).is_file()},
         summary=numbers.summary,
         settings=stimuli.print,
         printer=stimuli.printer,
         shade=shade,
         spot_samples=SPOT_SAMPLES,
     )
-
-
-def _shown(plate: PlateNumbers, stimuli: StimulusSet, out: Path) -> dict[str, object]:
-    folder = out / plate.folder
-    report = f"{plate.folder}/{REPORT}" if (folder / REPORT).is_file() else None
-    return {**vars(plate), "spot": spot(folder, plate.label, stimuli.print.plate_mm), "report": report}
 
 
 def spot(folder: Path, label: str, plate_mm: float) -> Markup | None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from relief.ground.errors import InputError
 from relief.ground.progress import stage
 from relief.printers import Printer
 from relief.relief import Relief
@@ -16,7 +17,7 @@ from relief.solids.export.back_labels import labelled, pixel_mm
 from relief.solids.export.bed import places_on_beds
 from relief.solids.export.parts import write_parts
 from relief.solids.export.plate_export import plate_mesh
-from retouch.laboratory.stimulus_sets.plate_set import PrintSettings
+from retouch.laboratory.stimulus_sets.plate_set import PlateSet, PrintSettings
 
 FOLDER = "print"
 """Folder of the files to print in that of a set."""
@@ -43,13 +44,15 @@ def cut_square(field: NDArray[Any], width_mm: float, plate_mm: float) -> tuple[N
 
 
 def check_labels(labels: Sequence[str], settings: PrintSettings) -> None:
-    """Check that labels fit on their plates. Raises InputError."""
+    """Check that labels fit on their plates, and that their codes differ. Raises InputError."""
     for label in labels if settings.label_depth_mm is not None else ():
-        pixel_mm(_lines(label), settings.plate_mm, settings.plate_mm)
+        pixel_mm(_lines(label, settings), settings.plate_mm, settings.plate_mm)
+    if settings.codes and len({settings.code_of(label) for label in labels}) < len({*labels}):
+        raise InputError("codes: two plates have one code; rename a texture, or go without codes")
 
 
-def _lines(label: str) -> list[str]:
-    return label.upper().split(" ")
+def _lines(label: str, settings: PrintSettings) -> list[str]:
+    return (settings.code_of(label) or label).upper().split(" ")
 
 
 def plate_bodies(
@@ -79,27 +82,20 @@ def plate_bodies(
             base_mm = math.ceil((base_mm + raised_mm) / layer_mm - 1e-9) * layer_mm - raised_mm
         body = plate_mesh(heights, side_mm, base_mm, stepped=printer is not None)
         depth_mm = settings.label_depth_mm
-        body = body if depth_mm is None else labelled(body, _lines(label), depth_mm)
+        body = body if depth_mm is None else labelled(body, _lines(label, settings), depth_mm)
         low = float(body.vertices[:, 2].min())
         bodies[label] = Body(body.vertices - (0.0, 0.0, low), body.faces)
     return bodies
 
 
-def write_plates(
-    out: Path,
-    texture: str,
-    tiles: Mapping[str, Relief],
-    settings: PrintSettings,
-    printer: Printer | None = None,
-) -> list[Path]:
+def write_plates(out: Path, texture: str, tiles: Mapping[str, Relief], plates: PlateSet) -> list[Path]:
     """Write the plates of a texture as 3MF, one file for each bed that they fill.
 
     Args:
         out: folder of the set.
         texture: name of the texture.
         tiles: by label.
-        settings: of the plates.
-        printer: as for `plate_bodies`.
+        plates: with their settings, and the printer that the tiles are prints of, if they are.
 
     Returns:
         The files.
@@ -108,8 +104,8 @@ def write_plates(
         InputError: a label does not fit on its plate, or a plate on the bed.
     """
     with stage(f"plates of {texture}"):
-        bodies = list(plate_bodies(tiles, settings, printer).items())
-        beds = places_on_beds(len(bodies), settings.plate_mm, settings.bed_mm)
+        bodies = list(plate_bodies(tiles, plates.print, plates.printer).items())
+        beds = places_on_beds(len(bodies), plates.print.plate_mm, plates.print.bed_mm)
         files, first = [], 0
         for number, places in enumerate(beds, start=1):
             here = bodies[first : first + len(places)]

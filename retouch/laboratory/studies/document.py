@@ -3,7 +3,7 @@
 import csv
 import io
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -136,8 +136,13 @@ def spreadsheet(content: StudyDocument) -> bytes:
     axes = dict.fromkeys(axis for table in content.tables for axis in table.axes)
     columns = dict.fromkeys(name for row in rows for name in row)
     order = [*("table", *axes), *(name for name in columns if name not in ("table", "row", "failure", *axes))]
+    return csv_bytes([*order, "failure", "row"], rows)
+
+
+def csv_bytes(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> bytes:
+    """Rows as CSV; an empty cell is a missing value."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, [*order, "failure", "row"], restval="")
+    writer = csv.DictWriter(text, columns, restval="")
     writer.writeheader()
     writer.writerows(rows)
     return text.getvalue().encode()

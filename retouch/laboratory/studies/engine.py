@@ -88,6 +88,7 @@ def compute(
     measures: Sequence[str] = (),
     given: Mapping[str, Record] | None = None,
     again: bool = False,
+    what: str = "rows of the study",
 ) -> Rows:
     """Compute the rows of a study that are missing.
 
@@ -98,6 +99,7 @@ def compute(
         measures: names of the measures.
         given: records by key that come from elsewhere, such as a committed document.
         again: compute each row anew; earlier runs of the rows are removed.
+        what: the rows in words, for the progress.
 
     Raises:
         InputError: the folder holds other files, or another command computes in it.
@@ -125,7 +127,7 @@ def compute(
             if obstacle := MEASURES[name].obstacle():
                 _log.warning("no measure %s: %s", name, obstacle)
         _announce(len(expanded.rows), len(jobs), out)
-        with stage("rows of the study", len(missing)) as advance, _Pass(missing, records, advance) as work:
+        with stage(what, len(missing)) as advance, _Pass(missing, records, advance) as work:
             work.refuse(faults, out)
             failed = work.through(jobs, make_runner)
             work.through(failed, make_runner, last=True)

@@ -6,15 +6,22 @@ from pathlib import Path
 import numpy as np
 
 from optimize.run_directory.key import REPORT
+from relief.ground.files import write_atomically
 from relief.ground.formatting import number
 from retouch.laboratory.studies.columns import Column, filled, heading
-from retouch.laboratory.studies.document import StudyDocument, TableOfDocument
-from retouch.laboratory.studies.engine import ROWS
+from retouch.laboratory.studies.document import (
+    StudyDocument,
+    document,
+    document_bytes,
+    spreadsheet,
+)
+from retouch.laboratory.studies.engine import DOCUMENT, PAGE, ROWS, SPREADSHEET, Rows
 from retouch.laboratory.studies.plots import charts
 from retouch.laboratory.studies.records import Cell
 from retouch.laboratory.studies.row_key import SHORT
 from retouch.laboratory.studies.row_plates import NAMES, row_plates
-from retouch.laboratory.studies.study_file import label_text
+from retouch.laboratory.studies.rows import Expanded
+from retouch.laboratory.studies.study_file import Study, label_text
 from retouch.pages.plate_viewer.appearance import STUDIO
 from retouch.pages.rendering import render_page
 from retouch.pages.templates import as_json
@@ -46,11 +53,16 @@ def page(content: StudyDocument, out: Path) -> bytes:
         charts=plots,
         note=note,
         summary=_summary(cells, len(keys), len(content.failures)),
-        tables=[_table(content, table, out) for table in content.tables],
+        cells=cells,
+        columns_of=lambda table: filled([cells.get(row.key, {}) for row in table.rows]),
+        heading=heading,
+        label_text=label_text,
+        text=_text,
+        reports={key: report for key in keys if (out / (report := f"{_folder(key)}/{REPORT}")).is_file()},
         data=as_json({key: _details(key, numbers, out) for key, numbers in cells.items()}),
         names=NAMES,
         lamps=STUDIO.lamps,
-        plates_of_rows=as_json(row_plates({key: out / ROWS / key[:SHORT] for key in cells})),
+        plates_of_rows=as_json(row_plates({key: out / _folder(key) for key in cells})),
         missing=sum(key not in content.records and key not in content.failures for key in keys),
         meanings_of=filled(list(cells.values())).items(),
     )
@@ -78,28 +90,9 @@ def _summary(cells: Mapping[str, Mapping[str, Cell]], rows: int, failed: int) ->
     }
 
 
-def _table(content: StudyDocument, table: TableOfDocument, out: Path) -> dict[str, object]:
-    """A table for the template: headings, and for each row its cells with the values that they sort by."""
-    cells_of = [content.records[row.key].cells if row.key in content.records else {} for row in table.rows]
-    columns = filled(cells_of)
-    rows = []
-    for row, cells in zip(table.rows, cells_of, strict=True):
-        report = out / ROWS / row.key[:SHORT] / REPORT
-        rows.append(
-            {
-                "key": row.key,
-                "labels": [(label_text(value), value) for value in row.labels.values()],
-                "cells": [(_text(cells.get(key), column), cells.get(key)) for key, column in columns.items()],
-                "report": f"{ROWS}/{row.key[:SHORT]}/{REPORT}" if report.is_file() else None,
-                "failure": content.failures.get(row.key),
-            }
-        )
-    return {
-        "name": table.name,
-        "axes": [(axis, heading(axis)) for axis in table.axes],
-        "columns": columns.items(),
-        "rows": rows,
-    }
+def _folder(key: str) -> str:
+    """The run directory of a row, in that of the study."""
+    return f"{ROWS}/{key[:SHORT]}"
 
 
 def _text(value: Cell, column: Column) -> str:
@@ -112,7 +105,7 @@ def _text(value: Cell, column: Column) -> str:
 
 def _details(key: str, cells: Mapping[str, Cell], out: Path) -> dict[str, object]:
     """What a click on a row shows: every number, and the names of its pictures."""
-    folder = f"{ROWS}/{key[:SHORT]}"
+    folder = _folder(key)
     names = sorted(path.name.removesuffix(BEFORE) for path in (out / folder / RENDERS).glob(f"*{BEFORE}"))
     numbers = {
         name: value if isinstance(value, str) else number(value, 5)
@@ -120,3 +113,26 @@ def _details(key: str, cells: Mapping[str, Cell], out: Path) -> dict[str, object
         if value is not None
     }
     return {"folder": folder, "pictures": names, "numbers": numbers}
+
+
+def write_study(out: Path, study: Study, expanded: Expanded, rows: Rows, quick: bool) -> StudyDocument:
+    """Write document, spreadsheet and page of a study; each file appears whole.
+
+    Args:
+        out: folder of the study.
+        study, expanded, rows: the study, its rows, and what is known of them.
+        quick: whether it is the quick form of the study.
+
+    Returns:
+        The document.
+    """
+    content = document(study, expanded, rows, quick)
+    write_files(out, content, page(content, out))
+    return content
+
+
+def write_files(out: Path, content: StudyDocument, shown: bytes, name: str = PAGE) -> None:
+    """Write a document, its spreadsheet, and the page that shows it by name; each file appears whole."""
+    write_atomically(out / DOCUMENT, document_bytes(content))
+    write_atomically(out / SPREADSHEET, spreadsheet(content))
+    write_atomically(out / name, shown)

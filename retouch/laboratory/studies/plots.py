@@ -1,22 +1,26 @@
 """Plots of a study: means of a column over an axis, a series for each value of another axis."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
+import numpy as np
 from markupsafe import Markup
 
 from retouch.laboratory.studies.columns import UNCHANGED, ZERO_UNCHANGED, heading
 from retouch.laboratory.studies.document import StudyDocument, TableOfDocument, flat_rows
 from retouch.laboratory.studies.records import Cell
-from retouch.laboratory.studies.statistics import RowCells, mean_over
 from retouch.laboratory.studies.study_file import Plot, label_text
 from retouch.pages.intervals import Mean, Means, line_chart, row_chart
 
 DEFAULT_COLUMNS = ("change_percent", "miss_percent")
 """Columns that are drawn where the study file names no plot."""
+RESAMPLES, LEVEL, SEED = 4000, 95.0, 0
+"""Resamples of the bootstrap, its level in percent, and the seed of its random numbers."""
 THROUGH = "Lines go through 0 where nothing is changed, which needs no run."
 """Sentence about lines with a point that has no mark."""
 MOST_SERIES = 6
 """Most values of an axis that become series where the study file does not ask for them."""
+
+RowCells = Mapping[str, Cell]
 
 
 def charts(content: StudyDocument) -> tuple[list[Markup], str]:
@@ -105,3 +109,33 @@ def note(content: StudyDocument) -> str:
         f"Points are means over {drawn}; lines beside them are 95 % intervals of the mean, "
         f"drawn anew from the same {drawn} 4000 times (bootstrap)."
     )
+
+
+def interval(values: Sequence[float]) -> tuple[float, float]:
+    """Ends of the percentile bootstrap interval of a mean (Efron 1979); of one value, both that value."""
+    sample = np.asarray(values, dtype=np.float64)
+    if len(sample) < 2:
+        return float(sample.mean()), float(sample.mean())
+    drawn = np.random.default_rng(SEED).integers(len(sample), size=(RESAMPLES, len(sample)))
+    low, high = np.percentile(sample[drawn].mean(axis=1), [50.0 - LEVEL / 2.0, 50.0 + LEVEL / 2.0])
+    return float(low), float(high)
+
+
+def mean_over(rows: Sequence[RowCells], column: str, over: str | None, place: float) -> Mean | None:
+    """The mean of a column over rows, with its interval; None if no row has a number.
+
+    Args:
+        rows: the rows.
+        column: of the numbers.
+        over: axis whose values the bootstrap draws, each with the mean of its rows; None: it draws rows.
+        place: of the mean in its chart.
+    """
+    groups: dict[object, list[float]] = {}
+    for number, row in enumerate(rows):
+        value = row.get(column)
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            groups.setdefault(number if over is None else row.get(over), []).append(float(value))
+    if not groups:
+        return None
+    values = [float(np.mean(group)) for group in groups.values()]
+    return Mean(place, float(np.mean(values)), *interval(values), len(values))

@@ -4,8 +4,8 @@ import errno
 import os
 import time
 import traceback
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -69,11 +69,14 @@ def run_row(job: RowJob) -> bytes | str:
         InputError: The worker does not see the folder of the study.
         OSError: The disk is at fault.
     """
+    from relief.ground.threads import one_torch_thread
+
     place = job.folder.parent
     if not place.is_dir():
         raise InputError(f"{place}: the worker sees no such folder; the workers of a study share a disk")
     try:
-        with _one_thread():
+        # One thread for arithmetic, and of Dr.Jit as few as Mitsuba can do with.
+        with one_torch_thread(), few_threads():
             content = record_bytes(_computed(job))
             write_atomically(job.folder / FILE, content)
             return content
@@ -154,12 +157,3 @@ def record_failure(folder: Path, error: Exception) -> str:
     trace = "" if isinstance(error, InputError) else "".join(traceback.format_exception(error))
     write_failure(folder, reason, trace)
     return reason
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Use one thread for arithmetic, and of Dr.Jit as few as Mitsuba can do with."""
-    from relief.ground.threads import one_torch_thread
-
-    with one_torch_thread(), few_threads():
-        yield

@@ -189,48 +189,42 @@ def make_dataset(
     Raises:
         InputError: The folder holds another data set or other files, or another command writes into it.
     """
-    with only_writer(folder):
-        return _make_dataset(plan, folder, runner, observer)
-
-
-def _make_dataset(
-    plan: DatasetPlan, folder: Path, runner: Runner, observer: Callable[[ShardResult], None]
-) -> list[Failure]:
     request = plan.request
-    _claim_folder(folder, request)
-    for place in (folder, folder / SHARDS):
-        remove_partial(place)
-    missing, lost = [], list[Failure]()
-    for number in range(request.shards):
-        shard = _existing(folder, request, number)
-        if shard is None:
-            missing.append(number)
-        else:
-            _log.info("%s: is there, not computed again", shard.path)
-            observer(ShardResult(shard))
-    # Closing ends the workers before this function returns or raises.
-    left = sum(len(request.places(number)) for number in missing)
-    with (
-        stage("computing fields of textures", left) as advance,
-        closing(runner(plan.job(number) for number in missing)) as results,
-    ):
-        for result in results:
-            number = result.job.number
-            advance(len(request.places(number)))
-            if isinstance(result.content, bytes):
-                path = shard_path(folder, number)
-                write_atomically(path, result.content)
-                observer(ShardResult(open_shard(path, request, number)))
+    with only_writer(folder):
+        _claim_folder(folder, request)
+        for place in (folder, folder / SHARDS):
+            remove_partial(place)
+        missing, lost = [], list[Failure]()
+        for number in range(request.shards):
+            shard = _existing(folder, request, number)
+            if shard is None:
+                missing.append(number)
             else:
-                textures = zip(request.places(number), result.job.textures, strict=True)
-                abandoned = tuple(
-                    Failure(place, texture.source, str(result.content)) for place, texture in textures
-                )
-                lost += abandoned
-                observer(ShardResult(None, abandoned))
-    failures = sorted([*open_fieldset(folder).failures(), *lost], key=lambda failure: failure.index)
-    write_atomically(folder / FAILURES, text_of_failures(failures).encode())
-    return failures
+                _log.info("%s: is there, not computed again", shard.path)
+                observer(ShardResult(shard))
+        # Closing ends the workers before this function returns or raises.
+        left = sum(len(request.places(number)) for number in missing)
+        with (
+            stage("computing fields of textures", left) as advance,
+            closing(runner(plan.job(number) for number in missing)) as results,
+        ):
+            for result in results:
+                number = result.job.number
+                advance(len(request.places(number)))
+                if isinstance(result.content, bytes):
+                    path = shard_path(folder, number)
+                    write_atomically(path, result.content)
+                    observer(ShardResult(open_shard(path, request, number)))
+                else:
+                    textures = zip(request.places(number), result.job.textures, strict=True)
+                    abandoned = tuple(
+                        Failure(place, texture.source, str(result.content)) for place, texture in textures
+                    )
+                    lost += abandoned
+                    observer(ShardResult(None, abandoned))
+        failures = sorted([*open_fieldset(folder).failures(), *lost], key=lambda failure: failure.index)
+        write_atomically(folder / FAILURES, text_of_failures(failures).encode())
+        return failures
 
 
 def _claim_folder(folder: Path, request: DatasetRequest) -> None:

@@ -44,7 +44,7 @@ class TrainingSetup:
         valid: Conditions that the net is valid for, for the card.
         data: Further entries of the card about the data, by name.
         measure: Returns the errors of a net on textures of the test split, by name with the unit.
-        figures: Returns the outputs of a net for some textures of the corpus.
+        figures: Returns outputs of a net, by name, for heights (1, samples, samples) in mm.
         reference: Name of the model that the errors are measured against.
     """
 
@@ -56,7 +56,7 @@ class TrainingSetup:
     valid: Mapping[str, float]
     data: Mapping[str, str | float]
     measure: Callable[[UNet], dict[str, float]]
-    figures: Callable[[UNet], tuple[Sample, ...]]
+    figures: Callable[[UNet, NDArray[np.float32]], Mapping[str, float]]
     reference: str
 
 

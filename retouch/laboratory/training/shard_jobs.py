@@ -80,7 +80,9 @@ def run_shard(job: ShardJob) -> bytes:
             raise InputError(
                 f"{name}: the data set is made by version {required}, this is {installed.get(name)}"
             )
-    with _ONE_AT_A_TIME, _one_thread(request):
+    # One thread: sums keep their order, and processes share the cores better than threads do.
+    of_drjit = _one_thread_of_drjit() if request.lights != "none" else nullcontext()
+    with _ONE_AT_A_TIME, one_torch_thread(), of_drjit:
         return _run(job)
 
 
@@ -161,13 +163,6 @@ def _light_fields(request: DatasetRequest, heights: AnyArray) -> dict[str, AnyAr
     seed = int(hashlib.sha256(f"lights {checksum(heights)}".encode()).hexdigest()[:15], 16)
     toward = light_directions(request.lights, request.directions, seed)
     return {"toward": toward, **picture_fields(heights, toward, request.strata, seed)}
-
-
-@contextmanager
-def _one_thread(request: DatasetRequest) -> Iterator[None]:
-    """Use one thread: sums keep their order, and processes share the cores better than threads do."""
-    with one_torch_thread(), _one_thread_of_drjit() if request.lights != "none" else nullcontext():
-        yield
 
 
 @contextmanager

@@ -2,8 +2,9 @@
 
 import hashlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Literal
@@ -12,10 +13,11 @@ import torch
 
 from relief.ground.errors import InputError
 from relief.ground.files import only_writer, write_atomically
-from retouch.laboratory.training.curves import curves_page
-from retouch.laboratory.training.look_setup import look_setup
-from retouch.laboratory.training.setup import Kind, TrainingSetup
-from retouch.laboratory.training.touch_setup import touch_setup
+from retouch.laboratory.training.look import look_setup
+from retouch.laboratory.training.setup import Kind, TrainingSetup, card_samples
+from retouch.laboratory.training.touch import touch_setup
+from retouch.pages.rendering import render_page
+from retouch.pages.svg import Series, line_chart
 from surrogate.data.field_set import Fieldset, open_fieldset
 from surrogate.data.request import DATASET_FILE
 from surrogate.nets.training import Epoch, Training, TrainingSettings, train
@@ -79,7 +81,10 @@ def train_net(
             resume, another command writes into ``request.out``, or the training diverges.
     """
     data = open_fieldset(request.data)
-    setup = _setup(kind, data, request)
+    if kind == "touch":
+        setup = touch_setup(data, request.tested, request.reference)
+    else:
+        setup = look_setup(data, request.tested)
     shape = NetShape(setup.inputs, 1, request.widths, BLOCK)
     side = data.request.samples
     if side % shape.multiple:
@@ -92,7 +97,7 @@ def train_net(
 
     def after_epoch(training: Training) -> None:
         save_training(request.out, key, training)
-        write_atomically(request.out / CURVES_PAGE, curves_page(kind, training.epochs))
+        write_atomically(request.out / CURVES_PAGE, _curves_page(kind, training.epochs))
         observer(training.epochs[-1])
 
     loss = setup.loss.to(torch.device(request.device))
@@ -107,12 +112,6 @@ def train_net(
         card = _card(setup, data, net.cpu().requires_grad_(False), key, training)
         save_net(request.out, net, card)
     return card
-
-
-def _setup(kind: Kind, data: Fieldset, request: TrainingRequest) -> TrainingSetup:
-    if kind == "touch":
-        return touch_setup(data, request.tested, request.reference)
-    return look_setup(data, request.tested)
 
 
 def _card(setup: TrainingSetup, data: Fieldset, net: UNet, key: TrainingKey, training: Training) -> ModelCard:
@@ -140,5 +139,31 @@ def _card(setup: TrainingSetup, data: Fieldset, net: UNet, key: TrainingKey, tra
         },
         errors=setup.measure(net),
         versions={"reference": setup.reference} | {name: version(name) for name in PACKAGES},
-        sample=setup.figures(net),
+        sample=card_samples(data.request.samples, partial(setup.figures, net)),
+    )
+
+
+def _curves_page(kind: str, epochs: Sequence[Epoch]) -> bytes:
+    """Return the page, which needs no other file.
+
+    Args:
+        kind: Kind of the net.
+        epochs: Points of the curves, at least one.
+    """
+    best, last = min(epochs, key=lambda epoch: epoch.error), epochs[-1]
+    numbers = [float(epoch.number) for epoch in epochs]
+    chart = line_chart(
+        "Relative errors, added",
+        [
+            Series("training", numbers, [epoch.loss for epoch in epochs], "before"),
+            Series("validation", numbers, [epoch.error for epoch in epochs], "after"),
+        ],
+        "epoch",
+    )
+    caption = (
+        f"{last.number} epochs of {last.steps // last.number} steps in {last.seconds:.0f} s; "
+        f"best validation {best.error:.4g} after epoch {best.number}."
+    )
+    return render_page(
+        "curves.html.j2", pair={"title": f"Training of the {kind} net"}, chart=chart, caption=caption
     )

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from markupsafe import Markup
 from scipy.spatial import cKDTree
 
 from optimize.verification.solids.mesh_feel import MeshFeel
@@ -13,11 +14,17 @@ from relief.solids.body import Part
 from relief.solids.export.parts import write_parts
 from relief.solids.meshes.mesh_places import vertex_normals
 from retouch.pages.colour_maps import NO_VALUE, VIRIDIS
-from retouch.pages.objects.feel_page import LAYER, write_feel_page
+from retouch.pages.rendering import render_page
+from retouch.pages.svg import colour_bar, nice_axis
+from retouch.pages.viewer.figure import key, viewer_figure
+from retouch.pages.viewer.lighter import lighter
 from retouch.pages.viewer.models import ColourLayer, ViewerModel
 from retouch.pages.viewer.still import still_png
-from tactile.jnd import ROUGHNESS_JND
-from tactile.quantities import ROUGHNESS
+from tactile.jnd import ROUGHNESS_JND, jnd_unless_smooth, smooth_clause
+from tactile.quantities import CONTACT_AREA, ROUGHNESS
+
+LAYER = "Roughness"
+"""Name of the layer of colours."""
 
 NEIGHBOURS, WIDTH_MM = 8, 2.5
 """Places whose roughness goes into the colour of a vertex, and the width of their weights, mm."""
@@ -74,5 +81,33 @@ def write_coloured(folder: Path, stem: str, feel: MeshFeel, skin: str) -> tuple[
     colours, ends = vertex_colours(feel)
     solid, picture, page = (folder / f"{stem}-roughness.{suffix}" for suffix in ("glb", "png", "html"))
     write_parts(solid, [Part(stem, feel.body, colours=colours)])
-    write_atomically(picture, still_png(ViewerModel(stem, feel.body, [ColourLayer(LAYER, colours)]), LAYER))
-    return solid, picture, write_feel_page(page, stem, feel, colours, ends, skin)
+    grey = "#" + "".join(f"{channel:02x}" for channel in NO_VALUE)
+    bar = colour_bar(VIRIDIS, nice_axis(*ends, tight=True), "Roughness, no unit")
+    legend = Markup("{}<span>{}</span>").format(bar, key((grey, "beyond the reach of the places")))
+    model = ViewerModel(stem, feel.body, [ColourLayer(LAYER, colours, legend)])
+    write_atomically(picture, still_png(model, LAYER))
+    write_atomically(page, _page(feel, lighter(model), skin))
+    return solid, picture, page
+
+
+def _page(feel: MeshFeel, model: ViewerModel, skin: str) -> bytes:
+    """The page of a model of the mesh, which may be lighter; one file that fetches nothing from a network."""
+    roughness = feel.values[ROUGHNESS.name]
+    least, most = float(roughness.min()), float(roughness.max())
+    return render_page(
+        "feel.html.j2",
+        viewer=True,
+        kind="feel",
+        pair={"title": model.name},
+        figure=viewer_figure(f"{model.name} in the colours of its roughness", model, start=LAYER),
+        feel=feel,
+        skin=skin,
+        mean=feel.means[ROUGHNESS.name],
+        least=least,
+        most=most,
+        apart=jnd_unless_smooth(most, least),
+        smooth=smooth_clause(least),
+        area=feel.means[CONTACT_AREA.name],
+        faces=len(feel.body.faces),
+        shown=len(model.body.faces),
+    )

@@ -51,28 +51,15 @@ def write_wrap_page(path: Path, preview: Preview) -> Path:
         The path of the page.
     """
     shown = preview.shown
-    layers = [
-        ColourLayer(
-            "Texture",
-            _mixed(shown.textured, TEXTURED),
-            key((TEXTURED, "carries the texture"), (BARE, "stays as it is")),
-        )
-    ]
+    on_texture = shown.textured > 0.0
+    textured = key((TEXTURED, "carries the texture"), (BARE, "stays as it is"))
+    layers = [ColourLayer("Texture", _mixed(shown.textured, TEXTURED), textured)]
     if shown.seams.any():
-        seams = ColourLayer(
-            "Seams",
-            _mixed((shown.seams & (shown.textured > 0.0)).astype(float), SEAM),
-            key((SEAM, "patches that do not fit one another are blended")),
-        )
-        layers.append(seams)
+        blended = key((SEAM, "patches that do not fit one another are blended"))
+        layers.append(ColourLayer("Seams", _mixed((shown.seams & on_texture).astype(float), SEAM), blended))
     if shown.lowering.part > 0.0:
-        layers.append(
-            ColourLayer(
-                "Lowered",
-                _mixed((1.0 - shown.factor) * (shown.textured > 0.0), LOWERED),
-                key((BARE, "full height"), (LOWERED, "nothing is left of the relief; paler colours: less")),
-            )
-        )
+        gone = key((BARE, "full height"), (LOWERED, "nothing is left of the relief; paler colours: less"))
+        layers.append(ColourLayer("Lowered", _mixed((1.0 - shown.factor) * on_texture, LOWERED), gone))
     before = ViewerModel("before", Body(shown.original.vertices, shown.body.faces), layers)
     after = ViewerModel("after", shown.body, layers)
     if preview.printed is not None:

@@ -5,8 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from relief.solids.wrapping.masks import FALLOFF_DEGREES
-from relief.solids.wrapping.measures.lowering import Lowering
-from relief.solids.wrapping.measures.presence import WHOLE, narrower
+from relief.solids.wrapping.measures import WHOLE, Lowering, narrower
 from relief.solids.wrapping.options import LEAST_FALLOFF_MM
 from relief.solids.wrapping.wrapped_body import Wrapped
 
@@ -30,16 +29,15 @@ def wrapped_sentences(wrapped: Wrapped) -> list[str]:
         )
     lines += [_narrow(wrapped)] if wrapped.presence.whole_mm2 < LITTLE * wrapped.area_mm2 else []
     lines += [_lowered(wrapped.lowering)] if wrapped.lowering.part > 0.0 else []
-    if wrapped.kept_edges:
-        edges = "an edge" if wrapped.kept_edges == 1 else f"{wrapped.kept_edges:,} edges"
+    if (smooth := wrapped.base.smooth).kept:
+        edges = "an edge" if smooth.kept == 1 else f"{smooth.kept:,} edges"
         lines.append(
             f"Keeps {edges} between flat facets: a round surface through their corners "
-            f"would be up to {wrapped.kept_mm:.2g} mm off them (--facets smooth lays the texture on it)."
+            f"would be up to {smooth.kept_mm:.2g} mm off them (--facets smooth lays the texture on it)."
         )
-    if wrapped.farthest_mm >= LEAST_FAR_MM:
-        exact = wrapped.base.smooth.exact.all()
-        how = "is within {} µm of the exact one" if exact else "is smoothed, by {} µm at most"
-        far = how.format(f"{1000.0 * wrapped.farthest_mm:.0f}")
+    if (far_mm := wrapped.base.mesh.farthest_mm) >= LEAST_FAR_MM:
+        how = "is within {} µm of the exact one" if smooth.exact.all() else "is smoothed, by {} µm at most"
+        far = how.format(f"{1000.0 * far_mm:.0f}")
         lines.append(f"Under the texture the surface {far}; all else is as in the file.")
     if wrapped.gap is not None:
         width, at = wrapped.gap
@@ -57,7 +55,7 @@ def _place(at: Iterable[float]) -> str:
 
 def _narrow(wrapped: Wrapped) -> str:
     """That a mask leaves little of the relief, and what leaves more."""
-    largest, falloff_mm = wrapped.presence.largest, wrapped.falloff_mm
+    largest, falloff_mm = wrapped.presence.largest, wrapped.base.file.settings.falloff_mm
     if largest >= WHOLE:
         line = f"The whole relief lies on {wrapped.presence.whole_mm2:.2g} mm² alone"
         falloff = 0.5 * falloff_mm

@@ -19,7 +19,7 @@ from relief.ground.formatting import about, number
 from relief.ground.progress import say, stage
 from relief.relief import Relief
 from relief.solids.body import Body
-from relief.solids.files import Mesh
+from relief.solids.files.mesh import Mesh
 from relief.solids.meshes.shells import components
 from tactile.contact import TIGHT, solve_contact
 from tactile.measures import TouchMeasures, measure_touch

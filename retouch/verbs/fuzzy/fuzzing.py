@@ -31,7 +31,7 @@ from relief.solids.filament import profiles
 from relief.solids.filament.bead_surface import BeadSurface
 from relief.solids.filament.fuzzy_skin import fuzzy_wall
 from relief.solids.filament.profiles import Profile, Setting, read_profile
-from relief.solids.files import Mesh
+from relief.solids.files.mesh import Mesh
 from retouch.verbs.evaluation import evaluate
 from retouch.verbs.filament.slicing import check_slicer, sliced
 from retouch.verbs.fuzzy.fuzzy_options import FuzzyOptions

@@ -19,23 +19,22 @@ from relief.plate_options import TileOptions
 from relief.printers import Printer, printer_of
 from relief.seam import check_seams, misfit
 from relief.solids.body import Body
-from relief.solids.files import Mesh, read_mesh
+from relief.solids.files.mesh import Mesh, read_mesh
 from relief.solids.mending.holes import round_holes
 from relief.solids.mending.repair import mended, united_parts
+from relief.solids.meshes.neighbourhood import nearest_in
 from relief.solids.meshes.shells import sealed_hollows
 from relief.solids.meshes.solid import check_closed, check_parts
 from relief.solids.meshes.touching import TOUCH_MM, touching
 from relief.solids.meshes.wedges import separated
 from relief.solids.objects.table import OBJECTS, BundledObject
-from relief.solids.remeshing.nearest import nearest_in
 from relief.solids.wrapping.bare_places import Bare
 from relief.solids.wrapping.file_surface import Settings
 from relief.solids.wrapping.masks import FALLOFF_DEGREES, Regions
 from relief.solids.wrapping.options import BORES_MM, MeshOptions, PlacingOptions, SurfaceOptions
 from relief.solids.wrapping.placement import Placement, placement_of
 from relief.solids.wrapping.texture_tiles import Covering, Tile
-from relief.solids.wrapping.wrap_checks import check_choices
-from relief.solids.wrapping.wrapped_body import Wrapped, wrap
+from relief.solids.wrapping.wrapped_body import Wrapped, check_choices, wrap
 from retouch.verbs.objects.wrap_options import WrapOptions
 from retouch.verbs.reliefs import Source, relief_of
 
@@ -55,11 +54,11 @@ def wrap_numbers(wrapped: Wrapped) -> dict[str, Any]:
     return {
         "full_area_mm2": wrapped.presence.whole_mm2,
         "largest_share": wrapped.presence.largest,
-        "falloff_mm": wrapped.falloff_mm,
+        "falloff_mm": wrapped.base.file.settings.falloff_mm,
         "falloff_deg": FALLOFF_DEGREES,
-        "farthest_mm": wrapped.farthest_mm,
-        "kept_edges": wrapped.kept_edges,
-        "kept_mm": wrapped.kept_mm,
+        "farthest_mm": wrapped.base.mesh.farthest_mm,
+        "kept_edges": wrapped.base.smooth.kept,
+        "kept_mm": wrapped.base.smooth.kept_mm,
         "gap": wrapped.gap and {"width_mm": wrapped.gap[0], "at_mm": wrapped.gap[1].tolist()},
         "curved_x_mm": along_x.radius_mm,
         "curved_y_mm": along_y.radius_mm,

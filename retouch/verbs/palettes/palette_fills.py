@@ -103,7 +103,7 @@ def palette(
         (out / ROWS).mkdir(exist_ok=True)
         made = make(request, out, lambda work, observer: runner(work, workers, dask, observer))
         tiles = {label: fill.run.result for label, fill in zip(labels_of(request, made), made, strict=True)}
-        files = write_plates(out, "palette", tiles, request.print, request.printer)
+        files = write_plates(out, "palette", tiles, request)
         # Other sides of the bed make other files.
         for old in set((out / FOLDER).glob("*.3mf")) - set(files):
             old.unlink()

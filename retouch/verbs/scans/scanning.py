@@ -74,19 +74,12 @@ class FeltPrint:
         found, blur = self.shown.registration, self.shown.registration.blur_mm
         x, y = found.shift_x_mm.value, found.shift_y_mm.value
         yield "scan", f"{found.scan.name}, {self.shown.covered_percent:.0f} % of the plate"
-        yield (
-            "lies",
-            f"turned by {_text(found.turned_degrees, '.3f')} degrees, shifted by {x:.3f}, {y:.3f} mm",
-        )
-        yield (
-            "size",
-            f"{_text(found.scale, '.4f')} in the plane, {_text(found.height_scale, '.3f')} in height",
-        )
-        blur_um = Interval(1000.0 * blur.value, 1000.0 * blur.low, 1000.0 * blur.high)
-        yield (
-            "blur",
-            f"{_text(blur_um, '.1f')} um; half is left of periods of {half_kept_mm(blur).value:.2f} mm",
-        )
+        turned = _text(found.turned_degrees, ".3f")
+        yield "lies", f"turned by {turned} degrees, shifted by {x:.3f}, {y:.3f} mm"
+        height = _text(found.height_scale, ".3f")
+        yield "size", f"{_text(found.scale, '.4f')} in the plane, {height} in height"
+        left = f"half is left of periods of {half_kept_mm(blur).value:.2f} mm"
+        yield "blur", f"{_text(blur.times(1000.0), '.1f')} um; {left}"
         if self.jnd[0] is None:
             yield "feel", smooth_change(self.of_design, self.roughness.value)
         else:

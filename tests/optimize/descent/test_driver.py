@@ -139,6 +139,16 @@ def test_a_target_that_no_step_comes_closer_to_is_out_of_reach() -> None:
     assert (descent.reason, descent.last.step) == (StopReason.UNREACHABLE, HOPELESS_STEPS + 1)
 
 
+def test_steps_that_miss_a_target_on_either_side_are_not_said_to_be_out_of_reach() -> None:
+    method = Scripted([(side * MET, 5.0) for side in (0.9, 1.1)] * 50)
+    descent = descend(method, TARGETS, START, 100)
+    assert descent.reason is StopReason.SWINGING and not descent.reason.met
+    assert "exact models" in descent.reason.value and "out of reach" not in descent.reason.value
+    # One step beyond is no swing.
+    method = Scripted([(1.1 * MET, 5.0)] + [(NEAR, 5.0)] * 99)
+    assert descend(method, TARGETS, START, 100).reason is StopReason.UNREACHABLE
+
+
 def test_a_target_met_once_is_within_reach_wherever_later_steps_go() -> None:
     method = Scripted([(NEAR, 5.0), (MET, 5.0), *[(NEAR, 5.0)] * 30])
     descent = descend(method, TARGETS, START, 32)

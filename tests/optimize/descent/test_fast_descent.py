@@ -18,7 +18,8 @@ from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from optimize.settings.run_file import DescentSettings
 from optimize.verification.picture_metrics import rms_change
-from retouch.laboratory.training.look_setup import net_figures, studio_sky
+from retouch.laboratory.training.look import openness
+from retouch.laboratory.training.setup import card_samples
 from surrogate.nets.weights import load_net
 from tests.tactile.reliefs import SIZE, waves
 from tests.visual.scenes import PLASTIC, sun, write_scene
@@ -92,7 +93,7 @@ def test_adam_goes_down_by_it(problem: Problem) -> None:
 def test_the_net_that_is_shipped_makes_of_its_sample_what_its_card_tells() -> None:
     net, card = load_net(KIND)
     assert card.sample
-    found = net_figures(net, studio_sky(), int(card.valid["samples"]), SIZE)
+    found = card_samples(int(card.valid["samples"]), partial(openness, net, size_mm=SIZE))
     for told, made in zip(card.sample, found, strict=True):
         assert (told.seed, told.index) == (made.seed, made.index)
         assert made.figures == pytest.approx(dict(told.figures), rel=1e-3, abs=1e-4)

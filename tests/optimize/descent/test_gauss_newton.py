@@ -225,6 +225,19 @@ def test_once_the_target_is_met_each_step_brings_heights_nearer_to_whole_layers(
 
 
 @pytest.mark.slow
+def test_steps_that_rounding_to_layers_enlarges_do_not_swing_around_the_target(
+    problem_with: ProblemWith, original: TouchMeasures
+) -> None:
+    printer = Printer("own", pixel_um=312.5, layer_um=100.0, min_feature_um=937.5)
+    free = replace(problem_with(rougher(original, 1)), look="fast")
+    relief = replace(free.relief, heights=printed(free.heights, 0.3125, printer), printer=printer)
+    of_print = replace(free, relief=relief)
+    problem = replace(of_print, targets=rougher(of_print.press(relief.heights), 1))
+    descent = walk(problem)
+    assert descent.reason is StopReason.CONVERGED and problem.targets.met(descent.best.values)
+
+
+@pytest.mark.slow
 def test_where_small_changes_leave_the_feel_alone_the_target_is_out_of_reach(
     problem_with: ProblemWith,
 ) -> None:

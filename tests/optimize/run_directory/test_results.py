@@ -25,7 +25,7 @@ from optimize.runs.preparation import Prepared
 from optimize.settings.run_file import Run, run_from_scene
 from optimize.verification import picture_metrics as metrics
 from optimize.verification.felt_places import FeltPlaces
-from optimize.verification.measuring import Outcome
+from optimize.verification.measuring import Original, Outcome
 from optimize.verification.summarising import summarise
 from optimize.verification.verification import Verification
 from relief.ground.arrays import Array
@@ -173,7 +173,7 @@ def settings(studio: Path, texture: Path) -> Run:
     return run_from_scene(studio, texture, ["touch.roughness=0.1", "seed=4"])
 
 
-def outcome(problem: Problem, verified: bool) -> Outcome:
+def outcome(settings: Run, problem: Problem, verified: bool) -> Outcome:
     """The relief lowered by a fifth, as a descent might have left it."""
     lower = 0.8 * problem.heights
     random = np.random.default_rng(0)
@@ -186,10 +186,11 @@ def outcome(problem: Problem, verified: bool) -> Outcome:
     )
     goals = {"roughness": 0.1}
     iterations = (OuterIteration(goals, best.means, felt.means, 0.2, 7),)
+    began = SimpleNamespace(settings=settings, problem=problem, steering=first, feel_of=None, steps_seen=None)
     return Outcome(
+        original=cast(Original, began),
         descent=DescentResult(best, iterate(7, lower), StopReason.STEP_LIMIT),
         relief=replace(problem.relief, heights=lower),
-        steering_values=first.values,
         touch=FeltPlaces(problem.patches.places, first, felt),
         between=None,
         iterations=iterations if verified else (),
@@ -204,8 +205,8 @@ def test_maps_of_the_result_are_its_own_even_if_it_is_not_verified(
 ) -> None:
     reports: list[Report] = []
     monkeypatch.setattr(run_report, "write_report", lambda _, report: reports.append(report))
-    times, measured = {"total": Moment(1.0, 1.5)}, outcome(problem, False)
-    verification = results.write(tmp_path, settings, problem, measured, times)
+    times, measured = {"total": Moment(1.0, 1.5)}, outcome(settings, problem, False)
+    verification = results.write(tmp_path, measured, times)
     prepared = SimpleNamespace(settings=settings, problem=problem)
     run_report.publish(Finished(tmp_path, cast(Prepared, prepared), measured, verification, []))
     after = tactile.press(0.8 * problem.heights, problem.relief.width_mm, problem.skin)
@@ -221,7 +222,7 @@ def test_maps_of_the_result_are_its_own_even_if_it_is_not_verified(
 
 def test_what_was_verified_stands_beside_what_was_believed(problem: Problem, settings: Run) -> None:
     verified = measure_touch(Relief(0.8 * problem.heights, problem.relief.width_mm), problem.skin, "layer")
-    told = summarise(settings, problem, outcome(problem, True), {}, {}).as_json()
+    told = summarise(outcome(settings, problem, True), {}, {}).as_json()
     touch = told["touch"]
     assert touch["roughness"] == iterate(3).means["roughness"]
     assert (touch["verified_roughness"], touch["verified_by"]) == (verified.means["roughness"], "layer")
@@ -240,13 +241,13 @@ def test_what_was_verified_stands_beside_what_was_believed(problem: Problem, set
 
 
 def test_a_verification_is_read_back_from_its_json(problem: Problem, settings: Run) -> None:
-    whole = summarise(settings, problem, outcome(problem, True), {}, {})
+    whole = summarise(outcome(settings, problem, True), {}, {})
     assert Verification.from_json(whole.as_json()) == whole
 
 
 def test_changes_of_the_look_are_in_percent_of_white_and_of_the_mean(problem: Problem, settings: Run) -> None:
-    measured = outcome(problem, False)
-    look = summarise(settings, problem, measured, {}, {}).as_json()["look"]
+    measured = outcome(settings, problem, False)
+    look = summarise(measured, {}, {}).as_json()["look"]
     # The pictures of this outcome have noise; the change without noise lies below what they read.
     change = np.abs(measured.pictures_after.mean - measured.pictures_before.mean)
     read = 100.0 * change.mean((1, 2)) / problem.scene.white
@@ -261,8 +262,8 @@ def test_changes_of_the_look_are_in_percent_of_white_and_of_the_mean(problem: Pr
 def test_the_noise_of_the_pictures_and_of_their_change_stands_beside_them(
     problem: Problem, settings: Run
 ) -> None:
-    measured = outcome(problem, False)
-    look = summarise(settings, problem, measured, {}, {}).as_json()["look"]
+    measured = outcome(settings, problem, False)
+    look = summarise(measured, {}, {}).as_json()["look"]
     noise, of_mean = look["noise"], look["noise"]["change_percent_of_mean"]
     assert (noise["certainty"], noise["batches"], look["samples"]) == ("known", 4, 64)
     # Noise of a batch is 0.01, of the mean of four half of that, of their difference 2 ** 0.5 as much.
@@ -281,7 +282,7 @@ def test_the_noise_of_the_pictures_and_of_their_change_stands_beside_them(
 
 
 def test_a_result_says_how_the_descent_ended_and_which_step_is_kept(problem: Problem, settings: Run) -> None:
-    summary = summarise(settings, problem, outcome(problem, False), {"total": 2.0}, {"total": 3.0}).as_json()
+    summary = summarise(outcome(settings, problem, False), {"total": 2.0}, {"total": 3.0}).as_json()
     assert summary["stop"] == {
         "reason": "step_limit",
         "message": StopReason.STEP_LIMIT.value,
@@ -295,8 +296,8 @@ def test_a_result_says_how_the_descent_ended_and_which_step_is_kept(problem: Pro
 def test_the_headline_is_the_mean_over_the_plate_in_percent_of_the_mean_picture(
     problem: Problem, settings: Run
 ) -> None:
-    measured = outcome(problem, False)
-    look = summarise(settings, problem, measured, {}, {}).as_json()["look"]
+    measured = outcome(settings, problem, False)
+    look = summarise(measured, {}, {}).as_json()["look"]
     assert look["change_percent"] == look["mean_change_percent_of_mean"]
     assert look["change_rms_percent"] == look["rms_change_percent_of_mean"]
     assert look["change_percent_of_white"] == pytest.approx(np.mean(look["pixel_change_percent"]), rel=0.01)
@@ -346,7 +347,7 @@ def test_what_is_seen_beside_the_plate_dilutes_no_number_of_the_plate() -> None:
 
 
 def test_the_documentation_lists_every_key_of_look_and_heights(problem: Problem, settings: Run) -> None:
-    summary = summarise(settings, problem, outcome(problem, False), {}, {}).as_json()
+    summary = summarise(outcome(settings, problem, False), {}, {}).as_json()
     page = (Path(__file__).parents[3] / "docs" / "reference" / "json.md").read_text(encoding="utf-8")
     listed = set(re.findall(r"`([\w.]+)(?:\[\])?`", page))
     listed |= {key.rpartition(".")[2] for key in listed}
@@ -356,16 +357,16 @@ def test_the_documentation_lists_every_key_of_look_and_heights(problem: Problem,
 
 
 def test_the_lift_of_a_relief_is_told_apart_from_its_change(problem: Problem, settings: Run) -> None:
-    measured = outcome(problem, False)
+    measured = outcome(settings, problem, False)
     wave = 0.2 * np.where(np.indices(problem.heights.shape).sum(axis=0) % 2, 1.0, -1.0)
     best = replace(measured.descent.best, heights=problem.heights + wave + 0.452)
     measured = replace(measured, descent=replace(measured.descent, best=best))
-    heights = summarise(settings, problem, measured, {}, {}).as_json()["heights"]
+    heights = summarise(measured, {}, {}).as_json()["heights"]
     assert (heights["lift_mm"], heights["rms_change_mm"]) == pytest.approx((0.452, 0.2))
 
 
 def test_a_relief_that_only_moved_up_has_not_changed(problem: Problem, settings: Run) -> None:
-    measured = outcome(problem, False)
+    measured = outcome(settings, problem, False)
     best = replace(measured.descent.best, heights=problem.heights + 0.25)
     measured = replace(measured, descent=replace(measured.descent, best=best))
-    assert summarise(settings, problem, measured, {}, {}).as_json()["heights"]["rms_change_mm"] < 1e-12
+    assert summarise(measured, {}, {}).as_json()["heights"]["rms_change_mm"] < 1e-12

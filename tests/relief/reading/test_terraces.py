@@ -117,6 +117,24 @@ def test_whole_numbers_of_8_bits_have_their_rounding_as_step() -> None:
     assert found_steps(12 * mosaic(12) / 255, 1 / 255) is None and found_steps(sparse > 0.5, 1 / 255) is None
 
 
+@pytest.mark.parametrize("suffix", ["exr", "png"])
+def test_steps_of_a_print_are_no_terraces_to_smooth(
+    suffix: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    heights = 0.02 * np.rint(smooth(256, 12, 60))
+    files = [tmp_path / f"{name}.{suffix}" for name in ("print", "design")]
+    for file, layer_um in zip(files, (20.0, None), strict=True):
+        if suffix == "png":
+            save_heights_png(file, heights, float(heights.max()), 10.0, layer_um=layer_um)
+        else:
+            save_heights_exr(file, heights, 10.0, layer_um=layer_um)
+    with caplog.at_level(logging.WARNING):
+        of_print, _ = map(load_height_map, files)
+    assert [line for line in caplog.messages if "terraces" in line and "print." in line] == []
+    assert any("design." in line and "terraces" in line for line in caplog.messages)
+    np.testing.assert_allclose(of_print.heights, heights, atol=1e-4)
+
+
 def test_terraces_of_a_file_are_reported_with_the_command(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

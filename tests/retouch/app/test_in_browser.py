@@ -218,6 +218,36 @@ def test_a_feel_is_painted_in_grades_and_shown_at_every_place(window: Window, tm
         assert whole(window) == []
 
 
+def test_a_run_with_a_printer_is_compared_shown_and_printed(window: Window, tmp_path: Path) -> None:
+    (tmp_path / "runs").mkdir()
+    feel = {"printer": "filament", "jnd": 1.0, "settings": QUICK}
+    (tmp_path / "runs" / "app.json").write_text(json.dumps({"document": {"feel": feel}, "queue": []}))
+    with App(tmp_path, "gravel") as app:
+        window.visit(app.address, 1280, 800)
+        window.wait(f"{SHOWN} && {FELT}")
+        to(window, "Run")
+        assert window.evaluate("document.querySelector('.side').innerText.includes('printed by filament')")
+        window.click_text(".side button", "Run")
+        window.wait("/-1: (done|ended)/.test(document.querySelector('.state')?.innerText)")
+        # The heights of both, as two of one grid have an edge between them.
+        window.wait(f"{SHOWN}.trim().split(' ').length == 2")
+        side = "document.querySelector('.side').innerText"
+        if window.evaluate("document.querySelector('.state').innerText.includes('ended')"):
+            assert window.evaluate(f"{side}.includes('target')")
+        window.click_text(".side button", "Compare")
+        window.wait(f"{SHOWN}.trim().split(' ').length == 2")
+        window.click_text(".ways button", "Change")
+        window.wait("document.querySelector('.map img')?.offsetParent")
+        to(window, "Object")
+        window.click_text(".side button", "Show")
+        window.wait("document.querySelector('iframe')?.offsetParent")
+        to(window, "Print")
+        window.click_text("button", "Write the file")
+        window.wait(f"{side}.includes('200 µm')")
+        assert window.evaluate("[...document.querySelectorAll('.fault')].every((one) => !one.innerText)")
+        assert whole(window) == []
+
+
 def test_a_draft_follows_the_slider_by_mouse_and_by_keys(window: Window, tmp_path: Path) -> None:
     state = "document.querySelector('.draft .state')?.innerText"
 

@@ -11,6 +11,7 @@ import pytest
 import retouch
 from mitsuba_scenes import find_file
 from optimize.run_directory import results
+from optimize.run_directory.finished_run import FinishedRun
 from optimize.settings.run_file import run_from_scene
 from optimize.verification.picture_metrics import pixels_per_degree
 from relief.ground.errors import InputError
@@ -131,17 +132,19 @@ def test_a_scene_of_another_size_shows_no_pictures(capsys: pytest.CaptureFixture
     assert found["look"] is None and "plate of studio.xml is 10 mm wide" in found["no_look"]
 
 
-def finished(folder: Path) -> Path:
+def finished(folder: Path, *more: str) -> FinishedRun:
     """A run directory with what a comparison reads of it, of a softer skin."""
     settings = run_from_scene(
         "studio",
         "waves.exr",
-        ["touch.jnd=1", "touch.young_modulus_mpa=0.4", "seed=7", "define.resolution=32"],
+        ["touch.jnd=1", "touch.young_modulus_mpa=0.4", "seed=7", "define.resolution=32", *more],
     )
     folder.mkdir()
     results.write_settings(folder, settings)
-    results.write_relief(folder, Relief(relief(32, 0.9), 10.0))
-    return folder
+    taller = Relief(relief(32, 0.9), 10.0)
+    printer = settings.print.described
+    results.write_relief(folder, taller if printer is None else taller.printed(printer))
+    return FinishedRun.read(folder)
 
 
 @pytest.mark.slow
@@ -157,6 +160,23 @@ def test_a_run_is_compared_with_its_original(tmp_path: Path, capsys: pytest.Capt
     assert "run: original and result" in text and "the result is" in text
     both = compared(capsys, "waves.exr", "run")
     assert both["look"] == found["look"] and both["second"]["name"] == "B"
+
+
+@pytest.mark.slow
+def test_of_a_run_with_a_printer_both_prints_are_compared(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = finished(tmp_path / "run", 'print.printer="filament"')
+    found = compared(capsys, "run")
+    sides = (found["first"], found["second"])
+    assert [(side["printer"], side["samples"], side["rows"]) for side in sides] == [("filament", 25, 25)] * 2
+    text, _ = page()
+    assert text.count("as printed (filament)") == 2 and "original and result" in text
+    # The numbers are those of the two prints, which the run compares.
+    save_heights_exr("print.exr", run.original.heights, 10.0)
+    assert compared(capsys, "print.exr", "run")["look"] == found["look"]
+    assert main(["compare", "run", *SMALL]) == 0
+    assert capsys.readouterr().out.count("25 x 25, as printed (filament)") == 2
 
 
 @pytest.mark.slow
@@ -207,7 +227,7 @@ def test_bad_input_is_one_line(argv: list[str], line: str, capsys: pytest.Captur
 
 
 def test_a_run_without_a_result_is_named(tmp_path: Path) -> None:
-    (finished(tmp_path / "run") / "heights.exr").unlink()
+    (finished(tmp_path / "run").folder / "heights.exr").unlink()
     with pytest.raises(InputError, match=r"heights\.exr: no such file; the run has no result yet"):
         retouch.compare(tmp_path / "run")
 

@@ -33,7 +33,7 @@ from retouch.commands.main import main
 from retouch.commands.summary import summary
 from retouch.verbs import runs
 from tactile.measures import measure_touch
-from tests.retouch.pages.plausible import FINGERS, content, verified
+from tests.retouch.pages.plausible import FINGERS, content, of_a_print, verified
 from visual.exact.view import View
 from visual.scene import Scene
 
@@ -636,3 +636,12 @@ def test_the_screen_tells_by_which_weight_other_fingers_were_drawn() -> None:
     assert "drawn" not in lines(RESULT | {"touch": RESULT["touch"] | {"fingers": fingers}})
     screen = lines(RESULT | {"touch": RESULT["touch"] | {"fingers": fingers | {"weight": 20.0}}})
     assert "+1.45 to +2.25 JND to 5 fingers, drawn along with weight 20" in screen
+
+
+@pytest.mark.parametrize(
+    ("design", "change", "told"), [(17.2, 3.3, True), (7.4, 2.1, False), (17.2, 18, False)]
+)
+def test_a_printer_that_changes_the_look_by_much_is_told_of(design: float, change: float, told: bool) -> None:
+    said = lines(of_a_print(design, change).as_json())
+    line = "the printer changes the look of the original by 17\N{NARROW NO-BREAK SPACE}% of the mean picture"
+    assert (line in said) == told and "filament: both as printed" in said

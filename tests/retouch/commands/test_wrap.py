@@ -14,7 +14,7 @@ from manifold3d import Manifold
 import retouch
 from relief.ground.formats import FORMATS
 from relief.heightmap import save_heights_exr
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 from relief.solids.names import OBJECTS as NAMES
 from relief.solids.names import PROJECTIONS
 from relief.solids.objects.table import OBJECTS
@@ -89,7 +89,7 @@ def test_one_command_gives_a_region_another_feel(capsys, tmp_path):
 
 @pytest.mark.slow
 def test_a_printer_shows_no_finer_triangles_and_what_it_makes_is_told(capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr("retouch.verbs.objects.wrap_preview.SHOWN_FACES", 5000)
+    monkeypatch.setattr("retouch.verbs.objects.wrapping.SHOWN_FACES", 5000)
     argv = ["wrap", "waves.exr", "box.stl", "-o", "out.3mf", "--mask", "z>0", "--preview", "page.html"]
     assert main([*argv, "--printer", "filament"]) == 0
     told = capsys.readouterr()

@@ -11,7 +11,7 @@ import trimesh
 import retouch
 from relief.heightmap import save_heights_exr
 from retouch.commands.main import BAD_INPUT, main
-from retouch.verbs.objects import wrap_preview
+from retouch.verbs.objects import wrapping
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 
@@ -22,7 +22,7 @@ def _files(tmp_path, monkeypatch):
     at = 2.0 * np.pi * np.arange(20) / 20
     save_heights_exr("waves.exr", 0.1 * (2.0 + np.sin(at)[:, None] + np.sin(at)[None, :]), 6.0)
     trimesh.creation.box((16.0, 14.0, 6.0)).export("box.stl")
-    monkeypatch.setattr(wrap_preview, "SHOWN_FACES", 4000)
+    monkeypatch.setattr(wrapping, "SHOWN_FACES", 4000)
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 from retouch.commands.main import main
 from tests.relief.solids.files.packages import MAIN, box, mesh_xml, model, prusa, write
 

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from optimize.verification.verification import Verification
+from optimize.verification.verification import Faults, Verification
+from relief.printers import PRINTERS
 from relief.relief import Relief
 from retouch.pages.content import Baseline, Report, Side
 
@@ -81,7 +82,27 @@ def content(conditions: int = 3) -> dict[str, Any]:
 def verified(conditions: int = 3, **sections: dict[str, Any]) -> Verification:
     """A verification with other values in some sections of its result.json."""
     whole = content(conditions)
-    return Verification.from_json(whole | {name: whole.get(name, {}) | sections[name] for name in sections})
+    return Verification.from_json(
+        whole | {name: (whole.get(name) or {}) | sections[name] for name in sections}
+    )
+
+
+def of_a_print(design: float, change: float, **sections: dict[str, Any]) -> Verification:
+    """The verification of a run with a printer.
+
+    Args:
+        design: how far the original's print looks from its design, % of the mean picture.
+        change: the same of both prints.
+        sections: as of `verified`.
+    """
+    printer, faults = PRINTERS["filament"], dict.fromkeys(Faults.model_fields, 0.0)
+    numbers = {
+        **printer.numbers(),
+        **{"printer": printer.name, "keep_features": False, "pixels": [25, 25], "acuity_arcmin": 1.0},
+        **{"faults_before": faults, "faults_after": faults, "seen_change_percent": change},
+        "design": {"jnd_of_print": 1.0, "seen_change_percent": design, "too_steep_percent": 0.0},
+    }
+    return verified(3, print=numbers, **sections)
 
 
 def relief(n: int, seed: int, wavelength_mm: float = 1.5) -> np.ndarray:

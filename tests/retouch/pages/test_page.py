@@ -215,13 +215,6 @@ def test_only_files_that_exist_are_offered(tmp_path: Path) -> None:
     assert "plate.stl" not in text
 
 
-def test_compared_arrays_must_agree() -> None:
-    with pytest.raises(ValueError, match="strain"):
-        replace(plausible(), after=replace(plausible().after, strain=np.zeros((3, 3))))
-    with pytest.raises(ValueError, match="conditions"):
-        replace(plausible(), conditions=["only one"])
-
-
 def test_deck_card_captions_and_baseline_tell_one_number(tmp_path: Path) -> None:
     """The mean over the pixels that show the plate, in % of the mean picture over these pixels."""
     report = plausible(azimuths=(10,))

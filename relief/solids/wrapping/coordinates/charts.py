@@ -87,9 +87,21 @@ def cylinder_charts(body: Body, normals: Array, axis: RevolutionAxis, where: Fla
     away = middles[:, :2] / np.maximum(np.linalg.norm(middles[:, :2], axis=1, keepdims=True), 1e-12)
     outward = (normals @ axis.frame[:2].T * away).sum(axis=1) >= -ACROSS
     end = np.abs(upright) > END
+    angle = _unwrapped(np.arctan2(corners[..., 1], corners[..., 0]))
+
+    def around(name: str, faces: Flags, sign: float) -> Chart:
+        """The chart around the axis, with the way along the outline, to the other side in a bore."""
+        used = faces & where
+        if not used.any():
+            return Chart(name, faces, corners[..., :2], np.inf)
+        far = np.linalg.norm(middles[used, :2], axis=1)
+        radius = float(quantiles(far, body.areas[used], 0.5))
+        along = _outline(corners[..., 2], upright, body.areas, used)
+        return Chart(name, faces, np.stack([sign * radius * angle, along], axis=-1), 2.0 * np.pi * radius)
+
     charts = [
-        _around("side", corners, ~end & outward, where, body.areas, upright, 1.0),
-        _around("bore", corners, ~end & ~outward, where, body.areas, upright, -1.0),
+        around("side", ~end & outward, 1.0),
+        around("bore", ~end & ~outward, -1.0),
         Chart("upper end", end & (upright > 0.0), corners[..., :2], np.inf),
         Chart("lower end", end & (upright < 0.0), corners[..., :2] * (1.0, -1.0), np.inf),
     ]
@@ -99,26 +111,6 @@ def cylinder_charts(body: Body, normals: Array, axis: RevolutionAxis, where: Fla
 def _with_area(charts: list[Chart], areas: Array, where: Flags) -> list[Chart]:
     least = LEAST_SHARE * areas[where].sum()
     return [chart for chart in charts if areas[chart.faces & where].sum() > least]
-
-
-def _around(
-    name: str,
-    corners: Array,
-    faces: Flags,
-    where: Flags,
-    areas: Array,
-    upright: Array,
-    sign: float,
-) -> Chart:
-    """The chart around the axis, with the way along the outline, to the other side in a bore."""
-    used = faces & where
-    if not used.any():
-        return Chart(name, faces, corners[..., :2], np.inf)
-    far = np.linalg.norm(corners[used].mean(axis=1)[:, :2], axis=1)
-    radius = float(quantiles(far, areas[used], 0.5))
-    angle = _unwrapped(np.arctan2(corners[..., 1], corners[..., 0]))
-    along = _outline(corners[..., 2], upright, areas, used)
-    return Chart(name, faces, np.stack([sign * radius * angle, along], axis=-1), 2.0 * np.pi * radius)
 
 
 def _unwrapped(angle: Array) -> Array:

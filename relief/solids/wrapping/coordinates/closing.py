@@ -48,14 +48,16 @@ def closed(around_mm: float, turn_deg: float, width_mm: float, height_mm: float)
     radians.
 
     Args:
-        around_mm: Way around the body, mm.
+        around_mm: Way around the body, mm; infinite where none leads around it, and nothing has to close.
         turn_deg: Angle wanted, degrees.
         width_mm: Of the tile.
         height_mm: Of the tile.
     """
+    best, least = Closing(1.0, turn_deg, 0, 0), np.inf
+    if not np.isfinite(around_mm):
+        return best
     wanted = turned(turn_deg) @ np.array([around_mm, 0.0])
     steps = np.arange(-NEAREST, NEAREST + 1)
-    best, least = Closing(1.0, turn_deg, 0, 0), np.inf
     middle = np.round(wanted / (width_mm, height_mm)).astype(int)
     straight = abs((turn_deg + 45.0) % 90.0 - 45.0) <= STRAIGHT_DEG
     for across in middle[0] + steps:

@@ -1,4 +1,5 @@
-"""Flat coordinates that fit a body: those of its mesh, of a cylinder, a sphere or a plane, or patches.
+"""Flat coordinates that fit a body: those of its mesh, where they keep sizes, of a cylinder, a
+sphere or a plane, or patches.
 
 `relief.solids.names.PROJECTIONS` names the function of each projection.
 """
@@ -10,9 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from relief.ground.arrays import Array, units
+from relief.ground.arrays import Array, Flags, flagged, units
 from relief.ground.errors import InputError
 from relief.ground.progress import stage
+from relief.solids.body import Body
 from relief.solids.names import PROJECTIONS
 from relief.solids.wrapping.coordinates.charts import (
     Chart,
@@ -23,9 +25,8 @@ from relief.solids.wrapping.coordinates.charts import (
 )
 from relief.solids.wrapping.coordinates.closing import closed
 from relief.solids.wrapping.coordinates.geodesic_patches import lay_out
-from relief.solids.wrapping.coordinates.layout import Layout
+from relief.solids.wrapping.coordinates.layout import Layout, one_patch, singular_values
 from relief.solids.wrapping.coordinates.revolution import RevolutionAxis, axis_along, found_axis, found_centre
-from relief.solids.wrapping.coordinates.texture_coordinates import by_texture_coordinates
 from relief.solids.wrapping.file_surface import DRAFT_EDGE_MM
 from relief.solids.wrapping.placement import Placement
 from relief.solids.wrapping.surfaces import BaseSurface
@@ -46,6 +47,10 @@ OUTWARD = 0.93
 """Largest cosine between a normal and a direction that a patch follows: 20 degrees."""
 SAME_AXIS = 0.985
 """Least cosine between a stated direction and the axis of a cylinder that is chosen: 10 degrees."""
+STRETCH = 0.25
+"""Largest relative change of a length against the median scale of the coordinates."""
+SHARE = 0.95
+"""Least share of the area on which coordinates keep lengths within `STRETCH`."""
 
 
 class Coordinates(NamedTuple):
@@ -157,8 +162,7 @@ def patches(search: CoordinateSearch) -> Coordinates:
         fault = f"along: {shown_vector(along)} points out of the surface everywhere"
         raise InputError(f"{fault}; take a direction that lies in it")
     with stage("flat coordinates", 1.0, at_most=True):
-        needed = np.zeros(len(base.body.vertices), bool)
-        needed[base.body.faces[base.textured]] = True
+        needed = flagged(base.body.faces[base.textured], len(base.body.vertices))
         scale = max(1.0, base.file.edge_mm / DRAFT_EDGE_MM)
         layout = lay_out(base.body, needed, search.blend_mm, base.normals, along, scale)
         return Coordinates("patches", layout)
@@ -208,3 +212,29 @@ def _is_cylinder(search: CoordinateSearch, axis: RevolutionAxis, charts: list[Ch
 def shown_vector(vector: Array) -> str:
     """A vector for a person, to hundredths."""
     return ", ".join(f"{value:.4g}" for value in np.round(vector, 2) + 0.0)
+
+
+def by_texture_coordinates(
+    body: Body, uv: Array | None, where: Flags, *, any_size: bool = False
+) -> Layout | None:
+    """The layout by texture coordinates; None if there are none, or if they would change the texture's size.
+
+    Args:
+        body: The body.
+        uv: (faces, 3, 2) texture coordinates of the corners, in any unit.
+        where: (faces,) those that carry texture.
+        any_size: Whether they are taken however they change the size.
+    """
+    if uv is None:
+        return None
+    corners, areas = body.vertices[body.faces], body.areas
+    low, high = (np.abs(value) for value in singular_values(corners, uv))
+    order = np.argsort(low[where] * high[where])
+    middle = np.searchsorted(np.cumsum(areas[where][order]), 0.5 * areas[where].sum())
+    scale = float(np.sqrt((low * high)[where][order][middle]))
+    if not scale > 0.0:
+        return None
+    stretch = np.maximum(high / scale - 1.0, 1.0 - low / scale)
+    if not any_size and areas[where & (stretch <= STRETCH)].sum() < SHARE * areas[where].sum():
+        return None
+    return one_patch(where, uv / scale, stretch)

@@ -45,12 +45,7 @@ LEAST_ROOM_MM = 4.0
 
 
 def lay_out(
-    body: Body,
-    needed: Flags,
-    blend_mm: float,
-    normals: Array,
-    along: Array | None = None,
-    scale: float = 1.0,
+    body: Body, needed: Flags, blend_mm: float, normals: Array, along: Array | None = None, scale: float = 1.0
 ) -> Layout:
     """Cover a surface with patches.
 
@@ -137,7 +132,10 @@ class _Cover:
     def add(self, seed: int) -> None:
         """Add the patch around a vertex."""
         self.tried[seed] = True
-        vertices, uv, faces = self.map(seed, OVERLAP * MARGIN * self._expected_radius(seed))
+        # At most 1.5 times the neighbours' radius.
+        near = max((self.patches[number].radius_mm for number in self.at[seed]), default=self.most_mm)
+        expected = min(self.most_mm, 1.5 * near)
+        vertices, uv, faces = self.map(seed, OVERLAP * MARGIN * expected)
         radius = _reach(self.body.vertices[vertices], uv, faces, self.least_mm, self.most_mm)
         far = np.linalg.norm(uv, axis=1) / radius
         kept = far <= OVERLAP
@@ -167,11 +165,6 @@ class _Cover:
             advice = "remesh that place, or leave it out (mask)"
             raise PlaceError("mesh", fault, advice, self.body.vertices[seed][None]) from error
         return around[used], uv, faces
-
-    def _expected_radius(self, seed: int) -> float:
-        """Largest radius of a patch, mm: at most 1.5 times the neighbour's radius."""
-        near = [self.patches[number].radius_mm for number in self.at[seed]]
-        return min(self.most_mm, 1.5 * max(near, default=self.most_mm))
 
     def _fit(self, patch: _Patch, seed: int) -> Array:
         """Coordinates of a patch, moved and turned to those of its neighbours, or as stated."""

@@ -17,7 +17,7 @@ from pydantic import BaseModel, Field, TypeAdapter
 
 from relief.ground.errors import InputError
 from relief.ground.files import read_limited, write_atomically
-from retouch.laboratory.people.plan import csv_bytes
+from retouch.laboratory.people.plan import ANSWERS, csv_bytes
 from retouch.laboratory.people.reading import HEADINGS, MAGNITUDES, NO, SAME, SORTS, TRIAL, YES
 
 ACTS = "acts.jsonl"
@@ -82,7 +82,7 @@ class Group:
         return self._folder_of(self.name)
 
     def _folder_of(self, name: str) -> Path:
-        return self._within / f"answers-{name}-{self.plan.digest[:8]}"
+        return self._within / f"{ANSWERS}{name}-{self.plan.digest[:8]}"
 
     def begin(self) -> None:
         """Begin with a new group, whose name follows that of the last one even if the clock was set back."""
@@ -144,4 +144,4 @@ class Group:
                     standing.setdefault((act.person, act.trial), self._rows(act))
             person, *others = HEADINGS[question]
             rows = [[person, TRIAL, *others], *(row for _, each in sorted(standing.items()) for row in each)]
-            write_atomically(self.folder / f"answers-{question}.csv", csv_bytes(rows))
+            write_atomically(self.folder / f"{ANSWERS}{question}.csv", csv_bytes(rows))

@@ -16,10 +16,10 @@ from relief.heightmap import load_heights
 from relief.relief import Relief
 from relief.solids.body import Body
 from relief.solids.export.plate_export import plate_mesh
-from relief.solids.files import Mesh, read_mesh
-from relief.solids.meshes import outer_body
+from relief.solids.files.mesh import Mesh, read_mesh
 from relief.solids.meshes.crops import Frame, SurfaceCrop
 from relief.solids.meshes.refining import refined
+from relief.solids.meshes.solid import outer_body
 from relief.solids.meshes.unrolling import Unroller
 from relief.solids.remeshing.smooth_surface import EDGE_MM
 from retouch.pages.objects.mesh_colouring import (

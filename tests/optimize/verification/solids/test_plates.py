@@ -18,7 +18,7 @@ from relief.relief import Relief
 from relief.solids.body import Body
 from relief.solids.export.back_labels import labelled
 from relief.solids.export.plate_export import export_plate, plate_mesh
-from relief.solids.files import Mesh, read_mesh
+from relief.solids.files.mesh import Mesh, read_mesh
 from relief.solids.meshes.shells import body_of, manifold_of
 from relief.solids.objects.table import OBJECTS
 from retouch.verbs.evaluation import Evaluation

@@ -16,7 +16,7 @@ from relief.solids.body import Body, Part
 from relief.solids.export.parts import as_written, write_parts
 from relief.solids.export.plate_export import plate_mesh
 from relief.solids.export.threemf_writer import PART
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 
 TURNED = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [20.0, 3.0, 0.5]])
 """A quarter turn about z and a shift."""

@@ -14,7 +14,7 @@ import pytest
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.export.project_writer import check_project, write_project
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 from relief.solids.mending.repair import mended, united_parts
 from relief.solids.meshes.neighbourhood import edge_balance
 from relief.solids.meshes.solid import volume_mm3

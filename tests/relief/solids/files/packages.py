@@ -9,7 +9,7 @@ import numpy as np
 from relief.ground.arrays import Index
 from relief.solids.body import Body
 from relief.solids.export.project_meshes import Textured
-from relief.solids.files import Mesh
+from relief.solids.files.mesh import Mesh
 
 CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 CONSORTIUM = "http://schemas.microsoft.com/3dmanufacturing"

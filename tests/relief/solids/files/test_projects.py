@@ -7,7 +7,7 @@ import pytest
 
 from relief.ground.errors import InputError
 from relief.solids.body import Body
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 from relief.solids.files.slicer_notes import paint_state
 from relief.solids.meshes.solid import volume_mm3
 from tests.relief.solids.files.packages import MAIN, bambu, box, mesh_xml, model, prusa, write

@@ -10,7 +10,7 @@ import pytest
 from relief.ground.errors import InputError
 from relief.ground.formats import is_mesh
 from relief.heightmap import load_height_map
-from relief.solids.files import Mesh, read_mesh
+from relief.solids.files.mesh import Mesh, read_mesh
 from relief.solids.files.step_reader import read_step
 from relief.solids.mending.repair import mended
 from relief.solids.meshes.intersections import self_intersections
@@ -98,7 +98,7 @@ def test_the_red_part_carries_the_texture() -> None:
     assert {tuple(each) for each in blue} <= {tuple(each) for each in body.vertices}
     away = distance("pair", wrapped.original.vertices[wrapped.textured > 0.999])
     assert away.max() < 0.01 and np.quantile(away, 0.99) < 5e-3 and np.median(away) < 5e-4
-    assert wrapped.farthest_mm < 0.01
+    assert wrapped.base.mesh.farthest_mm < 0.01
     assert 2 * len(edge_pairs(body.faces)) == 3 * len(body.faces) and not self_intersections(body)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from manifold3d import Manifold
 
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 from relief.solids.mending.holes import round_holes
 from relief.solids.wrapping.file_surface import FileSurface, Settings
 from relief.solids.wrapping.surfaces import BaseSurface

@@ -9,8 +9,7 @@ from relief.ground.arrays import units
 from relief.ground.errors import InputError
 from relief.solids.body import Body
 from relief.solids.mending.repair import Mended, mended, united_parts
-from relief.solids.meshes import check_solid
-from relief.solids.meshes.solid import volume_mm3
+from relief.solids.meshes.solid import check_solid, volume_mm3
 from tests.relief.solids.meshes.bodies import CUBE, cube, joined, torus
 from tests.relief.solids.meshes.test_solid import quarter_turn, turned, welded
 

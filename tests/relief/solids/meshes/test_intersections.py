@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from relief.solids.body import Body
 from relief.solids.export.plate_export import plate_mesh
-from relief.solids.meshes import intersections, self_intersections
+from relief.solids.meshes import intersections
+from relief.solids.meshes.intersections import self_intersections
 from tests.relief.solids.meshes.bodies import cube, joined, torus
 
 RING = (0, 1, 2)

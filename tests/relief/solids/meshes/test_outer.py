@@ -6,10 +6,10 @@ from manifold3d import Manifold, Mesh64
 
 from relief.ground.errors import InputError
 from relief.solids.body import Body
-from relief.solids.meshes import outer_body, self_intersections
+from relief.solids.meshes.intersections import self_intersections
 from relief.solids.meshes.mesh_places import surface_points
 from relief.solids.meshes.shells import crossing_place, outside, united
-from relief.solids.meshes.solid import volume_mm3
+from relief.solids.meshes.solid import outer_body, volume_mm3
 from tests.relief.solids.meshes.bodies import CUBE, cube, joined, torus
 
 

@@ -16,9 +16,9 @@ from relief.ground.formats import FORMATS, MESHES
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
 from relief.solids.export.threemf_writer import PART
-from relief.solids.files import mesh, read_mesh
-from relief.solids.meshes import check_solid
-from relief.solids.meshes.solid import volume_mm3
+from relief.solids.files import mesh
+from relief.solids.files.mesh import read_mesh
+from relief.solids.meshes.solid import check_solid, volume_mm3
 from tests.relief.solids.meshes.bodies import cube, joined, ply, stl, torus
 
 RING = torus((3.0, -4.0, 5.0), (0, 1, 2), 10.0, 2.0)

@@ -7,9 +7,8 @@ import pytest
 
 from relief.ground.errors import InputError
 from relief.solids.body import Body
-from relief.solids.meshes import check_solid
 from relief.solids.meshes.shells import sealed_hollows
-from relief.solids.meshes.solid import check_closed, inside_out, volume_mm3
+from relief.solids.meshes.solid import check_closed, check_solid, inside_out, volume_mm3
 from tests.relief.solids.meshes.bodies import CUBE, cube, joined, torus
 
 

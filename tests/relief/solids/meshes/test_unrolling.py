@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from relief.solids.body import Body
-from relief.solids.meshes import check_solid
 from relief.solids.meshes.crops import Cropper
 from relief.solids.meshes.mesh_places import Frame
 from relief.solids.meshes.refining import refined
-from relief.solids.meshes.solid import volume_mm3
+from relief.solids.meshes.solid import check_solid, volume_mm3
 from relief.solids.meshes.unrolling import Unroller, feet
 from tests.relief.solids.meshes.bodies import cube, joined, torus
 from tests.relief.solids.meshes.rolled import rolled

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from relief.solids.body import Body
-from relief.solids.meshes import self_intersections
+from relief.solids.meshes.intersections import self_intersections
 from relief.solids.meshes.neighbourhood import edge_balance
 from relief.solids.meshes.shells import components, united
 from relief.solids.meshes.solid import volume_mm3

@@ -6,9 +6,10 @@ import trimesh
 
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import self_intersections
+from relief.solids.meshes.neighbourhood import nearest_in
 from relief.solids.meshes.refining import edge_for, expected_faces, refined
 from relief.solids.remeshing.facet_noise import turns_by_chance
-from relief.solids.remeshing.nearest import NearestPoints, nearest_in
+from relief.solids.remeshing.nearest import NearestPoints
 from relief.solids.remeshing.smooth_surface import raised, smooth_surface, units
 from relief.solids.wrapping.clearance import clearance_factor
 from relief.solids.wrapping.edges import edge_of
@@ -149,10 +150,9 @@ def test_the_nearest_point_is_found_past_a_corner():
     k = np.arange(1, 101)
     fan = np.stack([0 * k, k, k + 1], axis=1)
     body = Body(vertices, np.concatenate([fan, [(0, 101, 102), (0, 102, 103), (0, 103, 1)]]))
-    none, region = np.zeros(body.faces.shape, bool), np.zeros(len(body.faces), np.int64)
-    nearest = NearestPoints(body, none, region, 0.5)
+    nearest = NearestPoints(body, np.zeros(body.faces.shape, bool), 0.5)
     points = np.random.default_rng(0).uniform(-0.5, 0.5, (100, 3)) * (1.0, 1.0, 0.0)
-    face, share = nearest.at(points, region[:100], np.full(100, 50))
+    face, share = nearest.at(points, np.full(100, 50))
     assert nearest.places(face, share) == pytest.approx(points, abs=1e-9)
 
 

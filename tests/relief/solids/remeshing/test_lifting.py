@@ -4,7 +4,7 @@ import numpy as np
 
 from relief.solids.body import Body
 from relief.solids.meshes.intersections import self_intersections
-from relief.solids.remeshing.lifting import _part, lifted
+from relief.solids.remeshing.even_mesh import _part, lifted
 
 
 def test_vertices_on_one_place_are_moved_apart() -> None:

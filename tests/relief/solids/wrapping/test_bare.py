@@ -9,7 +9,7 @@ import retouch
 from benchmarks.objects.bundled import tile_of
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import as_written, write_parts
-from relief.solids.files import read_mesh
+from relief.solids.files.mesh import read_mesh
 from relief.solids.meshes.solid import volume_mm3
 from relief.solids.wrapping.surfaces import Settings
 from relief.solids.wrapping.texture_tiles import Covering, Tile

@@ -5,7 +5,7 @@ import pytest
 from manifold3d import CrossSection, Manifold
 
 from relief.solids.body import Body
-from relief.solids.wrapping.measures.gaps import narrowest_gap
+from relief.solids.wrapping.gaps import narrowest_gap
 from tests.relief.solids.meshes.bodies import joined
 
 

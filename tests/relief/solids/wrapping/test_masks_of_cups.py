@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from relief.solids.meshes.openness import Openness
 from relief.solids.wrapping.file_surface import FileSurface, Settings
-from relief.solids.wrapping.measures.openness import Openness
 from relief.solids.wrapping.surfaces import BaseSurface
 from tests.relief.solids.wrapping.cups import cup, extruded
 

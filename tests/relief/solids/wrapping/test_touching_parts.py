@@ -10,8 +10,8 @@ import retouch
 from relief.ground.errors import InputError
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
-from relief.solids.files import read_mesh
-from relief.solids.meshes import self_intersections
+from relief.solids.files.mesh import read_mesh
+from relief.solids.meshes.intersections import self_intersections
 from relief.solids.meshes.neighbourhood import edge_balance
 from relief.solids.meshes.shells import components
 from relief.solids.meshes.solid import check_closed, volume_mm3

@@ -54,7 +54,7 @@ def test_the_tables_hold_the_trials(tmp_path: Path) -> None:
     folder = write_plates(tmp_path)
     of = write_plan(folder, Experiment(people=2, pairs=10))
     assert of is not None
-    trials = planned(folder)
+    trials = planned(folder, {})
     assert trials.keys() == of.trials.keys() == {ROUGHER, COLDER, SAME, SORTS, MAGNITUDES}
     assert len(trials[ROUGHER]) == 20 and len(trials[SORTS]) == 4
     text = (folder / "experiment" / "rougher.csv").read_text()

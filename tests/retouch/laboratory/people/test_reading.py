@@ -36,7 +36,7 @@ class Reader:
     def read(self, *texts: str | bytes, partial: bool = False, **mapped: Mapping) -> Answers:
         files = [self.file(f"{number}.csv", text) for number, text in enumerate(texts)]
         column_map = ColumnMap(**mapped)
-        return read_answers(files, read_plates(self.made), planned(self.made), partial, (), column_map)
+        return read_answers(files, read_plates(self.made), planned(self.made, {}), partial, (), column_map)
 
     def refused(self, *texts: str | bytes, **mapped: Any) -> str:
         with pytest.raises(retouch.InputError) as fault:

@@ -75,7 +75,7 @@ def test_what_people_should_tell_follows_from_what_is_felt(whole: Path) -> None:
     assert 82.0 < levels["neighbours_percent"] < 86.0
     assert levels["sorted_percent"] == pytest.approx(levels["neighbours_percent"], abs=0.01)
     fingers = {finger["name"]: finger for finger in levels["fingers"]}
-    assert len(fingers) == 5 and all(finger["jnd"][0] == 0.0 for finger in fingers.values())
+    assert len(fingers) == 6 and all(finger["jnd"][0] == 0.0 for finger in fingers.values())
     softer = fingers["softer skin"]
     assert softer["neighbours_percent"] == pytest.approx(100.0 * probability(softer["jnd"][1]), abs=1e-3)
     assert texture["contact"]["labels"] == ["hills 0", "hills area 1.1"]

@@ -31,10 +31,10 @@ from retouch.laboratory.studies import engine, row_job
 from retouch.laboratory.studies.document import flat_rows, read_document
 from retouch.laboratory.studies.engine import DOCUMENT, ROWS, SPREADSHEET, Rows, compute, known, row_folder
 from retouch.laboratory.studies.measuring import measures
+from retouch.laboratory.studies.page import write_study
 from retouch.laboratory.studies.records import FAILURE, FILE, INTERRUPTED
 from retouch.laboratory.studies.rows import expand
 from retouch.laboratory.studies.study_file import load_study
-from retouch.laboratory.studies.writing import write_study
 from retouch.laboratory.workers.jobs import JobResults
 from tests.optimize.kills import copied_at_every_step
 from tests.retouch.laboratory.studies.conftest import in_process

@@ -13,9 +13,8 @@ from benchmarks.docs.pages import WIDTHS, faults
 from benchmarks.shared.browser import Browser, chromium
 from retouch.laboratory.studies.document import RowOfTable, StudyDocument, TableOfDocument
 from retouch.laboratory.studies.page import page
-from retouch.laboratory.studies.plots import charts
+from retouch.laboratory.studies.plots import charts, interval, mean_over
 from retouch.laboratory.studies.records import Cell, Record
-from retouch.laboratory.studies.statistics import interval, mean_over
 from retouch.laboratory.studies.study_file import Plot
 
 HOSTILE = "</script><script>alert(1)</script>"

@@ -15,13 +15,12 @@ from relief.ground.errors import InputError
 from relief.ground.files import only_writer
 from retouch.commands.main import main
 from retouch.laboratory.training.dataset import make_dataset, plan_dataset
-from retouch.laboratory.training.look_loss import LookLoss
-from retouch.laboratory.training.look_loss import examples_of as look_examples
-from retouch.laboratory.training.look_setup import studio_sky
+from retouch.laboratory.training.look import LookLoss, studio_sky
+from retouch.laboratory.training.look import examples_of as look_examples
 from retouch.laboratory.training.setup import Kind
 from retouch.laboratory.training.shard_jobs import run_shard
+from retouch.laboratory.training.touch import examples_of, touch_loss
 from retouch.laboratory.training.touch_accuracy import errors, measure_textures
-from retouch.laboratory.training.touch_loss import examples_of, touch_loss
 from retouch.laboratory.training.train import CURVES_PAGE, TrainingRequest, train_net
 from retouch.laboratory.workers.processes import run_here
 from surrogate.data.field_set import open_fieldset
@@ -89,7 +88,7 @@ def test_its_card_tells_what_it_is_and_how_far_it_errs(trained: TrainingRequest)
 def test_it_leaves_curves(trained: TrainingRequest) -> None:
     assert len((trained.out / CURVES).read_text(encoding="utf-8").splitlines()) == 12
     page = (trained.out / CURVES_PAGE).read_text(encoding="utf-8")
-    assert "<svg" in page and "12 epochs" in page and "http" not in page
+    assert "<svg" in page and "12 epochs" in page and "http:" not in page and "https:" not in page
 
 
 def test_a_training_that_was_stopped_ends_at_the_same_file(trained: TrainingRequest, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from relief.ground.errors import InputError
 from relief.heightmap import save_heights_exr
 from relief.solids.body import Body, Part
 from relief.solids.export.parts import write_parts
-from relief.solids.files import Mesh
+from relief.solids.files.mesh import Mesh
 from retouch.commands.main import main
 from retouch.verbs.fingers import own_finger
 from retouch.verbs.fingers.own_finger import OwnFinger

@@ -1,20 +1,26 @@
-"""Loss of the ambient net: the error of the picture under ambient light."""
+"""Training of the ambient net: ambient light on the material of the paper's studio."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from relief.ground.errors import InputError
-from retouch.laboratory.training.setup import examples_from
+from retouch.laboratory.training.fields import studio_material
+from retouch.laboratory.training.setup import TrainingSetup, error_statistics, examples_from
 from surrogate.corpus.splits import Split
-from surrogate.data.field_set import Fieldset
+from surrogate.data.field_set import Fieldset, first_of
 from surrogate.nets.augmentation import transformed
-from surrogate.nets.training import Examples
-from visual.fast.ambient_net import inputs, sky_visibility
-from visual.fast.bsdf_table import BsdfTable
+from surrogate.nets.training import Examples, errors
+from surrogate.nets.unet import UNet
+from visual.backend.user_settings import user_settings_kept
+from visual.fast.ambient_net import CHANNELS, KIND, inputs, sky_visibility, validity
+from visual.fast.bsdf_table import BsdfTable, ambient_table
 from visual.fast.lit_picture import pooled_faces
 from visual.fast.refinement import face_slopes
 
@@ -91,3 +97,67 @@ def examples_of(data: Fieldset, split: Split, table: BsdfTable) -> dict[str, Ten
         return {"heights": heights, "ambient": ambient, "unoccluded": unoccluded}
 
     return examples_from(data, split, ("heights", "ambient"), prepare)
+
+
+@lru_cache(maxsize=1)
+@user_settings_kept
+def studio_sky() -> BsdfTable:
+    """Return the table of the studio's material under a sky of radiance 1."""
+    return ambient_table(studio_material(), np.ones(3))
+
+
+def look_setup(data: Fieldset, tested: int) -> TrainingSetup:
+    """Prepare the training of the ambient net.
+
+    Args:
+        data: A data set with pictures.
+        tested: Most textures of the test split that a net is measured on.
+
+    Returns:
+        The set-up; the errors that it measures include the pictures' own noise.
+
+    Raises:
+        InputError: The data set has no pictures, or no texture in a split, or is damaged.
+    """
+    size, table = data.request.size_mm, studio_sky()
+    loss = LookLoss(size)
+
+    def measure(net: UNet) -> dict[str, float]:
+        heights = torch.from_numpy(first_of(data, "heights", "test", tested))
+        if not len(heights):
+            return {}
+        examples: Examples = {
+            "heights": heights,
+            "ambient": torch.from_numpy(first_of(data, "ambient", "test", tested)),
+            "unoccluded": unoccluded_pictures(heights, size, table),
+        }
+        percent = 100.0 * errors(net, loss, examples).double().numpy()
+        return {"textures": float(len(percent)), **error_statistics("ambient", percent)}
+
+    return TrainingSetup(
+        KIND,
+        CHANNELS,
+        loss,
+        examples_of(data, "train", table),
+        examples_of(data, "validation", table),
+        validity(table, data.request.samples),
+        {"material": "the studio's plastic"},
+        measure,
+        lambda net, heights: openness(net, heights, size),
+        "horizons, 8 azimuths to a point",
+    )
+
+
+def openness(net: UNet, heights: NDArray[np.float32], size_mm: float) -> dict[str, float]:
+    """Return mean and least sky visibility that a net predicts in the studio, by their names on cards.
+
+    Args:
+        net: The net.
+        heights: (1, n, n) mm.
+        size_mm: Side of the plate, mm.
+    """
+    relief = torch.from_numpy(heights)
+    with torch.no_grad():
+        unoccluded = unoccluded_pictures(relief, size_mm, studio_sky())
+        visibility = sky_visibility(net, inputs(relief, size_mm, unoccluded))
+    return {"mean_openness": float(visibility.mean()), "least_openness": float(visibility.min())}

@@ -1,30 +1,39 @@
-"""Loss of the touch net: errors of the pressure, and of the strain and roughness that follow from it."""
+"""Training of the touch net, by errors of pressure, and of the strain and roughness that follow from it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor, nn
 
 import tactile
 from relief.ground.errors import InputError
-from retouch.laboratory.training.setup import examples_from
+from retouch.laboratory.training.setup import TrainingSetup, examples_from
+from retouch.laboratory.training.touch_accuracy import errors, measure_textures
 from surrogate.corpus.splits import Split
-from surrogate.data.field_set import Fieldset
+from surrogate.data.field_set import Fieldset, first_of
 from surrogate.nets.augmentation import transformed
 from surrogate.nets.training import Examples
+from surrogate.nets.unet import UNet
 from tactile.contact import ContactState
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
-from tactile.net import first_steps, inputs, pressure
+from tactile.layer.truncated import GRADIENT_TOLERANCE
+from tactile.model import TouchModel
+from tactile.net import CHANNELS, KIND, first_steps, inputs, pressure, solver_of, validity
 from tactile.strain import principal_strain
 
 MAPS = ("heights", "strain", "pressure", "guess_pressure", "guess_gap")
 """Examples that are maps, to which a symmetry applies; the others are numbers."""
 BATCH = 16
 """Reliefs at a time in the preparation of examples, which bounds its memory."""
+TESTED_GRADIENTS = 64
+"""Most textures whose gradients are compared."""
 LEAST_STRAIN, LEAST_ROUGHNESS = 0.01, 0.01
 """Least denominators of relative errors: smoother reliefs all feel alike."""
 
@@ -151,3 +160,58 @@ def skin_of(data: Fieldset) -> tactile.Skin:
         return tactile.Skin(**parameters)
     except (TypeError, tactile.InputError) as error:
         raise InputError(f"{Path(data.folder) / 'dataset.json'}: skin: {error}") from error
+
+
+def touch_setup(data: Fieldset, tested: int, reference: Literal["fem", "layer"]) -> TrainingSetup:
+    """Prepare the training of the touch net.
+
+    Args:
+        data: A data set with fields of touch.
+        tested: Most textures of the test split that a net is measured on.
+        reference: Model that these textures are pressed with anew.
+
+    Returns:
+        The set-up.
+
+    Raises:
+        InputError: The data set has no fields of touch, or no texture in a split, or is damaged.
+    """
+    skin, side, size = skin_of(data), data.request.samples, data.request.size_mm
+    loss = touch_loss(skin, side, size)
+
+    def model(net: UNet) -> TouchModel:
+        layer = tactile.touch_model(skin, side, size, torch.float32)
+        solver = solver_of(net, elastic_layer_operator(skin, side, size, torch.float32))
+        return TouchModel(skin, layer.operator, layer.flat_strain, solver, GRADIENT_TOLERANCE)
+
+    def measure(net: UNet) -> dict[str, float]:
+        reliefs = first_of(data, "heights", "test", tested)
+        if not len(reliefs):
+            return {}
+        grads = min(TESTED_GRADIENTS, len(reliefs))
+        truth = partial(tactile.press, size_mm=size, skin=skin, model=reference)
+        return errors(
+            measure_textures(model(net).press, reliefs, size, torch.float32, grads),
+            measure_textures(truth, reliefs, size, torch.float64, grads),
+        )
+
+    def figures(net: UNet, relief: NDArray[np.float32]) -> dict[str, float]:
+        measures = measure_textures(model(net).press, relief, size, torch.float32, 0)
+        return {"roughness": float(measures.roughness[0]), "contact_area_mm2": float(measures.area[0])}
+
+    return TrainingSetup(
+        KIND,
+        CHANNELS,
+        loss,
+        examples_of(data, "train", loss),
+        examples_of(data, "validation", loss),
+        validity(skin, side, size),
+        {
+            "model of touch": data.request.touch,
+            "young_modulus_mpa": skin.young_modulus_mpa,
+            "force_n": skin.force_n,
+        },
+        measure,
+        figures,
+        reference,
+    )
