@@ -4,7 +4,7 @@ Importing this package loads none of them; each name loads what it needs when it
 """
 
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from relief.ground.lazy import lazy_names
 
@@ -80,6 +80,14 @@ if TYPE_CHECKING:
     from visual.scene import load_scene as load_scene
     from visual.scene_file.plate_fitting import scene_relief as scene_relief
 
-__getattr__, __dir__, __all__ = lazy_names(
+_public, __dir__, __all__ = lazy_names(
     sys.modules[__name__], "visual.backend.user_settings:function_of_retouch"
 )
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        import importlib.metadata  # here, as it takes longer than all else of this import
+
+        return importlib.metadata.version("retouch")
+    return _public(name)

@@ -62,9 +62,9 @@ class Forecast:
         targets: in words.
         touch, look, verify: models that steer and verify.
         steps: about how many.
-        most_steps: at most, where the distance to the target is not known; else None.
+        most_steps: at most, as `descent.steps` says.
         seconds, memory_gib, disk_mib: about.
-        most_seconds: with `most_steps`, about; else None.
+        most_seconds: with `most_steps`, about.
         building_seconds: of these seconds, to build operators that the cache does not hold yet.
         from_sides_seconds: of these seconds, for views from the side.
         free_mib: on the disk of the run's folder.
@@ -83,9 +83,9 @@ class Forecast:
     look: str
     verify: str
     steps: int
-    most_steps: int | None
+    most_steps: int
     seconds: float
-    most_seconds: float | None
+    most_seconds: float
     building_seconds: float
     from_sides_seconds: float
     memory_gib: float
@@ -111,8 +111,8 @@ class Forecast:
         yield "models", f"touch {model_name(self.touch)}, look {self.look}; {verified}"
         steps = f"{self.steps} step{'s' * (self.steps > 1)}"
         yield "time", f"about {duration(self.seconds)}, for about {steps} (two cores)"
-        if self.most_seconds is not None:
-            yield "", f"a target far away takes up to {self.most_steps} steps, {duration(self.most_seconds)}"
+        most = duration(self.most_seconds)
+        yield "", f"a target that is hard to reach takes up to {self.most_steps} steps, {most}"
         if self.from_sides_seconds:
             views = f"{duration(self.from_sides_seconds)} of it are for the views from the side"
             yield "", f"{views}; the scene studio has none"
@@ -159,7 +159,6 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
         verified = VERIFIED_S * pressed * patches.samples**2
         return alone + building + verified + PLACE_S * side * steps * presses
 
-    far = None if _distance_known(settings) else settings.descent.steps
     disk = FOLDER_MIB + SAMPLE_MIB * heights + PIXEL_MIB * pixels * len(scene.conditions)
     place = next(path for path in (run_dir, *run_dir.absolute().parents) if path.exists())
     free = shutil.disk_usage(place).free / 2**20
@@ -182,9 +181,9 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
         look=look,
         verify=settings.verify.model,
         steps=steps,
-        most_steps=far,
+        most_steps=settings.descent.steps,
         seconds=seconds(steps),
-        most_seconds=None if far is None else seconds(far),
+        most_seconds=seconds(settings.descent.steps),
         building_seconds=building,
         from_sides_seconds=seconds(steps) - seconds(overhead_steps, 0) if from_sides else 0.0,
         memory_gib=needed_gib(heights, patches.count),
@@ -217,13 +216,6 @@ def _building_seconds(settings: Run, size_mm: float) -> float:
         finer = (verify.resolution / FEM_MESH) ** NODES_POWER
         seconds += ELEMENTS_BUILT_S * finer * (LAYERED if skin.layers else 1.0)
     return seconds
-
-
-def _distance_known(settings: Run) -> bool:
-    """Whether the number of steps follows from the settings, before the original is pressed."""
-    method = METHODS[settings.descent.method]
-    limit = settings.descent.steps
-    return "jnd" in settings.touch.numbers() or expected_steps(settings) in (method.own_steps, limit)
 
 
 def rough_seconds(settings: Run) -> float:

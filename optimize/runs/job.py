@@ -97,6 +97,10 @@ class Result:
         """The content of result.json, of JSON types."""
         return self.verification.as_json()
 
+    def as_json(self) -> dict[str, Any]:
+        """What `retouch optimize --json` prints, but for `exit_status` and `files`."""
+        return {"run_dir": str(self.run_dir), **self.summary}
+
     def __repr__(self) -> str:
         touch = self.verification.touch
         changes = [

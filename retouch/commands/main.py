@@ -178,8 +178,8 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         UsageError: an unknown verb or option, or a bad value.
     """
     if argv and not argv[0].startswith("-") and argv[0] not in VERBS:
-        nearest = difflib.get_close_matches(argv[0], VERBS, n=1, cutoff=0.0)[0]
-        raise UsageError(f"{argv[0]}: no such verb; the nearest is {nearest}")
+        near = difflib.get_close_matches(argv[0], VERBS, n=1, cutoff=ALIKE)
+        raise UsageError(f"{argv[0]}: no such verb" + (f"; the nearest is {near[0]}" if near else ""))
     _refuse_empty(argv)
     argv = _lists_joined(argv)
     parser = _Parser(prog="retouch", description=DESCRIPTION, epilog=EPILOG)

@@ -98,7 +98,7 @@ def add_talk(parser: argparse.ArgumentParser, document: str, quiet: bool = True)
     """
     talk = parser.add_argument_group("output")
     if quiet:
-        add(talk, "-q", "print nothing but errors", dest="quiet", action="store_true")
+        add(talk, "-q", "print nothing but warnings and errors", dest="quiet", action="store_true")
     add(talk, "-v", "report on stderr what is done, and what is skipped", dest="verbose", action="store_true")
     text = f"print {document} as one JSON document; progress goes to stderr"
     add(talk, "--json", text)

@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Collection, Mapping
 from pathlib import Path
 
+from mitsuba_scenes import FOLDER
 from relief.ground.errors import InputError
 from visual.backend.messages import last_line
 
@@ -142,6 +143,9 @@ def file_of_scene(folder: Path, name: str, where: str) -> Path:
         raise InputError(f"{where}: filename: {name[:LONGEST_NAME]!r}: {last_line(error)}") from error
     if written.is_absolute() or ".." in written.parts or "\\" in name or not file.is_relative_to(folder):
         raise InputError(f"{where}: filename: {name!r} is not inside the scene's folder")
+    if not is_file and (FOLDER / written).is_file():
+        # A copy of a bundled scene names textures that lie beside the original.
+        return FOLDER / written
     if not is_file:
         raise InputError(f"{where}: filename: {name!r}: no such file")
     return file
