@@ -237,19 +237,13 @@ def rules_table() -> str:
 def each_finding_table() -> str:
     """Every finding, with the verdict of each finger."""
     signs = {True: "✓", False: "✗", None: "–"}
-    rows = [
-        (
-            finding["says"],
-            finding["study"],
-            finding["mark"],
-            finding["rule"]["kind"],
-            *(signs[verdicts[finger]] for finger in FINGERS),
-            finding["assumed"],
-        )
-        for finding, verdicts in _published()
-    ]
-    fingers = (f"`{finger}`" for finger in FINGERS)
-    return table(("finding", "source", "mark", "rule", *fingers, "assumed"), rows)
+    rows = []
+    for finding, verdicts in _published():
+        assumed = f". *Assumed: {finding['assumed']}*" if finding["assumed"] else ""
+        kind = f"{finding['mark']}, {finding['rule']['kind']}"
+        agrees = "".join(signs[verdicts[finger]] for finger in FINGERS)
+        rows.append((f"{finding['says']}{assumed}", finding["study"], kind, agrees))
+    return table(("finding", "source", "mark, rule", "agrees"), rows)
 
 
 def sources_table() -> str:
