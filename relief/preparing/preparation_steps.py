@@ -261,9 +261,9 @@ class Preparation:
     def _smoothed(self, heights: Array, steps: Steps, pixels: float = 1.0) -> Array:
         smooth, step = smooth_steps(heights, steps, pixels), float(np.median(steps.near(heights)))
         most = float(np.abs(smooth - heights).max())
-        unit = "in the file's numbers" if self.picture.bits is None else f"grey values of {WHITE:g}"
+        unit = "in the file's numbers" if self.picture.bits is None else f"of {WHITE:g} grey values"
         self.done["steps"] = (
-            f"each of {self._grey(step)} {unit}, smoothed to slopes, as a finger would feel terraces; no "
+            f"of {self._grey(step)} {unit} each, smoothed to slopes, as a finger would feel terraces; no "
             f"sample changes by more than {self._grey(most)} (--keep-steps leaves them)"
         )
         self.numbers["steps"] = {"step": self._unit * step, "largest_change": self._unit * most}
