@@ -106,7 +106,7 @@ def test_every_kind_of_answer_is_on_disk_when_it_is_confirmed(planned: tuple[Pat
         assert again.rows(ROUGHER) == [f"P1,1,{first},{second},{first}"]
         assert again.give(["P1", ROUGHER, 3, 0, None]) == 200 and again.rows(ROUGHER) == []
         again.process.send_signal(signal.SIGINT)
-        assert again.process.wait() == INTERRUPTED
+        assert again.process.wait(timeout=60) == INTERRUPTED
     assert len((served.answers / ACTS).read_bytes().split()) > 0
 
 
