@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from optimize.verification.solids.bead_feel import BeadFeel
+from optimize.verification.solids.bead_feel import feel_of_beads as feel_of_beads
 from optimize.verification.solids.mesh_feel import ESTIMATED, PLATE, TAKEN_OUT, UNDER, MeshFeel, feel_of
 from relief.ground.errors import naming
 from relief.ground.formatting import number

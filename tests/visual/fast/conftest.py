@@ -14,8 +14,8 @@ from surrogate.nets.unet import NetShape, UNet
 from surrogate.nets.weights import ModelCard, save_net, weights_bytes
 from tests.tactile.reliefs import waves
 from tests.visual.scenes import sun
+from visual import scene_looks
 from visual.backend.user_settings import user_settings_kept
-from visual.fast import conversion
 from visual.fast.ambient_net import CHANNELS, trained_ambient_light, validity
 from visual.fast.bsdf_table import BsdfTable, ambient_table
 from visual.fast.renderer import FastRenderer
@@ -63,7 +63,7 @@ def neutral_net(ambient: BsdfTable, tmp_path_factory: pytest.TempPathFactory) ->
 @pytest.fixture
 def with_net(neutral_net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        conversion, "trained_ambient_light", partial(trained_ambient_light, folder=neutral_net)
+        scene_looks, "trained_ambient_light", partial(trained_ambient_light, folder=neutral_net)
     )
 
 
