@@ -80,9 +80,11 @@ class Window(Browser):
     def visit(self, address: str, width: int = 1280, height: int = 800) -> None:
         """Open an address in a window of this size."""
         self.size(width, height)
-        self._events.clear()
-        self._call("Page.navigate", url=address)
-        self._until("Page.loadEventFired")
+        # The page before is left first: it may complain that its app is closed.
+        for page in ("about:blank", address):
+            self._events.clear()
+            self._call("Page.navigate", url=page)
+            self._until("Page.loadEventFired")
 
     def size(self, width: int, height: int) -> None:
         """Give the window another size, CSS pixels."""
