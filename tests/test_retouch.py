@@ -6,6 +6,7 @@ import inspect
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from types import ModuleType
 
@@ -39,6 +40,10 @@ def test_every_name_is_there_and_keeps_its_value(name: str) -> None:
 
 
 @pytest.mark.slow
+def test_the_version_is_that_of_the_package() -> None:
+    assert retouch.__version__ == tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+
+
 def test_no_submodule_hides_a_public_name() -> None:
     """In a process of its own, where every submodule is imported before a name is used."""
     script = (

@@ -13,8 +13,8 @@ class StopReason(Enum):
     NOT_CONFIRMED = "The model that steered met the target, but the verification found it missed."
     UNREACHABLE = "The target seems out of reach: the last steps came no closer to it."
     SWINGING = (
-        "The last steps swing around the target and come no closer to it; exact models (without --fast) or "
-        "thinner layers of the printer may meet it."
+        "The last steps swing around the target and come no closer to it; exact models in place of --fast, "
+        "or a printer with thinner layers, may meet it."
     )
     NON_FINITE = "A value was not finite; the best relief before it is kept."
     CONTACT_FAILED = "The contact of a step did not converge; the best relief before it is kept."

@@ -111,8 +111,9 @@ class Forecast:
         yield "models", f"touch {model_name(self.touch)}, look {self.look}; {verified}"
         steps = f"{self.steps} step{'s' * (self.steps > 1)}"
         yield "time", f"about {duration(self.seconds)}, for about {steps} (two cores)"
-        most = duration(self.most_seconds)
-        yield "", f"a target that is hard to reach takes up to {self.most_steps} steps, {most}"
+        if self.most_steps > self.steps:
+            most = duration(self.most_seconds)
+            yield "", f"a target that is hard to reach takes up to {self.most_steps} steps, {most}"
         if self.from_sides_seconds:
             views = f"{duration(self.from_sides_seconds)} of it are for the views from the side"
             yield "", f"{views}; the scene studio has none"

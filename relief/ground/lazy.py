@@ -4,10 +4,31 @@ import ast
 import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
 from pkgutil import resolve_name
 from types import ModuleType
 from typing import Any
+
+
+class LoadedAtFirstUse:
+    """A module that is imported as soon as one of its attributes is asked for.
+
+    Under ``if TYPE_CHECKING`` the module is imported by the same name, so that type checkers know its names.
+
+    Args:
+        load: imports the module.
+    """
+
+    def __init__(self, load: Callable[[], ModuleType]) -> None:
+        self._load = load
+
+    @cached_property
+    def _module(self) -> ModuleType:
+        return self._load()
+
+    def __getattr__(self, attribute: str) -> Any:
+        return getattr(self._module, attribute)
 
 
 @contextmanager

@@ -38,7 +38,7 @@ COMPLETE, WITH_FAILURES = 0, 1
 MOST_CONTROLS = 16
 MOST_PEOPLE, MOST_PAIRS = 300, 1000
 
-PRINT = ("plate_mm", "base_mm", "bed_mm", "label", "codes")
+PRINT = ("plate_mm", "base_mm", "bed_mm", "label")
 """Options of `add_print`, by the names of arguments."""
 AFTER_INTERRUPT = "; plates that are done stay, and the same command goes on"
 """End of the line that an interrupt prints."""
@@ -93,12 +93,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "most pairs of each question that a person compares (default: 120, about 20 minutes)"
     options.add(trials, "--pairs N", text, type=options.whole_number(2, MOST_PAIRS))
     options.add(trials, "--seed N", "of the random order of trials (default: 0)", type=options.seed)
+    text = "codes in place of the names of plates, on their backs too, so that nobody can read a level"
+    options.add(trials, "--codes", text, action="store_true", default=None)
     add_work(parser)
     options.add_talk(parser, "the content of stimuli.json, with the folder and the files written,")
 
 
 def add_print(parser: argparse.ArgumentParser) -> None:
-    """Add `--plate-mm`, `--base-mm`, `--bed-mm`, `--label` and `--codes` (`PRINT`), None where not given."""
+    """Add `--plate-mm`, `--base-mm`, `--bed-mm` and `--label` (`PRINT`), None where not given."""
     printing = parser.add_argument_group("the print")
     options.add(printing, "--plate-mm MM", "side of a plate, mm (default: 25)", type=float)
     options.add(printing, "--base-mm MM", "thickness under the relief, mm (default: 2)", type=float)
@@ -106,8 +108,6 @@ def add_print(parser: argparse.ArgumentParser) -> None:
     options.add(printing, "--bed-mm WxD", text, type=bed)
     text = "names on the backs, 0.4 mm high or deep (default: raised)"
     options.add(printing, "--label", text, choices=("raised", "engraved", "none"))
-    text = "codes in place of the names, on the backs and in the experiment, so that it can be run blind"
-    options.add(printing, "--codes", text, action="store_true", default=None)
 
 
 def add_work(parser: argparse.ArgumentParser) -> None:
@@ -122,7 +122,7 @@ def add_work(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     began = time.monotonic()
     plates = given(arguments, *PRINT)
-    experiment = given(arguments, "people", "pairs", "seed")
+    experiment = given(arguments, "people", "pairs", "seed", "codes")
     if arguments.redraw:
         _refuse_levels(arguments)
         stimuli = retouch.redraw_stimuli(arguments.out, plates=plates, experiment=experiment)

@@ -3,8 +3,8 @@
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
 import numpy as np
@@ -19,6 +19,7 @@ from relief.ground.arrays import Array
 from relief.ground.errors import InputError, naming
 from relief.ground.formats import is_gcode, is_mesh
 from relief.ground.formatting import html_table, number, percent
+from relief.ground.lazy import LoadedAtFirstUse
 from relief.ground.lengths import Lengths, scale_of
 from relief.ground.progress import Progress, stage
 from relief.patches import Patches
@@ -41,9 +42,13 @@ if TYPE_CHECKING:
     from optimize.verification.solids.mesh_feel import MeshFeel
     from optimize.verification.verification import SurfaceBand
     from relief.solids.export.printed_parts import PrintedPart
+    from retouch.verbs import solid_evaluation as solids
     from retouch.verbs.filament.as_sliced import AsSliced
     from retouch.verbs.fingers.own_finger import OwnFinger
     from visual.scene import Scene
+else:
+    # Solids and G-code take 0.15 s that height maps do not need.
+    solids = LoadedAtFirstUse(lambda: import_module("retouch.verbs.solid_evaluation"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,10 +201,11 @@ class Evaluation:
             yield f"{self.name}: {pressed}, the others with fewer; {error}."
         if self.as_sliced is not None:
             yield self.as_sliced.line(self.name, self.roughness)
-        if isinstance(self.relief, SlicedPart):
-            yield from _solids().part_lines(self.relief, self.touch)
-        elif not isinstance(self.touch, TouchMeasures):
-            yield from _solids().solid_lines(self.name, self.touch, self.printed)
+        if not isinstance(self.touch, TouchMeasures):
+            if isinstance(self.relief, SlicedPart):
+                yield from solids.part_lines(self.relief, self.touch)
+            else:
+                yield from solids.solid_lines(self.name, self.touch, self.printed)
         if self.files:
             yield f"Roughness in colours: {', '.join(map(str, self.files))}"
 
@@ -256,13 +262,6 @@ def _band(band: "SurfaceBand") -> dict[str, float]:
     """A band of the skin's surface on one solid, for JSON."""
     ends = {"least_mm": band.least_mm, "most_mm": band.most_mm}
     return ends | {"rms_um": band.initial_um, "threshold_um": band.threshold_um}
-
-
-def _solids() -> ModuleType:
-    """The module for solids and G-code, imported with the first: 0.15 s that height maps do not need."""
-    from retouch.verbs import solid_evaluation
-
-    return solid_evaluation
 
 
 def _ways(reach: Reach) -> str:
@@ -336,25 +335,27 @@ def evaluate(
         elsewhere = {"reach": reach, "profile": profile, "slicer": slicer, "readouts": readouts}
         refuse("fingers that --skin describes, not for one's own", elsewhere | {"model": model != "layer"})
         if not isinstance(finger, Mesh):
-            finger, units = _solids().read_solid(finger, units=units), None
+            finger, units = solids.read_solid(finger, units=units), None
     if isinstance(relief, str | os.PathLike) and is_mesh(Path(relief)):
-        relief = _solids().read_solid(relief, units=units)
+        relief = solids.read_solid(relief, units=units)
     if isinstance(relief, str | os.PathLike) and is_gcode(Path(relief)):
-        relief = _solids().read_gcode(relief)
+        relief = solids.read_gcode(relief)
     of_reliefs = {**lengths, "repeats": repeats, "reach": reach, "slicer": slicer, "profile": profile}
     of_reliefs |= {"finger": finger, "readouts": readouts}
-    if isinstance(relief, Mesh | SlicedPart) and isinstance(without_texture, str | os.PathLike):
-        without_texture = _solids().read_solid(without_texture, units=units)
+    shape = None
+    if isinstance(relief, Mesh | SlicedPart) and without_texture is not None:
+        given = without_texture
+        shape = given if isinstance(given, Mesh) else solids.read_solid(given, units=units)
     if isinstance(relief, SlicedPart):
         of_meshes = {"printer": printer, "on_shape": on_shape, "units": without_texture is None and units}
         refuse("height maps and print files; G-code is felt as it is", of_reliefs | of_meshes)
         parts = [relief]
         if beside is not None:
-            parts.append(beside if isinstance(beside, SlicedPart) else _solids().read_gcode(beside))
+            parts.append(beside if isinstance(beside, SlicedPart) else solids.read_gcode(beside))
         with followed(progress, quiet):
             with naming(relief.path), stage(f"feeling {relief.path.name}"):
-                feels = _solids().feel_of_beads(parts, hand, model, without_texture=without_texture)
-            files = _solids().write_colours(colours, relief, feels[0], name)
+                feels = solids.feel_of_beads(parts, hand, model, without_texture=shape)
+            files = solids.write_colours(colours, relief, feels[0], name)
             first, *others = (
                 Evaluation(part, feel, model, hand, name) for part, feel in zip(parts, feels, strict=True)
             )
@@ -368,8 +369,8 @@ def evaluate(
             if on_shape and model == "net":
                 raise InputError('on_shape: the net is trained for flat objects; use model "layer"')
             made_by = printer_of(printer)
-            feel, printed = _solids().press_solid(relief, without_texture, model, hand, made_by, on_shape)
-            files = _solids().write_colours(colours, relief, feel, name)
+            feel, printed = solids.press_solid(relief, shape, model, hand, made_by, on_shape)
+            files = solids.write_colours(colours, relief, feel, name)
             return Evaluation(relief, feel, model, hand, name, files=files, printer=made_by, printed=printed)
     if not isinstance(relief, str | os.PathLike):
         refuse("files", {"units": units})

@@ -23,6 +23,8 @@ from surrogate.data.shard import Failure
 from surrogate.nets.training import Epoch, TrainingSettings
 from surrogate.nets.weights import ModelCard
 
+LEAST_SAMPLES, MOST_SAMPLES = 36, 4096
+
 
 @dataclass(frozen=True)
 class DatasetMade:
@@ -100,6 +102,8 @@ def dataset(
     if touch == lights == "none":
         fault = "no field is left to compute"
         raise InputError(f"touch, lights: {fault}", f"--touch none --lights none: {fault}")
+    if not LEAST_SAMPLES <= samples <= MOST_SAMPLES:
+        raise InputError(f"samples: {samples} is not a number from {LEAST_SAMPLES} to {MOST_SAMPLES}")
     photographs = bundled()
     for path in textures:
         photographs += folder(Path(path), load_field)

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from optimize.verification.solids.bead_feel import BeadFeel
 from optimize.verification.solids.bead_feel import feel_of_beads as feel_of_beads
 from optimize.verification.solids.mesh_feel import ESTIMATED, PLATE, TAKEN_OUT, UNDER, MeshFeel, feel_of
 from relief.ground.errors import naming
@@ -131,7 +130,7 @@ def read_gcode(path: str | os.PathLike[str]) -> SlicedPart:
     return part
 
 
-def part_lines(part: SlicedPart, felt: BeadFeel) -> Iterator[str]:
+def part_lines(part: SlicedPart, felt: MeshFeel) -> Iterator[str]:
     """A sentence for a person about a sliced part and its places."""
     sides = " x ".join(number(side) for side in felt.sides_mm)
     slicer = f"{part.slicer}, " if part.slicer else ""

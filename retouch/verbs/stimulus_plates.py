@@ -63,7 +63,8 @@ def stimuli(
         lengths: `size_mm`, `relief_mm` and `height_scale` of the textures, as in `Relief.read`.
         skin: of the finger, a name or a file.
         plates: `plate_mm`, `base_mm`, `bed_mm` and `label`, as in the section [print] of a set.
-        experiment: `people`, `pairs` and `seed` of the plan of trials, as in the section [experiment].
+        experiment: `people`, `pairs`, `seed` and `codes` of the plan of trials, as in the section
+            [experiment].
         fast: compute each step with the fast models.
         settings: any keys of a run file and their values, for every plate.
         workers, dask, quiet, progress: as in `study`.

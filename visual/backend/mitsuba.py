@@ -5,13 +5,14 @@ Mitsuba each time, because they belong to the variant that is set.
 """
 
 from contextlib import AbstractContextManager, nullcontext
-from functools import cached_property
+from functools import partial
 from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from relief.ground.errors import InputError
 from relief.ground.files import no_stderr
+from relief.ground.lazy import LoadedAtFirstUse
 from visual.backend import llvm
 
 
@@ -40,20 +41,6 @@ if TYPE_CHECKING:
     import drjit as dr
     import mitsuba as mi
 else:
-
-    class _LoadedAtFirstUse:
-        """A module that is imported as soon as one of its attributes is asked for."""
-
-        def __init__(self, name: str) -> None:
-            self._name = name
-
-        @cached_property
-        def _module(self) -> ModuleType:
-            return load(self._name)
-
-        def __getattr__(self, attribute: str) -> Any:
-            return getattr(self._module, attribute)
-
-    dr, mi = _LoadedAtFirstUse("drjit"), _LoadedAtFirstUse("mitsuba")
+    dr, mi = (LoadedAtFirstUse(partial(load, name)) for name in ("drjit", "mitsuba"))
 
 __all__ = ["dr", "mi"]

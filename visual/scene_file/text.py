@@ -1,6 +1,7 @@
 """Scene files as text: the files that Mitsuba's parser would open, and the files that a scene may name."""
 
 import difflib
+import logging
 import os
 import re
 import xml.etree.ElementTree as ElementTree
@@ -10,6 +11,8 @@ from pathlib import Path
 from mitsuba_scenes import FOLDER
 from relief.ground.errors import InputError
 from visual.backend.messages import last_line
+
+_log = logging.getLogger(__name__)
 
 LARGEST_FILE = 1_000_000
 """Largest scene file, bytes: over a hundred times the bundled scenes."""
@@ -145,6 +148,7 @@ def file_of_scene(folder: Path, name: str, where: str) -> Path:
         raise InputError(f"{where}: filename: {name!r} is not inside the scene's folder")
     if not is_file and (FOLDER / written).is_file():
         # A copy of a bundled scene names textures that lie beside the original.
+        _log.warning("%s: filename: %r is not beside the scene; the bundled file is taken", where, name)
         return FOLDER / written
     if not is_file:
         raise InputError(f"{where}: filename: {name!r}: no such file")

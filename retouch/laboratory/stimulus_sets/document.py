@@ -228,7 +228,7 @@ def numbers_of(plate: FinishedPlate, original: float | None) -> PlateNumbers:
 
     return PlateNumbers(
         label=plate.plan.label,
-        code=plate.plan.settings.code_of(plate.plan.label),
+        code=plate.plan.code,
         kind=plate.plan.kind,
         level=plate.plan.level,
         roughness=felt,

@@ -11,8 +11,8 @@ import tomli_w
 from optimize.verification.jod import jod_obstacle
 from relief.ground.files import write_atomically
 from retouch.laboratory.stimulus_sets.controls import Control
-from retouch.laboratory.stimulus_sets.plate_set import TILE, PlateSet, PrintSettings
-from retouch.laboratory.stimulus_sets.stimulus_set import StimulusSet
+from retouch.laboratory.stimulus_sets.plate_set import TILE, PlateSet
+from retouch.laboratory.stimulus_sets.stimulus_set import Experiment, StimulusSet
 from retouch.laboratory.studies.rows import Expanded, StudyRow
 from retouch.laboratory.studies.study_file import LONGEST_NAME, Study, load_study
 
@@ -35,14 +35,24 @@ class PlateRow:
         kind: table of the row.
         level: just-noticeable differences, ratio of contact areas, or number of a control.
         row: the row.
-        settings: of the print.
+        experiment: that the plate is for.
     """
 
     texture: str
     kind: str
     level: float
     row: StudyRow
-    settings: PrintSettings
+    experiment: Experiment
+
+    @property
+    def code(self) -> str:
+        """That stands for the label (`Experiment.code_of`)."""
+        return self.experiment.code_of(self.label)
+
+    @property
+    def on_back(self) -> str:
+        """What stands on its back."""
+        return self.code or self.label
 
     @property
     def mark(self) -> str:
@@ -139,5 +149,5 @@ def plate_rows(stimuli: StimulusSet, expanded: Expanded) -> Iterator[PlateRow]:
                     level = row.labels[JND if JND in row.labels else SCALE]
                 if own == name:
                     stem = texture.stem.removesuffix(TILE)
-                    rows.append(PlateRow(stem, table.name, float(level), row, stimuli.print))
+                    rows.append(PlateRow(stem, table.name, float(level), row, stimuli.experiment))
             yield from sorted(rows, key=lambda plate: plate.level)

@@ -122,7 +122,7 @@ def make(stimuli: StimulusSet, out: Path, make_runner: engine.MakeRunner | None)
         study = write_study_file(stimuli, make_controls(stimuli, out), out)
         expanded = expand(study)
         plates = list(plate_rows(stimuli, expanded))
-        check_labels([plate.label for plate in plates], stimuli.print)
+        check_labels([plate.on_back for plate in plates], stimuli.print)
         if make_runner is None:
             rows = engine.known(expanded, out, study.measures)
         else:
@@ -133,7 +133,7 @@ def make(stimuli: StimulusSet, out: Path, make_runner: engine.MakeRunner | None)
         textures, files = [], list[Path]()
         for name in stimuli.names:
             own = [plate for plate in done if plate.plan.texture == name]
-            tiles = {plate.plan.label: read_result(plate.folder, repeats=False) for plate in own}
+            tiles = {plate.plan.on_back: read_result(plate.folder, repeats=False) for plate in own}
             printed = write_plates(out, name, tiles, stimuli) if tiles else []
             files += printed
             with stage(f"pairs of {name}"):

@@ -1,6 +1,5 @@
 """Requests for plates of textures: textures, settings and print, and the file in the folder that says so."""
 
-import hashlib
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -34,8 +33,6 @@ OWN_KEYS = (
 """Begins of the keys of a run that a set states itself, or that its plates do not follow."""
 OF_PRINTER = "print."
 """Begin of the keys of a run that describe its printer."""
-CODE = ("BDFGKLMNPRTVZ", "AEIOU") * 2
-"""Letters of a code in turn, which can be spoken."""
 LABEL_MM = 0.4
 """How far labels stand out of the back or go into it, mm."""
 
@@ -51,24 +48,17 @@ class PrintSettings(Section):
         base_mm: thickness of the lowest plate under the height 0, mm.
         bed_mm: sides of the printer's bed along x and y, mm.
         label: how the names of the plates lie on their backs.
-        codes: whether codes stand for the names there and in the experiment, so that it can be run blind.
     """
 
     plate_mm: Length = PLATE_MM
     base_mm: Length = BASE_MM
     bed_mm: Annotated[tuple[Length, Length], Field(strict=False)] = BED_MM
     label: Literal["raised", "engraved", "none"] = "raised"
-    codes: bool = False
 
     @property
     def label_depth_mm(self) -> float | None:
         """By which labels stand out of the back, mm, negative if engraved; None: no labels."""
         return {"raised": LABEL_MM, "engraved": -LABEL_MM, "none": None}[self.label]
-
-    def code_of(self, label: str) -> str:
-        """Four letters that stand for a label and do not depend on the other plates; empty without codes."""
-        digits = hashlib.sha256(label.encode()).digest()[: len(CODE)] if self.codes else b""
-        return "".join(letters[digit % len(letters)] for letters, digit in zip(CODE, digits, strict=False))
 
     @model_validator(mode="after")
     def _can_be_made(self) -> Self:

@@ -1,6 +1,7 @@
 """Plates to print: cut from tiles, equally high on average, labelled, laid out on the bed."""
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -44,15 +45,15 @@ def cut_square(field: NDArray[Any], width_mm: float, plate_mm: float) -> tuple[N
 
 
 def check_labels(labels: Sequence[str], settings: PrintSettings) -> None:
-    """Check that labels fit on their plates, and that their codes differ. Raises InputError."""
+    """Check that labels, or codes in their place, fit on their plates and differ. Raises InputError."""
     for label in labels if settings.label_depth_mm is not None else ():
-        pixel_mm(_lines(label, settings), settings.plate_mm, settings.plate_mm)
-    if settings.codes and len({settings.code_of(label) for label in labels}) < len({*labels}):
-        raise InputError("codes: two plates have one code; rename a texture, or go without codes")
+        pixel_mm(_lines(label), settings.plate_mm, settings.plate_mm)
+    if twice := [label for label, count in Counter(labels).items() if count > 1]:
+        raise InputError(f"two plates would be called {twice[0]}; rename a texture")
 
 
-def _lines(label: str, settings: PrintSettings) -> list[str]:
-    return (settings.code_of(label) or label).upper().split(" ")
+def _lines(label: str) -> list[str]:
+    return label.upper().split(" ")
 
 
 def plate_bodies(
@@ -82,7 +83,7 @@ def plate_bodies(
             base_mm = math.ceil((base_mm + raised_mm) / layer_mm - 1e-9) * layer_mm - raised_mm
         body = plate_mesh(heights, side_mm, base_mm, stepped=printer is not None)
         depth_mm = settings.label_depth_mm
-        body = body if depth_mm is None else labelled(body, _lines(label, settings), depth_mm)
+        body = body if depth_mm is None else labelled(body, _lines(label), depth_mm)
         low = float(body.vertices[:, 2].min())
         bodies[label] = Body(body.vertices - (0.0, 0.0, low), body.faces)
     return bodies
@@ -94,7 +95,7 @@ def write_plates(out: Path, texture: str, tiles: Mapping[str, Relief], plates: P
     Args:
         out: folder of the set.
         texture: name of the texture.
-        tiles: by label.
+        tiles: by label, or by the code in its place.
         plates: with their settings, and the printer that the tiles are prints of, if they are.
 
     Returns:

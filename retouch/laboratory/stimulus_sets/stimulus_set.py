@@ -1,5 +1,6 @@
 """The request of a stimulus set: what `set.toml` in its folder holds, checked before any work begins."""
 
+import hashlib
 import math
 from typing import Annotated, Self
 
@@ -15,6 +16,9 @@ MOST_LEVELS, MOST_CONTROLS = 32, 16
 MOST_PEOPLE, MOST_PAIRS = 300, 1000
 """Most people of a plan, and most pairs of one person: three hours."""
 
+CODE = ("BDFGKLMNPRTVZ", "AEIOU") * 2
+"""Letters of a code in turn, which can be spoken."""
+
 Levels = Annotated[tuple[float, ...], Field(strict=False, max_length=MOST_LEVELS)]
 
 
@@ -25,11 +29,19 @@ class Experiment(Section):
         people: number of them.
         pairs: most pairs of each question that a person compares; about 10 s each.
         seed: of the random order.
+        codes: whether codes stand for the names of the plates, on their backs too, so that nobody reads a
+            level.
     """
 
     people: Annotated[int, Field(ge=1, le=MOST_PEOPLE)] = 8
     pairs: Annotated[int, Field(ge=2, le=MOST_PAIRS)] = 120
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    codes: bool = False
+
+    def code_of(self, label: str) -> str:
+        """Four letters that stand for a label and do not depend on the other plates; empty without codes."""
+        digits = hashlib.sha256(label.encode()).digest()[: len(CODE)] if self.codes else b""
+        return "".join(letters[digit % len(letters)] for letters, digit in zip(CODE, digits, strict=False))
 
 
 class StimulusSet(PlateSet):

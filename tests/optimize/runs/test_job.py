@@ -186,6 +186,7 @@ KEYS: dict[str, dict[str, type | tuple[type, ...]]] = {
 def test_result_json_has_the_keys_that_others_rely_on(finished: Result) -> None:
     result = json.loads((finished.run_dir / "result.json").read_text())
     assert result == finished.summary
+    assert finished.as_json() == {"run_dir": str(finished.run_dir), **result}
     for section, keys in KEYS.items():
         for key, kind in keys.items():
             assert isinstance(result[section][key], kind), f"{section}.{key}"

@@ -65,6 +65,14 @@ def test_v_tells_steps_and_warnings_are_always_told(capsys: pytest.CaptureFixtur
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.parametrize(("verb", "end"), [("optimise", "; the nearest is optimize"), ("bogus", "")])
+def test_an_unknown_verb_is_answered_with_one_that_is_like_it(
+    verb: str, end: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([verb]) == 2
+    assert capsys.readouterr().err == f"retouch: {verb}: no such verb{end}\n"
+
+
 @pytest.mark.parametrize("verb", VERBS)
 def test_an_unknown_option_is_answered_with_the_nearest_and_the_verbs_own_help(
     verb: str, capsys: pytest.CaptureFixture[str]

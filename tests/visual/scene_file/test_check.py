@@ -9,6 +9,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from mitsuba_scenes import FOLDER
 from relief.ground.errors import InputError
 from relief.heightmap import save_heights_exr
 from visual.scene_file.check import check_scene, instantiate
@@ -116,6 +117,16 @@ def test_a_file_of_the_folder_may_be_included(
     (folder / "light.xml").write_text(f'<scene version="3.0.0">{LIGHT}</scene>')
     path = write(folder, PLATE.format("") + CAMERA.format(16) + '<include filename="light.xml"/>')
     assert len(describe(check_scene(path)).lights) == 1
+
+
+def test_a_copy_of_a_bundled_scene_finds_its_textures(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """And a line says so, as a file of that name may be meant to lie beside the scene."""
+    copy = tmp_path / "mine.xml"
+    copy.write_bytes((FOLDER / "studio.xml").read_bytes())
+    check_scene(copy)
+    assert "'textures/gravel.png' is not beside the scene; the bundled file is taken" in caplog.text
 
 
 def test_includes_cannot_multiply(folder: Path) -> None:

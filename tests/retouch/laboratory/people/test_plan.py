@@ -4,6 +4,7 @@ from collections import Counter
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -16,7 +17,7 @@ from tests.retouch.laboratory.people.conftest import write_plates
 TEXTURES = ("gravel", "bark", "knit", "leather")
 
 
-def planned_for(folder: Path, **changed: int) -> TrialPlan:
+def planned_for(folder: Path, **changed: Any) -> TrialPlan:
     return plan(read_plates(write_plates(folder, TEXTURES)), Experiment(**changed))
 
 
